@@ -105,7 +105,7 @@ def largest_disagreement() -> str:
 
 
 def truncation_table() -> str:
-    """Errors of the shortened series over lambda, and Mosakowski (16) evaluated as printed."""
+    """Errors of the truncated series over lambda, and Mosakowski (16) evaluated as printed."""
     rows = []
     for ratio in (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7):
         printed = ratio / (1.0 + ratio) * (1.0 / math.sqrt(1.0 - ratio**2) - 1.0)
@@ -124,7 +124,7 @@ def truncation_table() -> str:
 
 
 def marine_remark() -> str:
-    """Say what the shortened series do to a long-stroke marine engine."""
+    """Say what the truncated series do to a long-stroke marine engine."""
     engine = "marine_80x345"
     found = sweeps.run(
         {

@@ -217,7 +217,7 @@ def crank_pin_load(
     phi : array_like
         Crank angle [rad]; all arrays broadcast.
     crank_ratio, offset : array_like
-        lambda [1]; offset of the pin's line over the crank radius [1].
+        lambda [1]; offset of the piston-pin line over the crank radius [1].
     family, row
         Indicator diagrams and the place in their table.
     factors : Factors

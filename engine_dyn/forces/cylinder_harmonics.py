@@ -58,7 +58,7 @@ def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     orders : array_like
         Orders above 0, along an axis on which the others have size 1; all broadcast.
     crank_ratio, offset : array_like
-        lambda [1]; offset of the pin's line over the crank radius [1].
+        lambda [1]; offset of the piston-pin line over the crank radius [1].
 
     Raises
     ------

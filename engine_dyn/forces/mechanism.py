@@ -177,7 +177,7 @@ def banks_of(engine: Cylinders) -> tuple[float, ...]:
 
 
 def inertia_pressure(coefficient: Any, specific_mass: Any, mean_piston_speed: Any) -> Any:
-    """Amplitude of a harmonic of P_l over the area of the piston [Pa].
+    """Amplitude of a harmonic of P_l over piston area [Pa].
 
     Q_nu m r omega^2/A = Q_nu pi^2 m c_m^2/(2 V_h), with the specific mass m/V_h [kg/m3] of one
     cylinder and the mean piston speed [m/s]: c_m = s omega/pi. Rakopoulos notes, p_l,nu; without

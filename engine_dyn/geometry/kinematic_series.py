@@ -164,7 +164,7 @@ def inertia_torque_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLik
 def truncated_position(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston travel x/r by the shortened series. Mosakowski, eqs. 9 and 4 with 17 (from s there).
+    """Piston travel x/r by the truncated series. Mosakowski, eqs. 9 and 4 with 17 (from s there).
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def truncated_position(
 def truncated_velocity(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston velocity c/(r omega) by the shortened series; parameters as `truncated_position`.
+    """Piston velocity c/(r omega) by the truncated series; parameters as `truncated_position`.
 
     Mosakowski, eqs. 12 and 5 with 17 (12 is printed with omega^2).
     """
@@ -194,7 +194,7 @@ def truncated_velocity(
 def truncated_acceleration(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston acceleration b/(r omega^2) by the shortened series; as `truncated_position`.
+    """Piston acceleration b/(r omega^2) by the truncated series; as `truncated_position`.
 
     cos + lambda cos(2 phi) for 2, with (lambda + lambda^3/4) cos(2 phi) - lambda^3/4 cos(4 phi) for
     4. Exact at both dead centres, whatever the highest order: there all powers of lambda from the
@@ -204,7 +204,7 @@ def truncated_acceleration(
 
 
 def truncation_error(crank_ratio: npt.ArrayLike, highest: npt.ArrayLike, derivative: int) -> Any:
-    """Largest error of a shortened series over the largest exact value [1].
+    """Largest error of a truncated series over the largest exact value [1].
 
     `derivative` is 0 for travel (over the stroke), 1 for velocity, 2 for acceleration (over that at
     top dead centre). Travel and acceleration have their largest error at 90 degrees; Mosakowski,

@@ -20,7 +20,7 @@ DIRECTIONS = (0.0, 90.0)
 
 PARAMETERS = (
     parameter(
-        "cylinder_spacing", "a", "m", "distance of neighbouring throws along the shaft",
+        "cylinder_spacing", "a", "m", "distance between neighbouring throws along the shaft",
         "Power units, lecture 18", low=0.0,
     ),
     parameter(
@@ -183,36 +183,38 @@ def _ellipses(
 
 NODES = (
     Node(
-        "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
+        "turning_mass", "", "kg", "rotating mass left unbalanced by the counterweights",
         public=False, when="weights_by_fraction",
         needs=("counterweight_fraction", "reciprocating_mass"),
         make=lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
         * reciprocating_mass,
     ),
     Node(
-        "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
+        "turning_mass", "", "kg", "rotating mass left unbalanced by the counterweights",
         public=False, when="weights_given", needs=("rotating_mass", "weight_at_pin"),
         make=lambda rotating_mass, weight_at_pin: rotating_mass - weight_at_pin,
     ),
     Node(
-        "weight_at_pin", "", "kg", "counterweight of each cylinder, reduced to the crank radius",
+        "weight_at_pin", "", "kg",
+        "counterweight mass of each cylinder, reduced to the crank radius",
         public=False, when="weights_given",
         needs=("counterweight_mass", "counterweight_radius", "double_radius"),
         make=lambda counterweight_mass, counterweight_radius, double_radius: counterweight_mass
         * counterweight_radius / (0.5 * double_radius),
     ),
     Node(
-        "weight_at_pin", "", "kg", "counterweight of each cylinder, reduced to the crank radius",
+        "weight_at_pin", "", "kg",
+        "counterweight mass of each cylinder, reduced to the crank radius",
         public=False, when="weights_by_fraction", needs=("unbalanced_mass",),
         make=lambda unbalanced_mass: unbalanced_mass,
     ),
     Node(
-        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        "throw_turning_mass", "", "kg", "rotating mass minus the given counterweights",
         public=False, when="counterweights", needs=("turning_mass",),
         make=lambda turning_mass: turning_mass,
     ),
     Node(
-        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        "throw_turning_mass", "", "kg", "rotating mass minus the given counterweights",
         public=False, when="no_counterweights", needs=("rotating_mass",),
         make=lambda rotating_mass: rotating_mass,
     ),
@@ -327,17 +329,17 @@ NODES = (
     ),
     _vector(
         "reciprocating_moment", "M_J", "N m",
-        "moment of the reciprocating masses about the middle of the crank, exact",
+        "moment of the reciprocating masses about the middle of the crankshaft, exact",
         "Power units, lecture 18", (*_ENGINE, *_SPACES), lambda gear, phi: gear.moment(phi),
     ),
     _vector(
         "shaking_force", "F", "N",
-        "inertia force on the frame, exact, with counterweights and balance shafts",
+        "shaking force on the frame, exact, with counterweights and balance shafts",
         "Asgari section 2", _FORCE, lambda gear, phi: gear.force(phi),
     ),
     _vector(
         "shaking_moment", "M_F", "N m",
-        "moment of the inertia forces about the middle of the crank, exact",
+        "shaking moment about the middle of the crankshaft, exact",
         "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment(phi),
     ),
     _vector(

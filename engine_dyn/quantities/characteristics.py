@@ -64,15 +64,16 @@ _OF_FRICTION = {
 
 PARAMETERS = (
     parameter(
-        "rated_power", "N_{max}", "W", "power of the speed characteristic at rated speed",
+        "rated_power", "N_{max}", "W", "rated power of the full-load curve (speed characteristic)",
         "Power units, lecture 18", low=0.0,
     ),
     parameter(
-        "rated_speed", "n_{max}", "rpm", "rated speed of the speed characteristic",
+        "rated_speed", "n_{max}", "rpm",
+        "rated speed of the full-load curve (speed characteristic)",
         "Power units, lecture 18", low=0.0, si=RPM,
     ),
     parameter(
-        "characteristic_share", "s", "1", "share of the characteristic's torque", "this project",
+        "characteristic_share", "s", "1", "share of the full-load torque", "this project",
         low=0.0, low_included=True, make=lambda: 1.0,
     ),
     *(
@@ -89,14 +90,15 @@ _RATED = ("characteristic", "speed", "rated_power", "rated_speed")
 
 NODES = (
     Node(
-        "characteristic_power", "N_e", "W", "power of the speed characteristic, full load",
+        "characteristic_power", "N_e", "W", "power on the full-load curve (speed characteristic)",
         "Power units, lecture 18", needs=_RATED,
         make=lambda characteristic, speed, rated_power, rated_speed: characteristic.power(
             speed, rated_power, rated_speed
         ),
     ),
     Node(
-        "characteristic_torque", "M_e", "N m", "torque of the speed characteristic, full load",
+        "characteristic_torque", "M_e", "N m",
+        "torque on the full-load curve (speed characteristic)",
         "Power units, lecture 18", needs=_RATED,
         make=lambda characteristic, speed, rated_power, rated_speed: characteristic.torque(
             speed, rated_power, rated_speed
@@ -104,7 +106,7 @@ NODES = (
     ),
     Node(
         "characteristic_load", "L", "percent",
-        "load whose diagram gives the share of the characteristic's torque", "this project",
+        "engine load that gives this share of the full-load torque", "this project",
         needs=("load",), make=lambda load: load,
     ),
 )  # fmt: skip

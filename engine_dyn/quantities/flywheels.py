@@ -27,7 +27,8 @@ def _limits() -> tuple[tuple[str, float], ...]:
 PARAMETERS = (
     parameter(
         "wanted_delta", r"\delta_w", "1",
-        "wanted coefficient of speed fluctuation, from which the inertia follows",
+        "wanted coefficient of speed fluctuation (cyclic irregularity), from which the inertia "
+        "follows",
         "Kakaitsas section 3.2.2", low=0.0, high=2.0, named=_limits(),
     ),
     parameter(
@@ -43,12 +44,12 @@ PARAMETERS = (
         low=0.0, named=tuple(flywheel.DENSITIES.items()),
     ),
     parameter(
-        "rim_speed_lowest", r"v_{min}", "m s-1", "least usual speed of the flywheel's rim",
+        "rim_speed_lowest", r"v_{min}", "m s-1", "lowest usual rim speed of the flywheel",
         "Asgari eq. 14", low=0.0, low_included=True,
         named=tuple((name, least) for name, (least, _) in flywheel.RIM_SPEEDS.items()),
     ),
     parameter(
-        "rim_speed_limit", r"v_{max}", "m s-1", "largest speed of the flywheel's rim",
+        "rim_speed_limit", r"v_{max}", "m s-1", "largest allowed rim speed of the flywheel",
         "Asgari eq. 14", low=0.0,
         named=tuple((name, high) for name, (_, high) in flywheel.RIM_SPEEDS.items()),
     ),
@@ -91,16 +92,16 @@ def _verdict(
 NODES = (
     Node(
         "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
-        "moment of inertia on the flywheel's side of the running gear: flywheel and load, at the "
-        "crank", "Kakaitsas eq. 3.2", when="given_inertia inertia_in_parts",
+        "moment of inertia of flywheel and load, referred to the crankshaft",
+        "Kakaitsas eq. 3.2", when="given_inertia inertia_in_parts",
         needs=("flywheel_inertia", "inertia_beyond_gear"),
         make=lambda flywheel_inertia, inertia_beyond_gear: flywheel_inertia + inertia_beyond_gear,
     ),
     *(
         Node(
             "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
-            "moment of inertia on the flywheel's side of the running gear: flywheel and load, at "
-            "the crank", "Kakaitsas eq. 3.2", when=when,
+            "moment of inertia of flywheel and load, referred to the crankshaft",
+            "Kakaitsas eq. 3.2", when=when,
             needs=("inertia", "engine_inertia", "auxiliary_inertia"),
             make=lambda inertia, engine_inertia, auxiliary_inertia: flywheel.inertia_behind(
                 inertia, engine_inertia + auxiliary_inertia
@@ -110,7 +111,7 @@ NODES = (
     ),
     Node(
         "flywheel_shaft_torque", "M_{F}", "N m",
-        "torque in the shaft before the flywheel, from running gear to flywheel and load, rigid",
+        "torque in the shaft between running gear and flywheel, rigid shaft",
         "Newton's law, Kakaitsas eqs. 3.1, 3.2", kind="curve",
         needs=("load_torque", "driver_torque", "flywheel_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, flywheel_side_inertia, angular_acceleration:
@@ -119,23 +120,26 @@ NODES = (
         ),
     ),
     Node(
-        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        "load_side_inertia", "", "kg m2",
+        "moment of inertia of the load, referred to the crankshaft",
         public=False, when="wanted_delta", needs=("inertia_beyond_gear",),
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
     Node(
-        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        "load_side_inertia", "", "kg m2",
+        "moment of inertia of the load, referred to the crankshaft",
         public=False, when="given_inertia inertia_in_parts", needs=("inertia_beyond_gear",),
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
     # Of an inertia that is given whole, the load's part is not known: scenes are refused.
     Node(
-        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        "load_side_inertia", "", "kg m2",
+        "moment of inertia of the load, referred to the crankshaft",
         public=False, when="given_inertia inertia_whole", kind="parameter",
     ),
     Node(
         "load_shaft_torque", "M_{FL}", "N m",
-        "torque in the shaft behind the flywheel, from it to the load, at the crank, rigid",
+        "torque in the shaft between flywheel and load, referred to the crankshaft, rigid shaft",
         "Newton's law, Kakaitsas eq. 3.1", kind="curve",
         needs=("load_torque", "driver_torque", "load_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, load_side_inertia, angular_acceleration:
@@ -144,7 +148,7 @@ NODES = (
         ),
     ),
     Node(
-        "rim_speed", "v_f", "m s-1", "speed of the flywheel's rim", "Asgari eq. 15",
+        "rim_speed", "v_f", "m s-1", "rim speed of the flywheel", "Asgari eq. 15",
         needs=("flywheel_outer_diameter", "speed"),
         make=lambda flywheel_outer_diameter, speed: flywheel.rim_speed(
             flywheel_outer_diameter, speed
@@ -152,12 +156,12 @@ NODES = (
     ),
     Node(
         "flywheel_smallest_diameter", "D_{min}", "m",
-        "outer diameter of the flywheel at which its rim has the least usual speed",
+        "smallest outer diameter of the flywheel, at which the rim has the lowest usual speed",
         "Asgari eqs. 14, 15", needs=("rim_speed_lowest", "speed"),
         make=lambda rim_speed_lowest, speed: 2.0 * rim_speed_lowest / speed,
     ),
     _verdict(
-        "rim_speed_verdict", r"\chi_v", "whether the rim's speed lies within its limits",
+        "rim_speed_verdict", r"\chi_v", "whether the rim speed lies within its limits",
         "Asgari eq. 14", ("rim_speed", "rim_speed_lowest", "rim_speed_limit"),
         lambda rim_speed, rim_speed_lowest, rim_speed_limit: flywheel.verdict(
             rim_speed, rim_speed_lowest, rim_speed_limit
@@ -165,7 +169,7 @@ NODES = (
     ),
     Node(
         "flywheel_largest_diameter", "D_{max}", "m",
-        "outer diameter of the flywheel at which its rim has the largest speed",
+        "largest outer diameter of the flywheel, at which the rim has the largest allowed speed",
         "Asgari eqs. 14, 15", needs=("rim_speed_limit", "speed"),
         make=lambda rim_speed_limit, speed: flywheel.largest_diameter(rim_speed_limit, speed),
     ),
@@ -191,7 +195,8 @@ NODES = (
         ),
     ),
     Node(
-        "cycle_rate", "n_c", "min-1", "number of cycles a minute at nominal speed, of a cylinder",
+        "cycle_rate", "n_c", "min-1",
+        "number of cycles per minute of one cylinder, at nominal speed",
         "Asgari eq. 20", si=1.0 / 60.0, needs=("speed", "period"),
         make=lambda speed, period: speed / period,
     ),
@@ -222,11 +227,11 @@ NODES = (
     ),
     _of_triangle(
         "inertia_triangular", r"\Theta_\triangle", "kg m2",
-        "inertia for the wanted delta by the triangular torque", "Asgari eq. 30", "inertia",
+        "inertia for the wanted delta from the triangular torque", "Asgari eq. 30", "inertia",
     ),
     Node(
         "inertia_energy_swing", r"\Theta_W", "kg m2",
-        "inertia for the wanted delta by the energy swing of the torque",
+        "inertia for the wanted delta from the energy swing of the torque",
         "Asgari eq. 30 with the real torque", needs=("energy_swing", "wanted_delta", "speed"),
         make=lambda energy_swing, wanted_delta, speed: flywheel.energy_swing_inertia(
             energy_swing, wanted_delta, speed
@@ -234,7 +239,7 @@ NODES = (
     ),
     Node(
         "inertia_required", r"\Theta_w", "kg m2",
-        "inertia of engine and load that gives the wanted delta, exactly",
+        "inertia of engine and load that gives exactly the wanted delta",
         "Kakaitsas section 3.2.2", needs=("inertia_search",),
     ),
     Node(
@@ -243,22 +248,22 @@ NODES = (
     ),
     Node(
         "inertia_triangular_error", r"\Theta_\triangle/\Theta_w-1", "1",
-        "relative error of the triangular torque's inertia", "this project",
+        "relative error of the inertia from the triangular torque", "this project",
         needs=("inertia_triangular", "inertia_required"),
         make=lambda inertia_triangular, inertia_required: inertia_triangular / inertia_required
         - 1.0,
     ),
     Node(
         "inertia_energy_swing_error", r"\Theta_W/\Theta_w-1", "1",
-        "relative error of the energy swing's inertia", "this project",
+        "relative error of the inertia from the energy swing", "this project",
         needs=("inertia_energy_swing", "inertia_required"),
         make=lambda inertia_energy_swing, inertia_required: inertia_energy_swing
         / inertia_required - 1.0,
     ),
     Node(
         "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
-        "flywheel inertia needed beside the running gear for the wanted delta, 0 where none is "
-        "needed", "Kakaitsas sections 3.2, 3.2.2",
+        "flywheel inertia needed in addition to the running gear for the wanted delta, 0 if none "
+        "is needed", "Kakaitsas sections 3.2, 3.2.2",
         needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
         make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:
         np.maximum(
@@ -280,7 +285,8 @@ NODES = (
     Node(*_SIZED, public=False, when="given_inertia inertia_whole", kind="parameter"),
     Node(
         "inertia_share", "I_F/I_T", "1",
-        "flywheel's inertia over that of all rotating parts of the engine, usually 0.8 to 0.9",
+        "share of the flywheel in the inertia of all rotating parts of the engine, usually 0.8 to "
+        "0.9",
         "Asgari eq. 18", needs=("sized_flywheel_inertia", "inertia", "inertia_beyond_gear"),
         make=lambda sized_flywheel_inertia, inertia, inertia_beyond_gear: sized_flywheel_inertia
         / (inertia - inertia_beyond_gear),

@@ -77,7 +77,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rubbing", "", "Pa",
-        "friction mean effective pressure without the auxiliaries, the mean of the cylinders",
+        "friction mean effective pressure without the auxiliaries, averaged over the cylinders",
         public=False, when="chen_flynn unequal", needs=(*_RUBBING, "mean_peak_pressure"),
         make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
     ),
@@ -117,7 +117,7 @@ NODES: tuple[Node, ...] = (
         for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
     Node(
-        "boundary_friction", "", "Pa", "level of the boundary friction: all that of the rings",
+        "boundary_friction", "", "Pa", "level of the boundary friction: all of the ring friction",
         public=False, when="patton_nitschke_heywood",
         needs=("fmep_rings", "fmep_ring_gas_pressure", *_LEVER),
         make=lambda fmep_rings, fmep_ring_gas_pressure, **needs: _level(
@@ -126,7 +126,7 @@ NODES: tuple[Node, ...] = (
     ),
     *(
         Node(
-            f"{part}_friction", "", "Pa", f"level of the {part} friction: none by this law",
+            f"{part}_friction", "", "Pa", f"level of the {part} friction: none in this law",
             public=False, when="patton_nitschke_heywood", make=lambda: 0.0,
         )
         for part in ("mixed", "hydrodynamic")

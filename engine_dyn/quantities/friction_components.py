@@ -36,32 +36,33 @@ def _main_bearings(cylinder_set: Any, cylinders_by_count: Any) -> Any:
 PARAMETERS = (
     parameter(
         "friction_law", "i_{fr}", "1",
-        "law of the friction mean effective pressure, by its name", "see docs/friction.md",
+        "name of the friction law", "see docs/friction.md",
         whole=True, low=1.0, low_included=True, high=float(len(FRICTION_LAWS)), high_included=True,
         named=tuple((name, float(i)) for i, name in enumerate(FRICTION_LAWS, start=1)),
         unless_given=1.0,
     ),
     parameter(
         "geometric_compression_ratio", r"\varepsilon_g", "1",
-        "largest over smallest volume of a cylinder, for the friction of the rings; modelled "
-        "cycles have their own", PATTON, low=1.5, high=40.0,
+        "geometric compression ratio, used for ring friction; modelled cycles have their "
+        "own", PATTON, low=1.5, high=40.0,
     ),
     parameter(
         "main_bearings", "n_H", "1",
-        "number of main bearings; unless given one more than throws", PATTON, whole=True, low=1.0,
+        "number of main bearings; by default one more than the number of "
+        "throws", PATTON, whole=True, low=1.0,
         low_included=True, high=100.0, needs=("cylinder_set", "cylinders_by_count"),
         make=_main_bearings,
     ),
     parameter(
-        "valve_train", "i_V", "1", "kind of the valve train, by its name", PATTON, whole=True,
+        "valve_train", "i_V", "1", "type of valve train", PATTON, whole=True,
         low=1.0, low_included=True, high=float(len(components.VALVE_TRAINS)), high_included=True,
         named=tuple((k, float(v.number)) for k, v in components.VALVE_TRAINS.items()),
     ),
     parameter(
-        "valve_lift", "h_v", "m", "largest lift of a valve", PATTON, low=0.0, high=0.3,
+        "valve_lift", "h_v", "m", "largest valve lift", PATTON, low=0.0, high=0.3,
     ),
     parameter(
-        "valves_per_cylinder", "n_v", "1", "number of valves of a cylinder", PATTON, whole=True,
+        "valves_per_cylinder", "n_v", "1", "number of valves per cylinder", PATTON, whole=True,
         low=1.0, low_included=True, high=10.0, high_included=True,
     ),
     parameter(
@@ -169,7 +170,8 @@ NODES: tuple[Node, ...] = (
         lambda bore, speed: components.rings(bore, speed),
     ),
     hidden(
-        "ring_gas_pressure_unthrottled", "Pa", "what gas adds to the rings' friction at full air",
+        "ring_gas_pressure_unthrottled", "Pa",
+        "ring friction added by gas pressure at full throttle",
         ("geometric_compression_ratio", "mean_piston_speed"),
         lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
             geometric_compression_ratio, mean_piston_speed
@@ -189,7 +191,8 @@ NODES: tuple[Node, ...] = (
         lambda speed: components.auxiliaries(speed),
     ),
     hidden(
-        "fmep_without_gas", "Pa", "friction mean effective pressure of what no gas presses on",
+        "fmep_without_gas", "Pa",
+        "friction mean effective pressure of all that does not depend on gas pressure",
         _UNTHROTTLED, _in_order(_UNTHROTTLED),
     ),
     Node(

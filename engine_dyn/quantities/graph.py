@@ -102,20 +102,21 @@ _CONSTANTS = tuple(
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
     Dimension(
-        "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
+        "main_bearing", "j", "1", "main journal along the shaft, the first in front of throw 1",
         whole=True,
     ),
-    Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
+    Dimension("order", r"\nu", "1", "order, periods per crankshaft revolution"),
     Dimension(
         "direction", r"\vartheta", "degree",
-        "direction across the shaft, 0 along cylinder 1, in the sense of rotation", si=DEGREE,
+        "direction perpendicular to the shaft, 0 along cylinder 1, positive in the sense of "
+        "rotation", si=DEGREE,
     ),
     Dimension(
         "crank_angle", r"\varphi", "degree",
         "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
     ),
-    Dimension("parameter", "", "1", "parameter that a derivative is taken by"),
-    Dimension("uncertain_parameter", "", "1", "parameter whose value is not well known"),
+    Dimension("parameter", "", "1", "parameter of the derivative"),
+    Dimension("uncertain_parameter", "", "1", "parameter with an uncertain value"),
 )  # fmt: skip
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})

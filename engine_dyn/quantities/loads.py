@@ -71,11 +71,11 @@ NODES: tuple[Node, ...] = (
         needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
     ),
     Node(
-        "load_constant", "", "N m", "load torque that the speed does not change", public=False,
+        "load_constant", "", "N m", "load torque independent of speed", public=False,
         when="steady_load", needs=("load_offset",), make=lambda load_offset: load_offset,
     ),
     Node(
-        "load_constant", "", "N m", "load torque that the speed does not change, its mean",
+        "load_constant", "", "N m", "load torque independent of speed, mean over the cycle",
         public=False, when="angle_load",
         needs=("load_offset", "driven", "load_gear", "load_table_factor"),
         make=lambda load_offset, driven, load_gear, load_table_factor:
@@ -84,12 +84,12 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
         public=False, when="steady_load", needs=("load_offset",),
         make=lambda load_offset: load_offset,
     ),
     Node(
-        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
         public=False, when="angle_load",
         needs=("load_offset", "driven", "crank_angle", "load_gear", "load_phase",
                "load_table_factor"),
@@ -99,24 +99,28 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        "load_surplus", "", "N m",
+        "mean torque to be balanced by the speed-dependent load or the driver",
         public=False, when="power_mean", needs=("torque_mean", "load_constant"),
         make=lambda torque_mean, load_constant: torque_mean - load_constant,
     ),
     Node(
-        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        "load_surplus", "", "N m",
+        "mean torque to be balanced by the speed-dependent load or the driver",
         public=False, when="cycle_time", needs=("torque_mean", "load_constant", "load_factor"),
         make=lambda torque_mean, load_constant, load_factor: load_factor
         * (torque_mean - load_constant),
     ),
     Node(
-        "synchronous_speed", "", "rad s-1", "driving motor: synchronous speed, at the crank",
+        "synchronous_speed", "", "rad s-1",
+        "driving motor: synchronous speed, referred to the crankshaft",
         public=False, needs=("motor_synchronous_speed", "motor_gear_ratio"),
         make=lambda motor_synchronous_speed, motor_gear_ratio: motor_synchronous_speed
         / motor_gear_ratio,
     ),
     Node(
-        "breakdown_torque", "", "N m", "driving motor: largest torque, at the crank",
+        "breakdown_torque", "", "N m",
+        "driving motor: breakdown torque, referred to the crankshaft",
         public=False, needs=("motor_breakdown_torque", "motor_gear_ratio"),
         make=lambda motor_breakdown_torque, motor_gear_ratio: motor_gear_ratio
         * motor_breakdown_torque,
@@ -127,7 +131,8 @@ NODES: tuple[Node, ...] = (
         make=lambda driven, speed: driven.over_speed(speed),
     ),
     Node(
-        "shape_at_nominal", "", "N m", "torque of the load's table at nominal speed, at the crank",
+        "shape_at_nominal", "", "N m",
+        "torque of the load's table at nominal speed, referred to the crankshaft",
         public=False, when="table no_driver", needs=("driven", "speed", "load_gear"),
         make=lambda driven, speed, load_gear: load_gear * driven.over_speed(load_gear * speed),
     ),
@@ -140,7 +145,7 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
         "Kakaitsas eq. 3.5",
         needs=("torque_mean", "load_offset", "speed", "load_exponent"),
         when="power_law steady_load power_mean",
@@ -148,7 +153,7 @@ NODES: tuple[Node, ...] = (
         / power(speed, load_exponent),
     ),
     Node(
-        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
         "Kakaitsas eq. 3.5 with the solved speed",
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
         when="power_law steady_load cycle_time",
@@ -156,7 +161,7 @@ NODES: tuple[Node, ...] = (
         * (torque_mean - load_offset) / power(speed, load_exponent),
     ),
     Node(
-        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
         "Kakaitsas eq. 3.5 with the mean of the load over angle",
         needs=("load_surplus", "speed", "load_exponent"), when="power_law angle_load",
         make=lambda load_surplus, speed, load_exponent: load_surplus
@@ -172,7 +177,8 @@ NODES: tuple[Node, ...] = (
         for when, what in _SHAPED.items()
     ),
     Node(
-        "load_coefficient", "k", "1", "coefficient of the load torque over speed, 0: driven",
+        "load_coefficient", "k", "1",
+        "coefficient of the speed-dependent load torque, 0 with a driver",
         "this project", when="with_driver", make=lambda: 0.0,
     ),
     Node(
@@ -185,17 +191,17 @@ NODES: tuple[Node, ...] = (
         "this project", when="no_driver", make=lambda: 0.0,
     ),
     Node(
-        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
         "this project", kind="curve", when="no_driver", make=lambda: 0.0,
     ),
     Node(
-        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
         "this project", kind="curve", when="table with_driver",
         needs=("driver_factor", "driven", "omega"),
         make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
     ),
     Node(
-        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
         "Kloss's formula", kind="curve", when="motor",
         needs=("driver_factor", "omega", *_OF_MOTOR),
         make=lambda driver_factor, omega, synchronous_speed, motor_breakdown_slip,
@@ -205,7 +211,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
-        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
+        "speed-dependent part of the load torque at nominal speed", "Kakaitsas eq. 3.4",
         needs=("load_coefficient", "speed", "load_exponent"), when="power_law",
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
         * power(speed, load_exponent),
@@ -213,7 +219,8 @@ NODES: tuple[Node, ...] = (
     *(
         Node(
             "load_torque_nominal", "k T(\\omega_n)", "N m",
-            "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4 with a table",
+            "speed-dependent part of the load torque at nominal speed",
+            "Kakaitsas eq. 3.4 with a table",
             needs=("load_coefficient", "shape_at_nominal"), when=when,
             make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
         )
@@ -222,7 +229,7 @@ NODES: tuple[Node, ...] = (
     *(node for law in _BY_NUMBERS for node in (_at_nominal(law), _load_torque(law))),
     Node(
         "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
-        "load torque at nominal speed without its offset, 0: driven", "this project",
+        "speed-dependent part of the load torque at nominal speed, 0 with a driver", "this project",
         when="with_driver", make=lambda: 0.0,
     ),
     Node(
@@ -247,7 +254,7 @@ NODES: tuple[Node, ...] = (
         + load_coefficient * load_gear * driven.over_speed(load_gear * omega),
     ),
     Node(
-        "load_torque", "M_L", "N m", "load torque, which the speed does not change", "this project",
+        "load_torque", "M_L", "N m", "load torque, independent of speed", "this project",
         kind="curve", when="with_driver", needs=("load_over_angle",),
         make=lambda load_over_angle: load_over_angle,
     ),

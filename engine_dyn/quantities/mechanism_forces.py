@@ -80,15 +80,16 @@ class _Component(NamedTuple):
 _FORCES = (
     _Component(
         "wall_thrust", "N",
-        "force of the piston on the wall, opposite to the side where the crank pin goes down",
-        "wall thrust", ", opposite to the side where the crank pin goes down",
+        "wall thrust, side force of the piston on the cylinder wall, positive opposite to the "
+        "side where the crank pin moves down",
+        "wall thrust", ", positive opposite to the side where the crank pin moves down",
         ("Kakaitsas eq. 2.17", "Kakaitsas eq. 2.2", "Kakaitsas eqs. 2.12, 2.17"), _ANGLE,
         lambda crank_angle, crank_ratio, offset_ratio: mechanism.thrust_ratio(
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
     _Component(
-        "rod_force", "S", "force in the rod, compression positive", "rod force",
+        "rod_force", "S", "rod force, compression positive", "rod force",
         ", compression positive",
         ("Kakaitsas eq. 2.18", "Kakaitsas eq. 2.3", "Kakaitsas eqs. 2.12, 2.18"), _ANGLE,
         lambda crank_angle, crank_ratio, offset_ratio: mechanism.rod_ratio(
@@ -96,14 +97,16 @@ _FORCES = (
         ),
     ),
     _Component(
-        "tangential_force", "T", "force of the rod on the crank pin in the sense of rotation",
+        "tangential_force", "T",
+        "tangential force of the rod on the crank pin, positive in the sense of rotation",
         "tangential force", "",
         ("Kakaitsas eq. 2.19", "Kakaitsas eq. 2.4", "Kakaitsas eq. 2.13"), ("velocity",),
         lambda velocity: velocity,
     ),
     _Component(
-        "radial_force", "R", "force of the rod on the crank pin towards the crank's axis",
-        "radial force", ", towards the crank's axis",
+        "radial_force", "R",
+        "radial force of the rod on the crank pin, positive towards the crank axis",
+        "radial force", ", positive towards the crank axis",
         ("Kakaitsas eq. 2.5", "Kakaitsas eq. 2.5", "Kakaitsas eqs. 2.5, 2.12"), _ANGLE,
         lambda crank_angle, crank_ratio, offset_ratio: mechanism.radial_ratio(
             crank_angle, crank_ratio, offset_ratio
@@ -138,7 +141,7 @@ def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
         return needs[of] / torque.piston_area(needs["bore"])
 
     return Node(
-        name, symbol, "bar", f"{long_name} over the area of the piston, cylinder 1",
+        name, symbol, "bar", f"{long_name} over piston area, cylinder 1",
         f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"), make=make,
     )  # fmt: skip
 
@@ -174,7 +177,7 @@ _REDUCED_TORQUES = (
     ),
     Node(
         "reduced_overturning_moment", r"\mu_\alpha", "bar",
-        "overturning moment over the displacement, in the sense of rotation, cylinder 1",
+        "overturning moment over the displacement, positive in the sense of rotation, cylinder 1",
         f"{NOTES}, mu", si=BAR, kind="curve", needs=("reduced_torque",),
         make=lambda reduced_torque: -reduced_torque,
     ),
@@ -185,7 +188,7 @@ _OVERTURNING = (
         "overturning_moment",
         r"M_\alpha",
         "N m",
-        "overturning moment on the frame, in the sense of rotation, all cylinders",
+        "overturning moment on the frame, positive in the sense of rotation, all cylinders",
         "Kakaitsas eq. 2.8 (M_a = -N H)",
         kind="curve",
         needs=("gas_torque", "inertia_torque"),
@@ -195,7 +198,8 @@ _OVERTURNING = (
         "gas_overturning_moment",
         r"M_{\alpha g}",
         "N m",
-        "overturning moment of the gas on the frame, in the sense of rotation, all cylinders",
+        "overturning moment of the gas on the frame, positive in the sense of rotation, all "
+        "cylinders",
         "Kakaitsas eq. 2.8 (M_a = -N H)",
         kind="curve",
         needs=("gas_torque",),
@@ -205,7 +209,8 @@ _OVERTURNING = (
         "inertia_overturning_moment",
         r"M_{\alpha l}",
         "N m",
-        "overturning moment of the reciprocating masses on the frame, in the sense of rotation, "
+        "overturning moment of the reciprocating masses on the frame, positive in the sense of "
+        "rotation, "
         "all cylinders",
         "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
         kind="curve",
@@ -228,27 +233,29 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_angle", r"\beta", "degree",
-        "angle of the rod to the cylinder, positive with the big end where the crank pin goes down",
+        "angle between rod and cylinder axis, positive with the big end on the side where the "
+        "crank pin moves down",
         "Kakaitsas eq. 1.3", si=DEGREE, kind="curve", needs=_ANGLE,
         make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.rod_angle(
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
     _force(
-        "gas_force", "P_g", "force of the gas on the piston, towards the crank",
+        "gas_force", "P_g", "gas force on the piston, positive towards the crank",
         "Kakaitsas eq. 2.1", ("pressure", "crankcase_pressure", "bore"),
         lambda pressure, crankcase_pressure, bore: (pressure - crankcase_pressure)
         * torque.piston_area(bore),
     ),
     _force(
-        "inertia_force", "P_l", "force of the reciprocating masses, towards the crank",
+        "inertia_force", "P_l",
+        "inertia force of the reciprocating masses, positive towards the crank",
         "Kakaitsas eq. 2.12", ("mass_of_first", "double_radius", "speed", "acceleration"),
         lambda mass_of_first, double_radius, speed, acceleration: -mass_of_first
         * 0.5 * double_radius * speed**2
         * acceleration,
     ),
     _force(
-        "piston_force", "P", "gas and inertia force on the piston, towards the crank",
+        "piston_force", "P", "gas and inertia force on the piston, positive towards the crank",
         "Kakaitsas eq. 2.16", ("gas_force", "inertia_force"),
         lambda gas_force, inertia_force: gas_force + inertia_force,
     ),
@@ -263,7 +270,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "gravity_torque", "M_G", "N m",
-        "torque of the weight of the running gear, with the counterweights given, all cylinders",
+        "gravity torque of the running gear, including the given counterweights, all cylinders",
         f"{NOTES}, T_G", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass",
                "double_radius", "cylinder_set", "cylinders_by_count", "offset_ratio"),
@@ -277,28 +284,29 @@ NODES: tuple[Node, ...] = (
     *_REDUCED_TORQUES,
     Node(
         "tangential_pressure_mean", r"\bar p_T", "bar",
-        "cycle mean of the tangential force over the area of the piston, mean of the cylinders",
+        "cycle mean of the tangential force over piston area, averaged over the cylinders",
         f"{NOTES}: p_i/pi (two-stroke), p_i/(2 pi) (four-stroke)", si=BAR,
         needs=("mean_gas", "pressure_scale"),
         make=lambda mean_gas, pressure_scale: mean_gas * pressure_scale,
     ),
     Node(
         "reduced_torque_mean", r"\bar\mu_\sigma", "bar",
-        "cycle mean of the torque over the displacement, mean of the cylinders", f"{NOTES}, mu",
+        "cycle mean of the torque over the displacement, averaged over the cylinders",
+        f"{NOTES}, mu",
         si=BAR, needs=("tangential_pressure_mean", "double_radius", "stroke"),
         make=lambda tangential_pressure_mean, double_radius, stroke: 0.5 * tangential_pressure_mean
         * double_radius / stroke,
     ),
     Node(
         "specific_mass", "m/V_h", "kg m-3",
-        "reciprocating mass over displacement of one cylinder", f"{NOTES}, p_l,nu",
+        "reciprocating mass per displacement of one cylinder", f"{NOTES}, p_l,nu",
         needs=("reciprocating_mass", "bore", "stroke"),
         make=lambda reciprocating_mass, bore, stroke: reciprocating_mass
         / (torque.piston_area(bore) * stroke),
     ),
     Node(
         "inertia_pressure_order", r"p_{l,\nu}", "bar",
-        "amplitude of the orders of the inertia force over the piston's area, one cylinder",
+        "amplitude of each order of the inertia force over piston area, one cylinder",
         f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
         needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
         make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
@@ -306,7 +314,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "two_mass_rod_inertia", r"\theta^*_\delta", "kg m2",
-        "moment of inertia of the rod's two masses about its centre of gravity",
+        "moment of inertia of the rod's two-mass model about the centre of gravity",
         f"{NOTES}, third condition", needs=("rod_mass", "rod_centre_of_gravity", "rod"),
         make=lambda rod_mass, rod_centre_of_gravity, rod: mechanism.two_mass_rod_inertia(
             rod_mass, rod_centre_of_gravity, rod
@@ -314,14 +322,15 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_inertia_excess", r"\theta_\delta-\theta^*_\delta", "kg m2",
-        "moment of inertia of the rod less that of its two masses", f"{NOTES}, third condition",
+        "excess of the rod's moment of inertia over that of its two-mass model",
+        f"{NOTES}, third condition",
         needs=("rod_inertia", "two_mass_rod_inertia"),
         make=lambda rod_inertia, two_mass_rod_inertia: rod_inertia - two_mass_rod_inertia,
     ),
     Node(
         "rod_couple", "C_\\delta", "N m",
-        "inertia couple of the rod that the two-mass model neglects, in the sense of a "
-        "growing rod angle",
+        "inertia couple of the rod neglected by the two-mass model, positive in the sense of "
+        "increasing rod angle",
         "Kakaitsas section 2.2, derived here", kind="curve",
         needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
@@ -329,7 +338,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_couple_torque", "M_\\delta", "N m",
-        "torque of the rod that the two-mass model neglects, one cylinder",
+        "rod torque neglected by the two-mass model, one cylinder",
         "Kakaitsas section 2.2, derived here", kind="curve",
         needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
@@ -339,7 +348,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_torque_error", r"\Delta M_l/M_l", "1",
-        "largest error of the inertia torque of two masses, over the largest of the exact rod",
+        "largest error of the two-mass model's inertia torque, over the exact rod's largest "
+        "inertia torque",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
                "offset_ratio"),
@@ -351,7 +361,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_thrust_error", r"\Delta N_l/N_l", "1",
-        "largest error of the inertia wall thrust of two masses, over the largest of the exact rod",
+        "largest error of the two-mass model's inertia wall thrust, over the exact rod's largest "
+        "inertia wall thrust",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
                "offset_ratio"),

@@ -204,15 +204,15 @@ _ORDERS = (
     ),
     Node(
         "first_mode_vector_sum", r"|\sum \beta_k e^{i\nu\psi_k}|", "1",
-        "phase vectors in the first torsional mode, summed over the cylinders, of equal throws on "
-        "a uniform shaft held at the take-off, 1 at the free end",
+        "sum of the cylinders' phase vectors in the first torsional mode, equal throws on a "
+        "uniform shaft fixed at the take-off, mode shape 1 at the free end",
         _FIRST_MODE, needs=("first_mode_phase_vectors",),
         make=lambda first_mode_phase_vectors: np.abs(first_mode_phase_vectors),
     ),
     Node(
         "first_mode_torque_order", r"M_{1,\nu}^\beta", "N m",
-        "amplitude of the orders of the torque that excites the first torsional mode, of equal "
-        "throws on a uniform shaft held at the take-off",
+        "amplitude of the orders of the torque that excites the first torsional mode, equal "
+        "throws on a uniform shaft fixed at the take-off",
         _FIRST_MODE, needs=("first_mode_torque_harmonics",),
         make=lambda first_mode_torque_harmonics: np.abs(first_mode_torque_harmonics),
     ),

@@ -49,7 +49,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "auxiliary_inertia", r"\Theta_{aux}", "kg m2",
-        "moment of inertia of the auxiliaries, at the crank", low=0.0, low_included=True,
+        "moment of inertia of the auxiliaries, referred to the "
+        "crankshaft", low=0.0, low_included=True,
         source="Kakaitsas eq. 3.2", unless_given=0.0,
     ),
     parameter(
@@ -66,7 +67,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "load_phase", r"\theta_0", "degree",
-        "phase of a load over angle, its angle at firing dead centre of cylinder 1", si=DEGREE,
+        "phase of a load over angle: the load's angle at firing top dead centre of cylinder "
+        "1", si=DEGREE,
         low=-720.0, high=720.0, low_included=True, high_included=True, source="this project",
         unless_given=0.0,
     ),
@@ -96,11 +98,13 @@ PARAMETERS: tuple[Node, ...] = (
         low=0.0, high=1.0, source="Kloss's formula",
     ),
     parameter(
-        "motor_breakdown_slip", "s_b", "1", "driving motor: slip at the largest torque", low=0.0,
+        "motor_breakdown_slip", "s_b", "1",
+        "driving motor: breakdown slip, the slip at the largest torque", low=0.0,
         high=10.0, source="Kloss's formula",
     ),
     parameter(
-        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at its own shaft",
+        "motor_breakdown_torque", "M_b", "N m",
+        "driving motor: breakdown torque, the largest torque, at its own shaft",
         low=0.0, source="Kloss's formula",
     ),
     parameter(
@@ -156,24 +160,24 @@ PARAMETERS: tuple[Node, ...] = (
         source="this project", unless_given=0.0,
     ),
     parameter(
-        "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
+        "load_exponent", r"\alpha", "1", "exponent of the speed in the load torque", low=0.0,
         low_included=True, source="Kakaitsas eq. 3.4",
     ),
     # Made, not `unless_given`: archives list what is given of the laws that hold.
     parameter(
         "load_linear", "b", "N m s",
-        "linear part of the load torque over speed", low=0.0, low_included=True,
+        "linear coefficient of the speed in the load torque", low=0.0, low_included=True,
         source="M_L = a + k (b omega + c omega^2): a brake or a fan with bearing losses",
         make=lambda: 0.0,
     ),
     parameter(
         "load_square", "c", "N m s2",
-        "square part of the load torque over speed", low=0.0, low_included=True,
+        "quadratic coefficient of the speed in the load torque", low=0.0, low_included=True,
         source="M_L = a + k (b omega + c omega^2): a brake or a fan with bearing losses",
         make=lambda: 0.0,
     ),
     parameter(
-        "load_offset", "a", "N m", "load torque that does not depend on speed",
+        "load_offset", "a", "N m", "load torque independent of speed",
         source="Kakaitsas eq. 3.4",
     ),
     parameter(
@@ -195,8 +199,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "rod_inertia", r"\theta_\delta", "kg m2",
-        "moment of inertia of the rod about its centre of gravity; unless given, that of its two "
-        "masses",
+        "moment of inertia of the rod about its centre of gravity; by default, that of the "
+        "two-mass model",
         low=0.0, source="Rakopoulos notes, third condition", needs=("two_mass_rod_inertia",),
         make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
     ),
@@ -217,7 +221,7 @@ PARAMETERS: tuple[Node, ...] = (
         source="Kakaitsas eq. 2.15, Asgari eq. 6",
     ),
     parameter(
-        "throw_radius", "r_o", "m", "distance of a throw's centre of gravity from the crank's axis",
+        "throw_radius", "r_o", "m", "distance of a throw's centre of gravity from the shaft axis",
         low=0.0, low_included=True, source="Kakaitsas eq. 2.15, Asgari eq. 6",
     ),
     parameter(
@@ -226,7 +230,7 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "friction_peak_pressure", "b_2", "1",
-        "share of the peak pressure in the friction mean effective pressure", low=0.0,
+        "friction mean effective pressure per peak pressure", low=0.0,
         low_included=True, source="Kakaitsas eq. 3.9",
     ),
     parameter(
@@ -236,36 +240,37 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
-        "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
+        "friction mean effective pressure per squared mean piston speed", si=BAR, low=0.0,
         low_included=True, source="Chen and Flynn, SAE 650733", unless_given=0.0,
     ),
     parameter(
         "friction_boundary", "f_b", "1",
-        "share of the friction over the stroke with a constant coefficient", low=0.0,
+        "share of piston friction with a constant coefficient (boundary lubrication)", low=0.0,
         low_included=True, high=1.0, high_included=True,
         source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
     ),
     parameter(
         "friction_mixed", "f_m", "1",
-        "share of the friction over the stroke whose coefficient falls as the piston moves",
+        "share of piston friction whose coefficient falls with piston speed (mixed lubrication)",
         low=0.0, low_included=True, high=1.0, high_included=True,
         source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
     ),
     parameter(
         "friction_hydrodynamic", "f_h", "1",
-        "share of the friction over the stroke that grows with the root of speed times pressure",
+        "share of piston friction that grows with the square root of speed times pressure "
+        "(hydrodynamic lubrication)",
         low=0.0, low_included=True, high=1.0, high_included=True,
         source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
     ),
     parameter(
         "friction_skirt", "f_s", "1",
-        "share of the friction over the stroke that grows with the piston's speed", low=0.0,
+        "share of piston friction that grows with piston speed (skirt)", low=0.0,
         low_included=True, high=1.0, high_included=True,
         source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
     ),
     parameter(
         "ring_pressure", "p_r", "bar",
-        "pressure of the piston rings on the liner from ring tension", si=BAR, low=0.0,
+        "contact pressure of the piston rings on the liner due to ring tension", si=BAR, low=0.0,
         high=100.0, source="after Rezeka and Henein, SAE 840179",
     ),
     parameter(
@@ -275,7 +280,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "compression_ratio", r"\varepsilon", "1",
-        "largest over smallest cylinder volume; in a scene, that of modelled cycles", low=1.5,
+        "compression ratio, largest over smallest cylinder volume; in a scene, that of the "
+        "modelled cycles", low=1.5,
         high=40.0, source="Heywood (1988), ch. 2",
     ),
     parameter(
@@ -299,12 +305,13 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "truncation", r"\nu_{max}", "1",
-        "highest order kept of the shortened series of the piston's motion",
+        "highest order kept in the truncated series of piston motion",
         whole=True, even=True, low=2.0, low_included=True, high=40.0, high_included=True,
         source="Mosakowski eqs. 13, 18", unless_given=2.0,
     ),
     parameter(
-        "passes", "N", "1", "number of cycles (methods thesis and picard)", whole=True, low=1.0,
+        "passes", "N", "1",
+        "number of cycles to compute (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2", unless_given=0.0,
     ),
     parameter(

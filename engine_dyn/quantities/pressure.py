@@ -51,7 +51,7 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
     """Factor on the diagram, NaN where the parameters are no cycle, which `known` tells."""
     return (
         Node(
-            name, "", "1", "factor on the diagram, NaN where the parameters are no cycle",
+            name, "", "1", "factor on the diagram, NaN where the parameters give no valid cycle",
             public=False, needs=(known,), when=f"one_scale {when}",
             make=lambda **needs: needs[known],
         ),
@@ -63,7 +63,7 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
         ),
         Node(
             name, "", "1",
-            "factor on the diagram at this speed, NaN where the parameters are no cycle",
+            "factor on the diagram at this speed, NaN where the parameters give no valid cycle",
             public=False, needs=("speed", "scale_table", known),
             when=f"own_cycles scale_over_speed {when}",
             make=lambda speed, scale_table, **needs: needs[known] * _scale(speed, scale_table),
@@ -118,20 +118,22 @@ NODES: tuple[Node, ...] = (
         make=lambda place, cycle, family: family.row_of(cycle, place),
     ),
     Node(
-        "cycle_known", "", "1", "1, NaN where the parameters are no cycle", public=False,
+        "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
         when="given_cycles", make=lambda: 1.0,
     ),
     Node(
-        "cycle_known", "", "1", "1, NaN where the parameters are no cycle", public=False,
+        "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
         needs=("row", "family"), when="own_cycles", make=_cycle_known,
         width=BYTES_OF_CYCLE,
     ),
     Node(
-        "all_cycles_known", "", "1", "1, NaN where the parameters are no cycle at some load",
+        "all_cycles_known", "", "1",
+        "1, or NaN where the parameters give no valid cycle at some load",
         public=False, when="given_cycles", make=lambda: 1.0,
     ),
     Node(
-        "all_cycles_known", "", "1", "1, NaN where the parameters are no cycle at some load",
+        "all_cycles_known", "", "1",
+        "1, or NaN where the parameters give no valid cycle at some load",
         public=False, needs=("cycle", "family"), when="own_cycles",
         make=_all_cycles_known, width=BYTES_OF_CYCLE,
     ),
@@ -139,19 +141,22 @@ NODES: tuple[Node, ...] = (
     *_scales("diagram_scale", "all_cycles_known", "characteristic"),
     Node(
         "pressure_scale", "", "1",
-        "factor on the diagram, NaN where none gives the characteristic's torque", public=False,
+        "factor on the diagram, NaN where no diagram gives the torque of the full-load "
+        "curve", public=False,
         needs=("diagram_scale", "load"), when="characteristic",
         make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
     ),
     Node(
-        "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
+        "pressure_share", "", "1",
+        "factor on the cylinder pressure, averaged over the cylinders", public=False,
         needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "pressure", cylinder_set, cylinders_by_count
         ),
     ),
     Node(
-        "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
+        "mean_peak_pressure", "", "Pa",
+        "largest pressure, averaged over the cylinders", public=False,
         needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.mean) * pressure_scale,
@@ -217,7 +222,8 @@ NODES: tuple[Node, ...] = (
         needs=("imep", "fmep"), make=lambda imep, fmep: balance_of(imep, fmep),
     ),
     Node(
-        "mechanical_efficiency", r"\eta_m", "1", "brake over indicated mean effective pressure",
+        "mechanical_efficiency", r"\eta_m", "1",
+        "mechanical efficiency, brake over indicated mean effective pressure",
         "Kakaitsas section 3.2.3", needs=("bmep", "imep"),
         make=lambda bmep, imep: quotient(bmep, imep),
     ),

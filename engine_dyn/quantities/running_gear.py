@@ -45,7 +45,7 @@ NODES: tuple[Node, ...] = (
         make=lambda double_radius, crank_ratio: 0.5 * double_radius / crank_ratio,
     ),
     Node(
-        "pin_line", "e", "m", "offset of the piston pin's line from the crank's axis",
+        "pin_line", "e", "m", "offset of the piston-pin line from the crankshaft axis",
         public=False, needs=("pin_offset", "crank_offset"),
         make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
     ),
@@ -62,12 +62,14 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "offset_ratio", "e/r", "1", "offset of the pin's line over the crank radius", public=False,
+        "offset_ratio", "e/r", "1",
+        "offset of the piston-pin line over the crank radius", public=False,
         needs=("pin_line", "double_radius"),
         make=lambda pin_line, double_radius: pin_line / (0.5 * double_radius),
     ),
     Node(
-        "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
+        "mass_share", "", "1",
+        "factor on the reciprocating mass, averaged over the cylinders", public=False,
         needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "mass", cylinder_set, cylinders_by_count
@@ -95,7 +97,7 @@ NODES: tuple[Node, ...] = (
         * stroke * stroke_share,
     ),
     Node(
-        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, of unequal throws their mean",
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, averaged over unequal throws",
         "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
         make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
             stroke * stroke_share, speed
@@ -108,7 +110,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "reciprocating_mass_of_cylinder", "m_1", "kg",
-        "reciprocating mass of a cylinder, piston and the rod's part of it unless given",
+        "reciprocating mass per cylinder, by default piston mass and the rod's reciprocating share",
         "Asgari eq. 10, Kakaitsas eq. 2.10", needs=("reciprocating_mass",),
         make=lambda reciprocating_mass: reciprocating_mass,
     ),
@@ -170,7 +172,7 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "varying_inertia", "kg m2",
-        "moment of inertia of the reciprocating masses less its cycle mean",
+        "moment of inertia of the reciprocating masses minus its cycle mean",
         ("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "cylinder_set",
          "period", "offset_ratio", "cylinders_by_count", "mean_reciprocating_inertia"),
         lambda mean_reciprocating_inertia, **needs: _reciprocating_inertia(**needs)
@@ -190,13 +192,15 @@ NODES: tuple[Node, ...] = (
         make=lambda inertia, varying_inertia: inertia + varying_inertia,
     ),
     Node(
-        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "inertia_beyond_gear", "", "kg m2",
+        "moment of inertia of the load, referred to the crankshaft",
         "Kakaitsas eq. 3.1", public=False, when="load_inertia",
         needs=("load_inertia", "gear_ratio"),
         make=lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
     ),
     Node(
-        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "inertia_beyond_gear", "", "kg m2",
+        "moment of inertia of the load, referred to the crankshaft",
         "Kakaitsas eq. 3.1", public=False, when="no_load_inertia", make=lambda: 0.0,
     ),
     Node(

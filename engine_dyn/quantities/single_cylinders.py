@@ -36,8 +36,10 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
         node.name: node
         for node in (
             Node(
-                "pressure_factor_N", "f_N", "1", "factor on the pressure above motored of cylinder "
-                "N, 0: it does not burn", "this project", kind="parameter", **_FACTOR,
+                "pressure_factor_N", "f_N", "1",
+                "factor on the combustion pressure (pressure above motored) of cylinder N, 0 for "
+                "a misfire",
+                "this project", kind="parameter", **_FACTOR,
             ),
             Node(
                 "mass_factor_N", "m_N/m", "1", "factor on the reciprocating mass of cylinder N",
@@ -50,7 +52,8 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
             ),
             Node(
                 "firing_angle_N", r"\varphi_N", "degree",
-                "crank angle at which cylinder N, from 2 on, fires; its own throw goes with it",
+                "crank angle at which cylinder N, from 2 on, fires; if the cylinder has its own "
+                "throw, the throw moves with it",
                 "this project", si=DEGREE, kind="parameter", low=0.0, low_included=True, high=720.0,
             ),
         )

@@ -100,14 +100,15 @@ NODES: tuple[Node, ...] = (
     _solution("angle_load", "driven", *OF_ANGLE),
     *(_torque_result(*row) for row in TORQUE_RESULTS),
     Node(
-        "indicated_torque_mean", "", "N m", "mean torque over the cycle without friction",
+        "indicated_torque_mean", "", "N m",
+        "mean indicated torque over the cycle, without friction",
         public=False,
         needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders"),
         make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders:
         cylinders * torque.piston_area(bore) * 0.5 * double_radius * pressure_scale * mean_gas,
     ),
     Node(
-        "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
+        "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "Kakaitsas eq. 3.5",
         needs=("indicated_torque_mean", "friction_torque"),
         make=lambda indicated_torque_mean, friction_torque: balance_of(
             indicated_torque_mean, friction_torque
@@ -119,26 +120,26 @@ NODES: tuple[Node, ...] = (
         make=lambda torque_max, torque_min: torque_max - torque_min,
     ),
     Node(
-        "torque_ratio", "M_{max}/M_{mean}", "1", "largest over mean torque",
+        "torque_ratio", "M_{max}/M_{mean}", "1", "ratio of largest to mean torque",
         "Kakaitsas section 5.4", needs=("torque_max", "torque_mean"),
         make=lambda torque_max, torque_mean: quotient(torque_max, torque_mean),
     ),
     Node(
-        "indicated_torque_solution", "", "", "extremes of the torque without friction",
+        "indicated_torque_solution", "", "", "extremes of the indicated torque",
         kind="stage", public=False, gives=tuple(_INDICATED), needs=_EXTREMES,
         make=_indicated_solution,
     ),
     *(
-        Node(name, "", "N m", f"{which} torque without friction at nominal speed", public=False,
+        Node(name, "", "N m", f"{which} indicated torque at nominal speed", public=False,
              needs=("indicated_torque_solution",))
         for name, which in zip(_INDICATED, ("largest", "smallest"), strict=True)
     ),
     Node(
-        "indicated_torque_range", "", "N m", "range of the torque without friction", public=False,
+        "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
         when="uniform_friction", needs=("torque_range",), make=lambda torque_range: torque_range,
     ),
     Node(
-        "indicated_torque_range", "", "N m", "range of the torque without friction", public=False,
+        "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
         when="stroke_friction", needs=tuple(_INDICATED),
         make=lambda indicated_torque_max, indicated_torque_min: indicated_torque_max
         - indicated_torque_min,
@@ -163,7 +164,7 @@ NODES: tuple[Node, ...] = (
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
-        "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
+        "gas_torque", "M_g", "N m", "gas torque, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "cylinder_set", "period",
@@ -172,7 +173,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "inertia_torque", "M_l", "N m",
-        "torque of the reciprocating masses at nominal speed, all cylinders",
+        "inertia torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "speed",
                "cylinder_set", "period", "offset_ratio", "cylinders_by_count"),
@@ -180,7 +181,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
-        "torque of the reciprocating masses at the solved speed, all cylinders",
+        "inertia torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "omega",
                "angular_acceleration", "cylinder_set", "period", "offset_ratio",
@@ -188,14 +189,14 @@ NODES: tuple[Node, ...] = (
         make=_inertia_torque_actual,
     ),
     Node(
-        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        "torque", "M", "N m", "engine torque at nominal speed", "Kakaitsas eq. 3.3",
         kind="curve", when="uniform_friction",
         needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
     ),
     Node(
-        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        "torque", "M", "N m", "engine torque at nominal speed", "Kakaitsas eq. 3.3",
         kind="curve", when="stroke_friction",
         needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
         make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
@@ -203,7 +204,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_after_throw", "T_i", "N m",
-        "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
+        "torque in the shaft after each throw, counted from the last cylinder to the take-off at "
+        "the first",
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
@@ -224,8 +226,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "first_mode_torque_rms", r"M_{1,rms}^{\beta}", "N m",
-        "torque that excites the first torsional mode, root mean square less the mean, of equal "
-        "throws on a uniform shaft held at the take-off",
+        "root mean square of the torque that excites the first torsional mode, without its mean, "
+        "equal throws on a uniform shaft fixed at the take-off",
         "phase vectors in the mode of a uniform shaft, derived here",
         needs=("shaft_torque_extremes",),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["rms"],

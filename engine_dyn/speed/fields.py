@@ -105,7 +105,7 @@ CRANKCASE_PRESSURE = _field(
     "crankcase_pressure", "Pa", "absolute pressure below the piston", of_tables=True
 )
 OFFSET_RATIO = _field(
-    "offset_ratio", "1", "offset of the pin's line over the crank radius", 0.0, of_tables=True
+    "offset_ratio", "1", "offset of the piston-pin line over the crank radius", 0.0, of_tables=True
 )
 BOUNDARY_FRICTION = _field(
     "boundary_friction", "Pa", "level of the boundary friction of the rings", 0.0, of_tables=True

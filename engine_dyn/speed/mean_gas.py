@@ -139,7 +139,7 @@ def mean_gas_of_equal_throws(
     Parameters
     ----------
     crank_ratio, offset : array_like
-        Crank radius over rod length, and offset of the pin's line over the crank radius.
+        Crank radius over rod length, and offset of the piston-pin line over the crank radius.
     row : array_like
         Place of the diagram in the family's table.
     family : Family

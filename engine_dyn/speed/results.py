@@ -61,10 +61,14 @@ def _result(name: str, symbol: str, unit: str, long_name: str, source: str) -> i
     return len(_RESULTS) - 1
 
 
-DELTA = _result("delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6")
+DELTA = _result(
+    "delta", r"\delta", "1", "coefficient of speed fluctuation (cyclic irregularity)",
+    "Kakaitsas eq. 3.6",
+)  # fmt: skip
 DELTA_MIDRANGE = _result(
     "delta_midrange", r"\delta_{mid}", "1",
-    "coefficient of speed fluctuation over the mid-range speed", "Kakaitsas eq. 3.7, Asgari 19",
+    "coefficient of speed fluctuation (cyclic irregularity) over the mid-range speed",
+    "Kakaitsas eq. 3.7, Asgari 19",
 )  # fmt: skip
 OMEGA_MAX = _result(
     "omega_max", r"\omega_{max}", "rad s-1", "largest crank speed", "Kakaitsas eq. 3.6"
@@ -86,7 +90,7 @@ DELTA_ERROR = _result(
     "picard: against the periodic solution",
 )  # fmt: skip
 ITERATIONS = _result(
-    "iterations", "i", "1", "number of cycles, or of passes of the iteration", "this project"
+    "iterations", "i", "1", "number of cycles computed, or of iterations", "this project"
 )
 
 RESULTS = tuple(_RESULTS)
@@ -116,7 +120,7 @@ TORQUE_RESULTS = (
     ),
     Result(
         "energy_swing", r"\Delta W", "J",
-        "energy swing, range of the work of the torque less its mean and any load over angle",
+        "energy swing, range of the work of the torque about its mean, minus any load over angle",
         "Asgari method 2",
     ),
 )  # fmt: skip

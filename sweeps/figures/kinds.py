@@ -225,7 +225,7 @@ KINDS = (
          "a number for each design, such as delta", _running(None), numbers, general=True),
     Kind("pareto", "designs over two goals, and those that no other beats in both",
          "ten designs or more, and two goals that pull against each other, such as inertia and "
-         "delta; --quantities names any two",
+         "delta; quantities= names any two in Python",
          pareto_names, paretos, shared=True),
     Kind("tornado", "elasticities: which parameter moves a result, and how much",
          "an elasticity, such as delta_elasticity", tornado_names, tornados),

@@ -35,12 +35,12 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("wall_thrust", "rod_force", "tangential_force", "radial_force"),
     ),
     "mechanism_pressures": (
-        "Forces of the mechanism over the area of the piston", "Reduced force",
+        "Forces of the mechanism over piston area", "Reduced force",
         ("piston_pressure", "wall_pressure", "rod_pressure", "tangential_pressure",
          "radial_pressure"),
     ),
     "shortened_acceleration": (
-        "Acceleration, exact and by the shortened series,", "Reduced acceleration",
+        "Acceleration, exact and by the truncated series,", "Reduced acceleration",
         ("acceleration", "acceleration_truncated"),
     ),
     **{
@@ -54,7 +54,7 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     },
     **{
         f"{name}_parts": (
-            f"{title} of gas and masses over the area of the piston", "Reduced force",
+            f"{title} of gas and masses over piston area", "Reduced force",
             (f"gas_{name}", f"inertia_{name}", name),
         )
         for name, title in (

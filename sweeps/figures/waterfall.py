@@ -88,10 +88,10 @@ def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats) -> Non
         colour = shade(row / max(len(speeds) - 1, 1))
         base, sizes = speeds[row], amplitudes[row]
         drawn = np.isfinite(sizes) & (sizes > least)
-        panel.axhline(base, color="#bbbbbb", linewidth=0.5, zorder=2 + place)
+        panel.axhline(base, color="#bbbbbb", linewidth=0.5, zorder=2.5 + place)
         panel.bar(
             order[drawn], factor * sizes[drawn], 0.45 * step, bottom=base, color=colour,
-            edgecolor="white", linewidth=0.3, zorder=2.5 + place,
+            edgecolor="white", linewidth=0.3, zorder=2 + place,
         )  # fmt: skip
     panel.set_xlim(order[0] - step, order[-1] + step)
     gap = float(np.median(np.diff(np.sort(speeds))))

@@ -149,8 +149,9 @@ def sentence(text: str) -> str:
 
 
 def name_of(variable: xr.Variable, key: str) -> str:
-    """The long name up to its first comma: what follows explains, and the file keeps it."""
-    name = str(variable.attrs.get("long_name") or "").split(",")[0].strip()
+    """The long name up to its first comma, without brackets: the file keeps what they explain."""
+    name = re.sub(r" \([^()]*\)", "", str(variable.attrs.get("long_name") or ""))
+    name = name.split(",")[0].strip()
     return plain_text(name or key.replace("_", " "))
 
 

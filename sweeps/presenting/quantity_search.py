@@ -41,7 +41,7 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
     "forces in one cylinder": mechanism_forces.NODES,
     "bearing loads": bearing_loads.NODES,
     "speed characteristic": characteristics.NODES,
-    "shortened series": series.NODES,
+    "truncated series": series.NODES,
 }
 """Files of quantities, and what they are about."""
 

@@ -34,7 +34,7 @@ ATTRIBUTES = {
     "crank_ratio": ("crank ratio, crank radius over rod length", r"\lambda", "1"),
     "speed": ("nominal crank speed", "n", "rpm"),
     "load": ("engine load", "L", "percent"),
-    "load_exponent": ("exponent of the load torque over speed", r"\alpha", "1"),
+    "load_exponent": ("exponent of the speed in the load torque", r"\alpha", "1"),
     "cylinders": ("number of cylinders", "Z", "1"),
     "start_angle": ("crank angle at the start", r"\varphi_1", "degree"),
     "crank_angle": ("crank angle, 0 at firing top dead centre", r"\varphi", "degree"),
@@ -48,10 +48,10 @@ ATTRIBUTES = {
     "velocity": ("reduced piston velocity", r"c/(r\omega)", "1"),
     "acceleration": ("reduced piston acceleration", r"b/(r\omega^2)", "1"),
     "pressure": ("absolute pressure in cylinder 1", "p", "bar"),
-    "gas_torque": ("torque of the gas, all cylinders", "M_g", "N m"),
+    "gas_torque": ("gas torque, all cylinders", "M_g", "N m"),
     "inertia_torque": ("torque of the reciprocating masses", "M_l", "N m"),
     "friction_torque": ("mean friction torque, positive, subtracted", "M_{fr}", "N m"),
-    "torque": ("torque of the engine at nominal speed", "M", "N m"),
+    "torque": ("engine torque at nominal speed", "M", "N m"),
     "load_torque": ("load torque at the solved speed", "M_L", "N m"),
 }
 STATUS = {
@@ -278,7 +278,7 @@ def test_numbers_are_printed_shortly(value: float, printed: str) -> None:
 
 
 def test_lines_break_outside_formulas_and_brackets() -> None:
-    text = r"largest over mean torque $M_{max} / M_{mean}$ (N m s2) end"
+    text = r"ratio of largest to mean torque $M_{max} / M_{mean}$ (N m s2) end"
     lines = wrap(text, 12).split("\n")
     assert " ".join(lines) == text
     assert any(r"$M_{max} / M_{mean}$" in line for line in lines)

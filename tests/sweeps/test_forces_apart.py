@@ -148,8 +148,9 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as told:
         run(["cylinder_volume"], "diesel_105x137")
     assert str(told.value) == (
-        "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (largest over "
-        "smallest cylinder volume; in a scene, that of modelled cycles), which engine "
+        "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (compression "
+        "ratio, largest over smallest cylinder volume; in a scene, that of the modelled cycles), "
+        "which engine "
         "diesel_105x137 does not give; must be in [indicator], the same in each [[diagram]] of an "
         "engine file, or geometric_compression_ratio in [set] or [values]"
     )

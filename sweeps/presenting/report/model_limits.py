@@ -11,7 +11,7 @@ __all__ = ["model_limits"]
 SPEED, TORQUE, LOADS = "crank speed", "torque", "load and driver"
 BALANCE, ONE_CYLINDER, BEARINGS = "balance", "forces in one cylinder", "bearing loads"
 PRESSURE, FRICTION, FLYWHEEL = "pressure, work and power", "friction", "flywheel"
-ORDERS, SERIES = "orders", "shortened series"
+ORDERS, SERIES = "orders", "truncated series"
 
 GAS = (SPEED, TORQUE, PRESSURE, FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS)
 """What needs the pressure in the cylinders."""
