@@ -10,12 +10,13 @@ from __future__ import annotations
 import click
 
 from sweeps.cli.calibrating import calibrate
-from sweeps.cli.exits import open_closed_streams
+from sweeps.cli.exits import FAILURE, end, open_closed_streams, warn
 from sweeps.cli.identifying import identify
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
 from sweeps.cli.looking import compare, export, info, plot, show
 from sweeps.cli.measuring import cylinders, measured, train
+from sweeps.cli.namesake import replaced, replacing
 from sweeps.cli.ordering import firing_orders
 from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
@@ -33,6 +34,10 @@ def main() -> None:
     `engine-dyn new` writes a scene to start from.
     """
     open_closed_streams()
+    if reason := replaced():
+        end(reason, FAILURE)
+    if reason := replacing():
+        warn([reason])
 
 
 for command in (
