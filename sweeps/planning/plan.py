@@ -32,6 +32,7 @@ from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
 from sweeps.planning.uncertainty import Uncertainty, plan_uncertainty, uncertainty_nodes
 from sweeps.scene.derived_quantities import meanings_of
+from sweeps.scene.friction_law import friction_law
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene
@@ -264,7 +265,10 @@ def make_plan(scene: Scene) -> Plan:
     leaves["sharing"] = Value((tables, designs // tables, angles))
     used = _used(scene, leaves, found.used)
     unused = _unused(scene, leaves, used)
-    settings = tuple(key for key in scene.settings if key not in used)
+    chosen = {word for stage in found.stages.values() for word in stage.node.when.split()}
+    # The law is a word that selects variants, not a value that stages take.
+    by_words = {"friction_law"} if friction_law(scene) in chosen else set()
+    settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(found.stages.values())
     plan = Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
     if scene.elasticities:

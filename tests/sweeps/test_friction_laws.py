@@ -182,6 +182,15 @@ def test_main_bearings_follow_from_the_throws() -> None:
         assert float(derived["fmep_main_bearings"]) == float(given["fmep_main_bearings"])
 
 
+def test_a_law_counts_as_used_where_the_friction_is_asked_for() -> None:
+    for quantity, unused in (("fmep", ()), ("delta", ()), ("imep", ("friction_law",))):
+        for law in ("patton_nitschke_heywood", "chen_flynn"):
+            plan = sweeps.plan(
+                engine=FOUR, set={"friction_law": law}, output={"quantities": [quantity]}
+            )
+            assert plan.unused_settings == unused, (quantity, law)
+
+
 def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
     text = (Path(sweeps.__file__).parent / "catalogue/engines" / f"{FOUR}.toml").read_text()
     changed = text.replace("[values]\n", '[values]\nfriction_law = "patton_nitschke_heywood"\n')
