@@ -255,8 +255,8 @@ def known_key(
         known = [*(name for name in PARAMETERS if name not in without), *also]
         if key in ALL_QUANTITIES:
             raise SceneError(
-                f"{where} {key}: unknown key: is a quantity, which is computed; must be a "
-                "parameter. Allowed: what `engine-dyn list keys` shows"
+                f"{where} {key}: unknown key: this is a computed quantity, not a parameter. "
+                f"Allowed: see `engine-dyn list keys`"
             )
         raise SceneError(
             f"{where} {key}: unknown key{not_known(key, known, command='engine-dyn list keys')}"

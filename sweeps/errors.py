@@ -76,7 +76,7 @@ def not_known(name: str, known: Iterable[str], *, command: str = "", also: str =
     names = list(known)
     hint = did_you_mean(name, names)
     if command and (hint or len(names) > MOST_LISTED):
-        return f"{hint or '.'} Allowed: what `{command}` shows{also}"
+        return f"{hint or '.'} Allowed: see `{command}`{also}"
     return f"{hint or '.'} Allowed: {', '.join(names)}{also}"
 
 

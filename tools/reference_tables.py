@@ -17,6 +17,7 @@ from pathlib import Path
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
@@ -88,6 +89,11 @@ def _quantity_table(names: Iterable[str]) -> str:
     return table(["quantity", "unit", "meaning", "also called", "source"], rows)
 
 
+def sources() -> str:
+    """Full citations of the sources that quantities and keys name in short."""
+    return table(["name", "source"], SOURCES.items())
+
+
 def outcomes() -> str:
     """Outcomes of a design."""
     rows = [
@@ -131,7 +137,7 @@ def ranges() -> str:
 
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {"keys": keys},
-    DOCS / "quantities.md": {"quantities": quantities},
+    DOCS / "quantities.md": {"quantities": quantities, "sources": sources},
     DOCS / "conventions.md": {"outcomes": outcomes},
     DOCS / "engine_files.md": {"engines": engines},
     DOCS / "scenes.md": {"scenes": scenes},

@@ -117,7 +117,7 @@ def damage_refused(path: Path) -> Iterator[None]:
         raise
     except DAMAGE as error:
         raise SceneError(
-            f"{path}: what it holds of its scene is damaged ({one_line(error, 200)})"
+            f"{path}: the scene stored in it is damaged ({one_line(error, 200)})"
         ) from error
 
 
@@ -238,8 +238,8 @@ def _scene_tables(
     def filled(table: str, key: str) -> Any:
         if cut == (DESIGN if table == "designs" else key):
             raise SceneError(
-                f"{archive.path}: a shard, which holds its own values of {key} only; merge all "
-                "shards first"
+                f"{archive.path}: is a shard with only its own values of {key}; merge all shards "
+                f"first"
             )
         return np.asarray(known[key])
 
@@ -284,7 +284,10 @@ def with_confidential(archive: Contents, path: Path) -> Contents:
         Where it holds all its files, or the file cannot be read.
     """
     if not archive.confidential:
-        raise SceneError(f"{archive.path}: holds its diagram; --indicator is for one that does not")
+        raise SceneError(
+            f"{archive.path}: its diagram is stored in it; --indicator is only for "
+            f"an archive without its diagram"
+        )
     with reading(str(path), "the confidential diagram of an archive"):
         data = regular_bytes(path, MOST_BYTES)
     name = next(iter(archive.confidential))
@@ -303,7 +306,7 @@ def check_confidential(archive: Contents, plan: Plan) -> None:
         found = samples_hash(plan.scene.files.get(name, b""))
         if found != expected:
             raise SceneError(
-                f"{archive.path}: --indicator: not the diagram that the archive was made from "
+                f"{archive.path}: --indicator: not the diagram with which the archive was made "
                 f"(sha256 {found[:16]}, must be {expected[:16]})"
             )
 

@@ -199,10 +199,12 @@ def _about_several(plan: Plan, name: str) -> dict[str, Any]:
     attributes = each[0]
     if any(other.get("units") != attributes.get("units") for other in each):
         attributes.pop("units", None)
-        attributes["comment"] = "its unit follows an exponent that the engines do not share"
+        attributes["comment"] = (
+            "no single unit: it depends on the load exponent, which differs between the engines"
+        )
     lacking = [engine_of(part) for part in parts if name not in part.plan.outputs]
     if lacking:
-        attributes["comment"] = f"not of {', '.join(dict.fromkeys(lacking))}"
+        attributes["comment"] = f"not available for {', '.join(dict.fromkeys(lacking))}"
     return attributes
 
 
@@ -296,7 +298,7 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
         first = float(exponents.min())
         unit = load_coefficient_unit(first) if first == exponents.max() else None
         if unit is None:
-            attributes["comment"] = "unit N m s^alpha: it changes with the load exponent"
+            attributes["comment"] = "unit N m s^alpha: it depends on the load exponent"
     if unit is not None:
         attributes["units"] = unit
     if node.source:

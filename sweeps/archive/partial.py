@@ -109,7 +109,10 @@ class Partial:
             Where it cannot be created.
         """
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
-            raise SceneError(f"{self.path}: is in the way; a run keeps its finished blocks there")
+            raise SceneError(
+                f"{self.path}: exists, but is not a folder; a run needs this name "
+                f"for the folder of its finished blocks"
+            )
         while True:
             made_folder(self.path)
             try:
@@ -121,8 +124,9 @@ class Partial:
                     stream.seek(0)
                     who = one_line(stream.read(200))
                     raise SceneError(
-                        f"{output}: another run is writing it ({who or 'it has the lock'}); wait "
-                        "for its end, or name another output"
+                        f"{output}: only one run can write to an output at a time, and another "
+                        f"run is writing to it ({who or 'it holds the lock'}); wait until it "
+                        f"ends, or choose another output"
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue
@@ -211,7 +215,7 @@ class Partial:
         """
         about, arrays = self._read_arrays(_name(number), most)
         if about.get("number") != number:
-            raise Damaged(f"{self.path / _name(number)}: of another place")
+            raise Damaged(f"{self.path / _name(number)}: belongs to another block")
         return arrays
 
     def write_scene(
@@ -230,7 +234,7 @@ class Partial:
         """
         about, columns = self._read_arrays(_SCENE, MOST_BLOCK)
         if not isinstance(about.get("scene"), dict):
-            raise Damaged(f"{self.path / _SCENE}: not as a run writes it")
+            raise Damaged(f"{self.path / _SCENE}: not in the form that a run writes")
         return about["scene"], columns
 
     def _write_arrays(
@@ -267,7 +271,7 @@ class Partial:
         try:
             about = json.loads(bytes(body[: second - first]))
             if about["run"] != self.key:
-                raise Damaged(f"{path}: of another run")
+                raise Damaged(f"{path}: belongs to another run")
             arrays: dict[str, npt.NDArray[Any]] = {}
             for array_name, kind, shape in about["arrays"]:
                 dtype = np.dtype(_KINDS[kind])
@@ -276,7 +280,7 @@ class Partial:
                 second += count * dtype.itemsize
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             # The hash is right: another program has written it.
-            raise Damaged(f"{path}: not as a run writes it") from None
+            raise Damaged(f"{path}: not in the form that a run writes") from None
         return about, arrays
 
     def discard(self, number: int) -> None:

@@ -60,7 +60,7 @@ compression_option = click.option(
     "--compression",
     "level",
     type=click.IntRange(0, 9),
-    help="Level of compression, 0 to 9. Default: that of the archive that is read.",
+    help="Compression level, 0 to 9. Default: that of the archive that is read.",
 )
 
 
@@ -76,7 +76,8 @@ untrusted_option = click.option(
     is_flag=True,
     expose_value=False,
     callback=_read_apart_first,
-    help="Read every netCDF file in a process of limited time and memory before opening it.",
+    help="Before opening a netCDF file, check it in a separate process with limited time and "
+    "memory.",
 )
 
 
@@ -133,8 +134,8 @@ def new_points(text: str) -> tuple[str, list[float]]:
         found = []
     if name.strip() in (ENGINE, ARRANGEMENT):
         raise SceneError(
-            f"--axis {name.strip()}: an archive gets no further {name.strip()}; run a scene with "
-            "all of them"
+            f"--axis {name.strip()}: {name.strip()} cannot be added to an archive; run a scene "
+            f"with all of them"
         )
     if not name.strip() or not found or not all(math.isfinite(value) for value in found):
         raise SceneError(

@@ -23,18 +23,17 @@ __all__ = ["calibrate"]
 @click.option(
     "--peak",
     metavar="PRESSURE",
-    help="Largest pressure, absolute. Without a unit: bar.",
+    help="Peak cylinder pressure, absolute. Without a unit: bar.",
 )
 @click.option(
     "--fuel-consumption",
     metavar="RATE",
-    help="At rated power. Without a unit: g/kWh.",
+    help="Brake specific fuel consumption at rated power. Without a unit: g/kWh.",
 )
 @click.option(
     "--kind",
     metavar="KIND",
-    help="diesel (taken if nothing is said), turbocharged-diesel, spark-ignition or "
-    "turbocharged-spark-ignition.",
+    help="diesel (default), turbocharged-diesel, spark-ignition or turbocharged-spark-ignition.",
 )
 @click.option(
     "--loads",
@@ -50,11 +49,11 @@ def calibrate(
     fuel_consumption: str | None, kind: str | None, loads: str | None, output: Path,
     overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Make an engine file with diagrams out of ENGINE, a data sheet (TOML).
+    """Make an engine file with pressure diagrams from ENGINE, a data sheet (TOML).
 
     ENGINE is an engine file with bore, stroke and number of cylinders; `engine-dyn new --engine`
-    writes one to fill in. Modelled cycles are fitted to rated power and speed, and to the largest
-    pressure and the fuel consumption where they are known. What is assumed is listed.
+    writes one to fill in. Modelled cycles are fitted to rated power and speed and, if known, to
+    the peak cylinder pressure and the fuel consumption. All assumptions are listed.
     """
     from sweeps.measuring.calibration import fit
     from sweeps.measuring.rated_point import published
@@ -83,5 +82,5 @@ def calibrate(
         from sweeps.presenting.calibrations import calibration_text
 
         say(calibration_text(made))
-        say(f"\n{output}: look at it with `engine-dyn info {output}`, and begin a scene with")
+        say(f"\n{output}: show it with `engine-dyn info {output}`, and start a scene with")
         say(f"`engine-dyn new study.toml --for {output}`")

@@ -87,7 +87,7 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             os.getcwd()
         except OSError:
-            end("the working folder does not exist any more; change to one that does", BAD_INPUT)
+            end("the current folder no longer exists; change to another folder", BAD_INPUT)
         try:
             function(*args, **options)
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):

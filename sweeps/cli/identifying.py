@@ -26,35 +26,40 @@ __all__ = ["identify"]
     shell_complete=complete_keys,
     required=True,
     metavar="KEYS",
-    help="What is fitted, such as inertia,gap_angle, with bounds where they are known: "
-    "inertia=0.01..0.05. Beside the keys of scenes there are dead_centre_shift, pegging and "
-    "pressure_factor of the diagrams, gap_angle of the wheel, and recording_shift of both.",
+    help="Parameters to fit, such as inertia,gap_angle, with bounds if they are known: "
+    "inertia=0.01..0.05. Besides the keys of scenes: dead_centre_shift, pegging and "
+    "pressure_factor (of the diagrams), gap_angle (of the wheel) and recording_shift (of "
+    "both).",
 )
-@click.option(
-    "--own", metavar="KEYS", help="Those of the keys of which each recording has its own value."
-)
+@click.option("--own", metavar="KEYS", help="Parameters with a separate value for each recording.")
 @click.option(
     "--prior",
     "priors",
     multiple=True,
     metavar="KEY=VALUE+-DEVIATION",
-    help="What is known of a key without the speed, such as pegging=0+-0.05. May be repeated.",
+    help="Prior value of a parameter with its standard deviation, such as pegging=0+-0.05. May be "
+    "given several times.",
 )
 @click.option(
     "--teeth",
     default="estimated",
     metavar="TEXT",
-    help="'estimated' (default), 'perfect', or the standard deviation of their relative errors, "
-    "such as 0.002, with which they are estimated.",
+    help="Tooth errors of the wheel: 'estimated' (default), 'perfect', or the standard deviation "
+    "assumed for the estimate, as a fraction of a tooth interval, such as 0.002.",
 )
 @click.option(
     "--loss",
     type=click.Choice(["linear", "soft_l1", "huber"]),
     default="linear",
-    help="How residuals are counted; all but linear (least squares) count large ones less.",
+    help="Loss function of the residuals. linear is least squares; the others give large "
+    "residuals less weight.",
 )
-@click.option("--no-predictions", is_flag=True, help="Do not predict each recording by the others.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The result, FIT.nc.")
+@click.option(
+    "--no-predictions",
+    is_flag=True,
+    help="Skip the cross-validation (predicting each recording from the others).",
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Archive to write, FIT.nc.")
 @overwrite_option("Replace the result if it exists.")
 @quiet_option
 @guarded
@@ -62,10 +67,10 @@ def identify(
     scene: str, vary: str, own: str | None, priors: tuple[str, ...], teeth: str, loss: str,
     no_predictions: bool, output: Path | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
-    """Fit parameters of SCENE to the speeds that its table [measured] names.
+    """Fit parameters of SCENE to the measured speeds named in its table [measured].
 
-    Prints each value with its 95 % interval, what the speed could tell, and how well every
-    recording is predicted from the others.
+    Prints each value with its 95 % interval, how well the speed determines the parameters, and how
+    well each recording is predicted from the others.
     """
     if output is not None:
         check_output(output, overwrite, Path(scene))
@@ -139,4 +144,4 @@ def _number(text: str, where: str) -> float:
     try:
         return plain_number(text)
     except ValueError:
-        raise SceneError(f"{where}: {one_line(text.strip(), 30)} is no number") from None
+        raise SceneError(f"{where}: {one_line(text.strip(), 30)} is not a number") from None

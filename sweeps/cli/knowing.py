@@ -20,7 +20,7 @@ __all__ = ["list_", "new", "plan", "schema"]
 @untrusted_option
 @guarded
 def plan(scene: str) -> None:
-    """Show what SCENE would compute, what it would skip, and its time and memory.
+    """Show what SCENE would compute and skip, with estimated time and memory.
 
     Nothing is computed.
     """
@@ -38,18 +38,18 @@ def plan(scene: str) -> None:
 @click.argument(
     "what",
     required=False,
-    type=click.Choice(["quantities", "engines", "scenes", "keys", "classes"]),
+    type=click.Choice(["quantities", "engines", "scenes", "keys", "classes", "sources"]),
 )
 @click.argument("words", nargs=-1)
 @guarded
 def list_(what: str | None, words: tuple[str, ...]) -> None:
-    """List quantities, engines, built-in scenes, keys of a scene or classes of irregularity.
+    """List quantities, engines, built-in scenes, keys, classes of cyclic irregularity or sources.
 
     Without WHAT, all of them.
 
-    The first word of each line is the name; quantities are grouped by subject. WORDS look for
-    quantities by name, description and what else they are called: `engine-dyn list quantities
-    cyclic irregularity` finds delta. Elsewhere they are looked for in names and texts.
+    The first word of each line is the name; quantities are grouped by subject. WORDS filter the
+    list. Quantities are searched by name, description and synonyms: `engine-dyn list quantities
+    cyclic irregularity` finds delta. The other lists are searched by name and text.
     """
     from sweeps.presenting.lists import LISTS, quantity_lines
 
@@ -62,14 +62,16 @@ def list_(what: str | None, words: tuple[str, ...]) -> None:
     lines = [line for kind, make in LISTS.items() if what in (None, kind) for line in make()]
     lines = [(n, t) for n, t in lines if all(w.lower() in f"{n} {t}".lower() for w in words)]
     if not lines:
-        raise SceneError(f"list {what}: nothing found with {shown(' '.join(words))}")
+        raise SceneError(f"list {what}: nothing found for {shown(' '.join(words))}")
     width = max(len(name) for name, _ in lines)
     for name, text in lines:
         click.echo(f"{name:<{width}}  {text}")
 
 
 @click.command()
-@click.option("--engine", "of_engine", is_flag=True, help="That of engine files instead.")
+@click.option(
+    "--engine", "of_engine", is_flag=True, help="Print the schema of engine files instead."
+)
 @guarded
 def schema(of_engine: bool) -> None:
     """Print the JSON schema of scenes, for editors and for programs that write scenes."""
@@ -99,7 +101,7 @@ def schema(of_engine: bool) -> None:
     "engine",
     shell_complete=complete_engine,
     metavar="ENGINE",
-    help="Engine that the scene is about: a name of the catalogue, or an engine file.",
+    help="Engine of the scene: a name from the catalogue, or an engine file.",
 )
 @guarded
 def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
@@ -108,7 +110,9 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
     It is written to FILE, or to the terminal if no FILE is given.
     """
     if of_engine and engine is not None:
-        raise SceneError("--for: not together with --engine; it names the engine of a scene")
+        raise SceneError(
+            "--for: not allowed together with --engine; it names the engine of a scene"
+        )
     if of_engine:
         from sweeps.catalogue import ENGINE_TEMPLATE
 
@@ -126,7 +130,7 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
     except (OSError, ValueError) as error:
         raise not_written(file, error) from None
     if of_engine:
-        say(f"{file}: fill it in, and take it with `engine-dyn calibrate {file} -o fitted.toml`")
+        say(f"{file}: fill it in, then run `engine-dyn calibrate {file} -o fitted.toml`")
     else:
         say(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 

@@ -50,7 +50,7 @@ def _key_options() -> tuple[click.Option, ...]:
 
 _FLAGS = {
     "average": "Average over all cycles.",
-    "two_stroke": "The cycle is one turn.",
+    "two_stroke": "Two-stroke: the cycle is one revolution.",
 }
 
 
@@ -64,11 +64,11 @@ _FLAGS = {
 def import_(
     raw: Path, output: Path, figures: Path | None, overwrite: bool, quiet: bool, **given: Any
 ) -> None:
-    """Write the pressure of RAW over crank angle as CSV, as scenes read it.
+    """Convert the recorded pressure in RAW to a CSV file over crank angle that scenes can read.
 
-    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. What is found, guessed and done
-    is printed, and stands in the header of the CSV file; docs/laboratory_files.md explains the
-    options, which are the keys of [indicator] in a scene.
+    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. Everything that is detected,
+    assumed and changed is printed and written to the header of the CSV file. The options are the
+    keys of [indicator] in a scene; docs/laboratory_files.md explains them.
     """
     check_output(output, overwrite)
     if figures is not None:

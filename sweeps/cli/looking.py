@@ -30,12 +30,12 @@ __all__ = ["compare", "export", "info", "plot", "show"]
 @click.option(
     "--provenance",
     is_flag=True,
-    help="Of an archive also assumptions, parameters, versions and hashes of files.",
+    help="For an archive, also show assumptions, parameters, versions and hashes of files.",
 )
 @click.option(
     "--units",
     metavar="NAME=UNIT",
-    help="Of an archive: units of quantities, such as brake_power=kW. Default: those of the "
+    help="For an archive: units of quantities, such as brake_power=kW. Default: those of the "
     "archive.",
 )
 @untrusted_option
@@ -43,7 +43,7 @@ __all__ = ["compare", "export", "info", "plot", "show"]
 def info(what: str, provenance: bool, units: str | None) -> None:
     """Describe WHAT: an archive (netCDF), or an engine or a scene (its name or its TOML file).
 
-    For the folder OUTPUT.partial of an interrupted run, info tells how much of it is finished.
+    For the folder OUTPUT.partial of an interrupted run, info shows how much of it is finished.
     """
     from sweeps.reading.engine_files import catalogue, load_engine
     from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
@@ -81,7 +81,7 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Show this value of an axis alone. Several with commas, or given several times.",
+    help="Show only this value of an axis. Several separated by commas, or given several times.",
 )
 @click.option(
     "--quantities",
@@ -92,15 +92,17 @@ def info(what: str, provenance: bool, units: str | None) -> None:
 @click.option(
     "--sort",
     metavar="NAME",
-    help="Smallest values of this column first; -NAME: largest first.",
+    help="Sort by this column, smallest first; -NAME: largest first.",
 )
-@click.option("--limit", type=int, default=20, show_default=True, help="Most designs.")
+@click.option(
+    "--limit", type=int, default=20, show_default=True, help="Largest number of designs to show."
+)
 @click.option(
     "--relative-to",
     "relative",
     metavar="AXIS=VALUE",
-    help="Show changes in percent from this design. 'nominal' is the design of this name, or the "
-    "one with the engine's own values; 'first' is the first one.",
+    help="Show changes in percent relative to this design. 'nominal' is the design of that name, "
+    "or the one with the engine's own values; 'first' is the first design.",
 )
 @click.option(
     "--units",
@@ -149,7 +151,7 @@ def show(
     "--figures",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for figures: both archives in one chart, and their difference in percent.",
+    help="Folder for figures of both archives in one chart and of their difference in percent.",
 )
 @click.option(
     "--format",
@@ -166,8 +168,8 @@ def compare(
 ) -> None:
     """Compare two archives: axes, quantities, and the largest differences and where they are.
 
-    Where axes differ, the values that both archives have are compared. A relative difference is
-    taken over the greater of the two magnitudes; that of the figures is over the first.
+    If axes differ, only values that are in both archives are compared. Relative differences refer
+    to the larger of the two magnitudes; in the figures they refer to the first archive.
     """
     limit = None if tolerance is None else difference(tolerance)
     if folder is not None:
@@ -188,9 +190,9 @@ def compare(
     for path in paths:
         say(path)
     if folder is not None and not paths:
-        click.echo("nothing to draw: what both archives have is the same", err=True)
+        click.echo("nothing to draw: both archives have the same values", err=True)
     if limit is not None and not found.within(limit):
-        end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
+        end(f"{first} and {second} differ by more than {limit:g} (relative)", FAILURE)
 
 
 @click.command()
@@ -200,10 +202,11 @@ def compare(
     "--quantities",
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Quantities to write, such as delta,imep. Default: all that have one number for each "
-    "design.",
+    help="Quantities to write, such as delta,imep. Default: all with one number per design.",
 )
-@click.option("--head-units", is_flag=True, help="Write units into the heads of a CSV file.")
+@click.option(
+    "--head-units", is_flag=True, help="Write units into the column headings of a CSV file."
+)
 @click.option(
     "--units",
     metavar="NAME=UNIT",
@@ -217,10 +220,10 @@ def export(
     archive: Path, output: Path, quantities: str | None, head_units: bool, units: str | None,
     overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
-    """Write ARCHIVE as a table, CSV, Parquet or Excel, with one row for each design.
+    """Write ARCHIVE as a table (CSV, Parquet or Excel) with one row for each design.
 
     If the quantities include a curve, such as omega over crank_angle, there is one row for each
-    of its points.
+    point of the curve.
     """
     from sweeps.reading.netcdf_files import check_file
 
@@ -240,7 +243,7 @@ def export(
         return
     if done.left_out:
         say(
-            f"not in the table, because they are not one number for each design: "
+            f"not in the table, because they do not have one number per design: "
             f"{', '.join(done.left_out)}",
             err=True,
         )
@@ -269,16 +272,19 @@ def export(
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Value of an axis that is not drawn along. May be given several times.",
+    help="Value to use for an axis that the figure is not drawn over. May be given several times.",
 )
 @click.option(
     "--only",
     multiple=True,
     metavar="KIND",
-    help="Draw this kind of figure alone. Several with commas, or given several times.",
+    help="Draw only this kind of figure. Several separated by commas, or given several times.",
 )
 @click.option(
-    "--list", "listed", is_flag=True, help="List the kinds that ARCHIVE gives; draw nothing."
+    "--list",
+    "listed",
+    is_flag=True,
+    help="List the kinds of figure available for ARCHIVE; draw nothing.",
 )
 @click.option(
     "--target",
@@ -296,7 +302,7 @@ def export(
 @click.option(
     "--style",
     metavar="FILE",
-    help="A matplotlib style file, or the name of one of matplotlib's styles.",
+    help="Matplotlib style file, or the name of a matplotlib style.",
 )
 @click.option(
     "--size", metavar="WIDTHxHEIGHT", help="Size of each figure in millimetres, such as 160x100."

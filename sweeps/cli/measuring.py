@@ -51,10 +51,10 @@ def _write(
 @quiet_option
 @guarded
 def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
-    """Compare the speed that SCENE computes with the recordings in its table [measured].
+    """Compare the speed computed from SCENE with the recordings in its table [measured].
 
-    Prints delta, raw and with the errors of the teeth taken out, beside the computed one, and
-    writes all curves to a netCDF archive, which `plot` draws.
+    Prints the measured delta, raw and corrected for tooth errors, beside the computed delta, and
+    writes all curves to a netCDF archive that `plot` can draw.
     """
     read = _read(scene, output, overwrite)
     from sweeps.measuring.measured import measured as compare
@@ -70,11 +70,11 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
 @quiet_option
 @guarded
 def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
-    """Follow the speed over the recorded cycles of SCENE in a row.
+    """Compute the speed over the consecutive recorded cycles of SCENE.
 
-    The cycles do not repeat: first speed and load are fitted to the speed that [measured] names, or
-    follow from the mean cycle. Beside it stand the train closed on itself, with the jump that this
-    forces, and each cycle as if it repeated for ever.
+    The cycles are not repeated: initial speed and load are fitted to the speed in [measured], or
+    taken from the mean cycle. Two variants are computed for comparison: the whole series repeated,
+    with the jump in speed at its end, and each cycle repeated on its own.
     """
     read = _read(scene, output, overwrite)
     from sweeps.measuring.recorded_train import follow_cycles
@@ -89,14 +89,14 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     "--false-alarms",
     default="1e-4",
     metavar="NUMBER",
-    help="Wanted probability of a false alarm in one cycle of the engine. Default: 1e-4.",
+    help="Accepted probability of a false alarm in one engine cycle. Default: 1e-4.",
 )
 @click.option(
     "--tooth-deviation",
     default="0.001",
     metavar="NUMBER",
-    help="Standard deviation of errors of teeth that are not known, in shares of a pitch; it blurs "
-    "what is said of weak cylinders. Default: 0.001.",
+    help="Standard deviation of unknown tooth errors, as a fraction of the tooth pitch; it limits "
+    "how well weak cylinders are detected. Default: 0.001.",
 )
 @output_option()
 @overwrite_option()
@@ -105,10 +105,11 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
 def cylinders(
     scene: str, false_alarms: str, tooth_deviation: str, output: Path, overwrite: bool, quiet: bool
 ) -> None:
-    """Find missed cycles and weak cylinders in the speeds that SCENE names in [measured].
+    """Find misfires and weak cylinders from the speeds in the table [measured] of SCENE.
 
-    Prints for each cylinder how its imep differs from that of the others, with the threshold below
-    which a cycle is called missed, and writes the deviation of every cycle to a netCDF archive.
+    Prints for each cylinder how its imep differs from that of the other cylinders, and the
+    threshold below which a cycle counts as a misfire. Writes the deviation of every cycle to a
+    netCDF archive.
     """
     read = _read(scene, output, overwrite)
     rate = number_of(false_alarms, "--false-alarms")

@@ -32,32 +32,38 @@ __all__ = ["firing_orders"]
     "settings",
     multiple=True,
     metavar="KEY=VALUE",
-    help="A number that replaces the engine's or the scene's, such as cylinder_spacing=0.15. "
-    "Several with commas, or given several times.",
+    help="Value that replaces the engine's or the scene's, such as cylinder_spacing=0.15. Several "
+    "separated by commas, or given several times.",
 )
 @click.option(
     "--crank",
     default="either-hand",
     show_default=True,
     metavar="WORD",
-    help="own: the crankshaft as it is. either-hand: and its mirror image. any: its throws in any "
-    "sequence along the shaft.",
+    help="own: the crankshaft as it is. either-hand: also its mirror image. any: its throws in "
+    "any sequence along the shaft.",
 )
 @click.option(
     "--by",
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Quantities to rank by, the least first; of several the sum of the ranks. Default: torque "
+    help="Quantities to rank by, smallest first; with several, by the sum of the ranks. Default: "
+    "torque "
     "along the shaft, torsional excitation, loads of main bearings, shaking forces and moments.",
 )
 @click.option(
-    "--sample", type=int, metavar="NUMBER", help="Of too many orders draw so many at random."
+    "--sample",
+    type=int,
+    metavar="NUMBER",
+    help="If there are too many orders, compute this many drawn at random.",
 )
-@click.option("--seed", default=1, show_default=True, help="Seed of their random numbers.")
-@click.option("-o", "--output", type=PATH, help="Also write an archive of all of them, FILE.nc.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
+@click.option(
+    "-o", "--output", type=PATH, help="Also write all firing orders to an archive, FILE.nc."
+)
 @click.option("--limit", type=click.IntRange(min=1), default=20, show_default=True,
-              help="Most orders that are printed.")  # fmt: skip
-@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as `show` takes them.")
+              help="Largest number of orders to print.")  # fmt: skip
+@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as in `engine-dyn show`.")
 @threads_option
 @overwrite_option()
 @quiet_option
@@ -67,9 +73,9 @@ def firing_orders(
     sample: int | None, seed: int, output: Path | None, limit: int, units: str | None,
     threads: int | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Compute WHAT, an engine or a scene, in all its firing orders, and rank them.
+    """Compute WHAT, an engine or a scene, with all possible firing orders, and rank them.
 
-    In-line six with its throws as they are, or mirrored: `engine-dyn firing-orders ntua
+    Example, an in-line six with its crankshaft as it is or mirrored: `engine-dyn firing-orders ntua
     --arrangement "in-line 6"`.
     """
     import warnings

@@ -29,7 +29,7 @@ __all__ = ["report"]
     default="20MB",
     show_default=True,
     metavar="SIZE",
-    help="Largest size of the file; numbers that have no room are thinned out, and the report says "
+    help="Largest size of the file. Numbers that do not fit are thinned out; the report says "
     "which.",
 )
 @click.option(
@@ -45,10 +45,10 @@ __all__ = ["report"]
 def report(
     archive: Path, output: Path, limit: str, units: str | None, overwrite: bool, quiet: bool
 ) -> None:
-    """Write a report on ARCHIVE that can be mailed: one HTML file.
+    """Write a report on ARCHIVE as one self-contained HTML file.
 
-    It has tables, figures that can be zoomed, and an explorer with a slider for every axis; opening
-    it needs no network and nothing but a browser.
+    It has tables, figures that can be zoomed, and an explorer with a slider for every axis. It
+    opens in any browser without a network connection.
     """
     from sweeps.reading.netcdf_files import check_file
 

@@ -62,7 +62,7 @@ SHOWN = 10
 @click.option(
     "--memory",
     metavar="SIZE",
-    help="Memory that arrays may take, such as 500MB or 2GB (decimal units, 100MB or more).",
+    help="Memory limit for arrays, such as 500MB or 2GB (decimal units, 100MB or more).",
 )
 @click.option(
     "--compression",
@@ -71,12 +71,12 @@ SHOWN = 10
     default=0,
     help="Compress the archive, from 1 (fastest) to 9 (smallest). Default: 0, no compression.",
 )
-@click.option("--float32", "single", is_flag=True, help="Store results in 32 bits, not in 64.")
+@click.option("--float32", "single", is_flag=True, help="Store results with 32 bits instead of 64.")
 @threads_option
 @click.option(
     "--shard",
     metavar="I/N",
-    help="Compute only the I-th of N parts. The command `merge` joins the parts.",
+    help="Compute only the I-th of N parts. `engine-dyn merge` joins the parts.",
 )
 @click.option(
     "--scheduler",
@@ -87,14 +87,14 @@ SHOWN = 10
 @click.option(
     "--uncertainty",
     is_flag=True,
-    help="Also compute bands of all results from the ranges that the engine file gives for values "
-    "that are not well known.",
+    help="Also compute uncertainty bands of all results from the ranges that the engine file "
+    "gives for uncertain values.",
 )
 @click.option(
     "--full-paths",
     is_flag=True,
-    help="Keep folders in what the archive says of its files and of this command line. Without "
-    "it, files are named from the folder of the scene on.",
+    help="Store full paths of files and of this command line in the archive. Without this option, "
+    "paths are relative to the folder of the scene.",
 )
 @quiet_option
 @untrusted_option
@@ -106,8 +106,9 @@ def run(
 ) -> None:  # fmt: skip  # one parameter for each option
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
-    Blocks of designs are written as they are computed. An interrupted run leaves its blocks in
-    the folder OUTPUT.partial, and the same command with --resume completes it.
+    Designs are computed and written in blocks. An interrupted run leaves its finished blocks in
+    the folder OUTPUT.partial; the same command with --resume completes it. Only one run can write
+    to an output at a time; locks left by killed runs are ignored.
     """
     allowed = None if memory is None else memory_size(memory)
     part = None if shard is None else shard_number(shard)
@@ -116,7 +117,9 @@ def run(
 
         check_address(scheduler)
         if threads is not None:
-            raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
+            raise SceneError(
+                "--threads: not allowed with --scheduler, whose workers have one thread each"
+            )
     from sweeps.scene.reading import read_scene, with_uncertainty
 
     read = with_uncertainty(scene) if uncertainty else read_scene(scene)
@@ -171,7 +174,9 @@ def run(
 @click.command()
 @archive_argument
 @click.option("--axis", metavar="AXIS=VALUES", help="New points, such as speed=1600,1700.")
-@click.option("--number", type=int, help="Points of the scene's [sample] then, such as 4096.")
+@click.option(
+    "--number", type=int, help="New total number of points of the scene's [sample], such as 4096."
+)
 @overwrite_option("Discard an extension that was interrupted.")
 @compression_option
 @threads_option
@@ -184,8 +189,8 @@ def extend(
 ) -> None:  # fmt: skip
     """Add points to an axis or to the sample of ARCHIVE and compute only these.
 
-    The archive is replaced when the new one is complete; its earlier results stay as they are.
-    After an interruption the same command continues with the blocks that are finished.
+    The archive is replaced when the new one is complete; its earlier results do not change.
+    After an interruption, the same command continues after the last finished block.
     """
     if (axis is None) == (number is None):
         raise SceneError("either --axis AXIS=VALUES or --number POINTS is needed")
@@ -230,7 +235,7 @@ def merge(
 ) -> None:
     """Join ARCHIVES of one scene: all its shards, or archives that differ in one axis.
 
-    Results that several archives hold must be the same in all of them.
+    Results that are in several archives must be the same in all of them.
     """
     for path in archives:
         _check_archive(path)
@@ -256,16 +261,18 @@ def merge(
 @quiet_option
 @untrusted_option
 @click.option(
-    "--indicator", type=PATH, help="File with the diagram, which the archive keeps out of itself."
+    "--indicator",
+    type=PATH,
+    help="File with the confidential diagram, which is not stored in the archive.",
 )
 @guarded
 def rerun(
     archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,
     threads: int | None, quiet: bool, indicator: Path | None,
 ) -> None:  # fmt: skip
-    """Compute ARCHIVE again, from the scene and the files that are stored in it.
+    """Compute ARCHIVE again from the scene and the files that are stored in it.
 
-    Where its diagram is confidential, --indicator names the file, whose hash is checked.
+    If its pressure diagram is confidential, --indicator names the file; its hash is checked.
     """
     _check_archive(archive)
     check_output(output, overwrite or resume, archive)
@@ -282,7 +289,7 @@ def rerun(
     with writing(output):
         plan, differences = run_again(archive, output, options, indicator)
     if differences:
-        say(f"made differently than {archive}: {'; '.join(differences)}", err=True)
+        say(f"made in a different way from {archive}: {'; '.join(differences)}", err=True)
     if not quiet:
         _warn_of(output)
         say(_designs_line(plan, output))
@@ -370,18 +377,19 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     say(f"{scene.title}: {counted(plan.designs, 'design')}")
     unused = (*plan.unused, *plan.unused_settings)
     if unused:
-        say(f"nothing that is asked for depends on: {', '.join(unused)}")
+        say(f"no requested quantity depends on:  {', '.join(unused)}")
     if done.outcomes:
         click.echo("outcomes: " + _listed(done.outcomes))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:
         click.echo(
-            "stalled: no inertia gives the wanted delta; the engine would have to be so light "
-            "that it stops"
+            "stalled: the wanted delta is so large that the engine would stall first; no inertia "
+            "gives it"
         )
     if done.already:
-        click.echo("complete already; nothing to do")
+        click.echo("already complete; nothing to do")
         return
-    resumed = f" ({done.before} of {done.blocks} blocks were there)" if done.before else ""
+    before = f"{done.before} of {done.blocks} blocks had been computed before"
+    resumed = f" ({before})" if done.before else ""
     click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
 
 

@@ -38,13 +38,13 @@ __all__ = ["best", "optimise", "sensitivities"]
     "--least",
     metavar="NAME",
     shell_complete=complete_quantities,
-    help="Quantity or axis of which the design has the least.",
+    help="Quantity or axis to minimise.",
 )
 @click.option(
     "--most",
     metavar="NAME",
     shell_complete=complete_quantities,
-    help="Quantity or axis of which the design has the most.",
+    help="Quantity or axis to maximise.",
 )
 @click.option(
     "--within",
@@ -56,27 +56,28 @@ __all__ = ["best", "optimise", "sensitivities"]
 @click.option(
     "--at-every",
     metavar="AXES",
-    help="Axes at all values of which the conditions must hold, such as load,speed.",
+    help="Axes at whose every value the conditions must hold, such as load,speed.",
 )
 @click.option(
     "--not-counted",
     metavar="OUTCOMES",
-    help="With --at-every: outcomes whose points are left out, such as no_steady_state (idle).",
+    help="With --at-every: leave out points with these outcomes, such as no_steady_state (idle).",
 )
 @click.option(
     "--select",
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Search at this value of an axis alone. Several with commas, or given several times.",
+    help="Search only at this value of an axis. Several separated by commas, or given several "
+    "times.",
 )
 @click.option(
     "--quantities",
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Quantities to show of the design, such as delta,imep.",
+    help="Quantities of the design to show, such as delta,imep.",
 )
-@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as `show` takes them.")
+@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as in `engine-dyn show`.")
 @untrusted_option
 @guarded
 def best(
@@ -84,10 +85,10 @@ def best(
     at_every: str | None, not_counted: str | None, slices: tuple[str, ...],
     quantities: str | None, units: str | None,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Find the design of ARCHIVE with the least, or most, of a quantity, under conditions.
+    """Find the design of ARCHIVE that minimises or maximises a quantity under conditions.
 
-    Lightest flywheel for 1/200 at every load and speed: `engine-dyn best my.nc --least inertia
-    --within "delta <= 1/200" --at-every load,speed`.
+    Example, the lightest flywheel for delta = 1/200 at every load and speed: `engine-dyn best my.nc
+    --least inertia --within "delta <= 1/200" --at-every load,speed`.
     """
     from sweeps.reading.netcdf_files import check_file
 
@@ -118,15 +119,15 @@ def _names(text: str | None) -> list[str]:
     multiple=True,
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Quantities or searched keys of which less is better. With several names, of --least and "
-    "--most together, the Pareto front is found.",
+    help="Quantities or searched keys to minimise. If --least and --most give several names "
+    "together, the Pareto front is found.",
 )
 @click.option(
     "--most",
     multiple=True,
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Those of which more is better.",
+    help="Quantities or searched keys to maximise.",
 )
 @click.option(
     "--within",
@@ -139,34 +140,33 @@ def _names(text: str | None) -> list[str]:
     "--over",
     multiple=True,
     metavar="KEY[=RANGE]",
-    help="What may vary: 'inertia = 0.2 to 5', 'inertia = 0.2 to 5 log', 'cylinders = 4, 6', "
-    "'arrangement = in-line 6 | boxer 6', or keys of the scene's [sample] with commas. May be "
-    "given several times. Default: all of [sample].",
+    help="Parameters to search: 'inertia = 0.2 to 5', 'inertia = 0.2 to 5 log', 'cylinders = 4, "
+    "6', "
+    "'arrangement = in-line 6 | boxer 6', or keys of the scene's [sample] separated by commas. "
+    "May be given several times. Default: all of [sample].",
 )
 @click.option(
     "--not-counted",
     metavar="OUTCOMES",
-    help="Outcomes whose points are left out, such as no_steady_state (idle).",
+    help="Leave out points with these outcomes, such as no_steady_state (idle).",
 )
 @click.option(
     "--designs",
     default=DESIGNS,
     show_default=True,
-    help="Designs of a generation.",
+    help="Designs per generation.",
 )
 @click.option(
-    "--generations", default=GENERATIONS, show_default=True, help="Generations of a search."
+    "--generations", default=GENERATIONS, show_default=True, help="Generations per search."
 )
 @click.option(
     "--restarts",
     default=RESTARTS,
     show_default=True,
-    help="Searches, each from other first designs.",
+    help="Number of searches, each from different first designs.",
 )
 @click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
-@click.option(
-    "-o", "--output", type=PATH, help="Also write all designs that were computed to this archive."
-)
+@click.option("-o", "--output", type=PATH, help="Also write all computed designs to this archive.")
 @overwrite_option()
 @threads_option
 @quiet_option
@@ -177,15 +177,15 @@ def optimise(
     restarts: int, seed: int, output: Path | None, overwrite: bool, threads: int | None,
     quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Search SCENE for the design with the least, or most, of a quantity, under conditions.
+    """Search SCENE for the design that minimises or maximises a quantity under conditions.
 
-    The conditions hold at every value of the scene's axes. The least inertia under a limit of delta
-    follows exactly; all else is searched by generations of designs, and the best of those that
-    were computed is printed. An interrupted search writes nothing. Ends with 1 where no design
-    fulfils the conditions.
+    The conditions must hold at every value of the scene's axes. The least inertia under a limit of
+    delta is found exactly. All other parameters are searched over generations of designs, and the
+    best computed design is printed. An interrupted search writes nothing. The exit status is 1 if
+    no design meets the conditions.
 
-    Lightest flywheel for 1/200: `engine-dyn optimise my.toml --least inertia --within "delta <=
-    1/200" --over "inertia = 0.2 to 5"`.
+    Example, the lightest flywheel for delta = 1/200: `engine-dyn optimise my.toml --least inertia
+    --within "delta <= 1/200" --over "inertia = 0.2 to 5"`.
     """
     import sys
     import warnings
@@ -214,9 +214,9 @@ def optimise(
         warn(found.attrs["warnings"].splitlines())
         say(optimised_text(found))
         if output is not None:
-            say(f"{output}: all of them; engine-dyn show, plot and best take it")
+            say(f"{output}: all computed designs; use engine-dyn show, plot and best with it")
     if not found[FOUND].values.any():
-        end("no design that was computed fulfils the conditions", FAILURE)
+        end("no computed design meets the conditions", FAILURE)
 
 
 def _several(texts: tuple[str, ...]) -> list[str]:
@@ -229,19 +229,19 @@ def _several(texts: tuple[str, ...]) -> list[str]:
     "--quantities",
     metavar="NAMES",
     shell_complete=complete_quantities,
-    help="Quantities, such as delta,imep. Default: all that have one number for each design.",
+    help="Quantities, such as delta,imep. Default: all with one number per design.",
 )
 @click.option(
     "--confidence",
     default="0.95",
     show_default=True,
     metavar="NUMBER",
-    help="Probability that an interval contains its index.",
+    help="Confidence level of the intervals.",
 )
 @click.option(
     "--resamples", default=100, show_default=True, help="Bootstrap samples for the intervals."
 )
-@click.option("--seed", default=1, show_default=True, help="Seed of their random numbers.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
 @click.option("-o", "--output", type=PATH, help="Also write the indices to this netCDF file.")
 @overwrite_option()
 @quiet_option
@@ -251,11 +251,11 @@ def sensitivities(
     archive: Path, quantities: str | None, confidence: str, resamples: int, seed: int,
     output: Path | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Tell which share of the variance of the results of ARCHIVE is due to which parameter.
+    """Compute which share of the variance of each result in ARCHIVE is due to which parameter.
 
-    Sobol' indices: first-order and total ones with confidence intervals where the scene's
-    [sample] has method = "saltelli", first-order ones for other samples, both for grids. `plot`
-    draws what -o writes.
+    The shares are Sobol' indices: first-order and total indices with confidence intervals if the
+    scene's [sample] has method = "saltelli", first-order indices for other samples, and both for
+    grids. `plot` draws the file written with -o.
     """
     from sweeps.reading.netcdf_files import check_file
 

@@ -311,7 +311,7 @@ class EveryPoint:
             each.append(f"{self.without} have no point that counts")
         told = "; ".join([*each, *self._left_out()])
         return (
-            f"no design fulfils all conditions {self._everywhere}; of "
+            f"no design meets all conditions {self._everywhere}; of "
             f"{counted(self.designs, 'design')}: {told}"
         )
 

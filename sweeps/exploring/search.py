@@ -214,4 +214,4 @@ class _Search:
         if not self.conditions:
             return f"no design has a value of {' and '.join(self.names)}"
         each = ", ".join(f"{c} by {n}" for c, n in zip(self.conditions, self.alone, strict=True))
-        return f"no design fulfils all conditions; of {solved}, {each}"
+        return f"no design meets all conditions; of {solved}, {each}"

@@ -123,20 +123,20 @@ def _replaced(
     partial = Partial.of(path)
     with partial.locked(path):  # what is in the archive now is what is extended
         if partial.header() is not None and partial.finished():
-            raise SceneError(f"{partial.path}: holds an interrupted run; complete it first")
+            raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         if options.overwrite:
             partial.clear()
         try:
             old = read_contents(path)
             if old.piece:
-                raise SceneError(f"{path}: a shard; merge all shards first")
+                raise SceneError(f"{path}: is a shard; merge all shards first")
             found = longer(old, partial)
             plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
         except Stopped as error:
             reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
-            kept = f", what is finished is kept in {partial.path}; to go on: "
+            kept = f", finished blocks are kept in {partial.path}; to continue: "
             how = f"{kept}{options.resume_command}" if _keeps(partial) else ""
-            raise Stopped(f"{reason}; {path} is as it was{how}") from None
+            raise Stopped(f"{reason}; {path} is unchanged{how}") from None
         except BaseException:
             _keeps(partial)
             raise
@@ -184,13 +184,13 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
         raise SceneError(f"{where}: the scene has no [sample]; --axis adds points to an axis")
     if sample.method == SEARCH:
         raise SceneError(
-            f"{where}: its designs were found by a search, which has no following points; run "
+            f"{where}: its designs were found by a search, which cannot be extended; run "
             "`engine-dyn optimise` with more generations"
         )
     if sample.method == "latin_hypercube":
         raise SceneError(
-            f"{where}: a Latin hypercube cannot be extended, because each of its points stands for "
-            "a share of their number; only 'sobol' and 'saltelli' can"
+            f"{where}: a Latin hypercube cannot be extended, because its points depend on their "
+            f"total number; only 'sobol' and 'saltelli' samples can"
         )
     if number == sample.number and partial.added.exists():
         return had  # killed when all was done but the removal of the folder
@@ -205,8 +205,8 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
     for key, values in before.items():
         if not np.array_equal(columns[key][:count], values):
             raise SceneError(
-                f"{where}: SciPy or SALib draws other values of {key} now than the archive has; "
-                "the versions that it was made with are needed"
+                f"{where}: the installed SciPy or SALib draws different values of {key} from "
+                f"those in the archive; install the versions it was made with"
             )
     plan = plan_of(replace(old, source=source), coordinates={**old.values, **columns})
     total = plan.sizes[DESIGN]
@@ -224,8 +224,8 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
         if not partial.adds():
             raise
         raise SceneError(
-            f"{partial.path}: holds another extension, which was interrupted ({error}); complete "
-            "that first, or use --overwrite to drop it"
+            f"{partial.path}: contains another interrupted extension ({error}); complete that "
+            f"first, or use --overwrite to discard it"
         ) from None
     both = [old, read_contents(partial.added)]
     joined = Joined(longer.plan, longer.axis, both, [longer.before, longer.new])
@@ -233,7 +233,7 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
         write_joined(joined, old.path, partial, options, tolerance=longer.plan.scene.tolerance)
     except SceneError as error:
         partial.remove()  # another attempt would end in the same way
-        raise SceneError(f"{old.path}: the new points do not belong to it: {error}") from None
+        raise SceneError(f"{old.path}: the new points do not fit it: {error}") from None
     return longer.plan
 
 
@@ -268,7 +268,7 @@ def _check_new(path: Path, axis: str, values: Sequence[float], before: np.ndarra
     """Check that none of the values is on the axis, or given twice."""
     for number, value in enumerate(values):
         if value in before:
-            raise SceneError(f"{path}: --axis {axis}: {value:.12g} is on the axis already")
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} is already on the axis")
         if value in values[:number]:
             raise SceneError(f"{path}: --axis {axis}: {value:.12g} is given twice")
 
@@ -279,6 +279,6 @@ def _check_version(archive: Contents, plan: Plan) -> None:
     found = differences(archive.identity, identity(plan, numbers=numbers))
     if found:
         raise SceneError(
-            f"{archive.path}: was made differently than it would be now: {'; '.join(found)}; "
+            f"{archive.path}: would be made in a different way now: {'; '.join(found)}; "
             "`engine-dyn rerun` computes it again"
         )

@@ -57,7 +57,7 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
         if output.exists() and not options.overwrite:
             raise SceneError(f"{output}: exists; use --overwrite to replace it")
         if partial.header() is not None and partial.finished():
-            raise SceneError(f"{partial.path}: holds an interrupted run; complete it first")
+            raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         partial.clear()
         try:
             size = archive_bytes(plan, single=joined.archives[0].single)

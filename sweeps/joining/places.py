@@ -95,7 +95,7 @@ def _of_shards(archives: list[Contents]) -> Joined:
     for other in archives:
         _check_same(first, other, shards=True)
         if other.piece["axis"] != axis or other.piece["of"] != size:
-            raise SceneError(f"{other.path}: a shard of another division than {first.path}")
+            raise SceneError(f"{other.path}: is a shard of a different division from {first.path}")
         begin = int(other.piece["first"])
         places.append(np.arange(begin, begin + len(other.values[axis])))
     missing = size - np.unique(np.concatenate(places)).size
@@ -103,8 +103,8 @@ def _of_shards(archives: list[Contents]) -> Joined:
         count = first.piece["shard"].partition("/")[2]
         given = ", ".join(sorted({a.piece["shard"] for a in archives}))
         raise SceneError(
-            f"shards are missing: {counted(missing, 'point')} of {axis}; of {count} "
-            f"shards there are {given}"
+            f"shards are missing: {counted(missing, 'point')} of {axis}; given are {given} of "
+            f"{count} shards"
         )
     coordinates: dict[str, Any] = dict(first.values)
     for name, values in first.values.items():
@@ -134,7 +134,7 @@ def _check_coordinates(
             if name == axis and known.data.dtype.kind == "i":  # and its own words
                 continue
             if not np.array_equal(values, expected):
-                raise SceneError(f"{other.path}: other values of {name} than its scene has")
+                raise SceneError(f"{other.path}: values of {name} differ from those in its scene")
 
 
 def _of_axis(archives: list[Contents]) -> Joined:
@@ -150,8 +150,8 @@ def _of_axis(archives: list[Contents]) -> Joined:
     ]
     if len(differing) > 1:
         raise SceneError(
-            f"archives differ in more than one axis ({', '.join(differing)}); merge along one axis "
-            "after the other"
+            f"archives differ in more than one axis ({', '.join(differing)}); merge along one "
+            f"axis at a time"
         )
     axis = differing[0] if differing else next(iter(axes), "")
     for other in archives[1:]:
@@ -177,7 +177,9 @@ def _check_same(first: Contents, other: Contents, *, axis: str = "", shards: boo
     )
     found = differences(one, two, but=axis)
     if found:
-        raise SceneError(f"{other.path}: of another scene than {first.path}: {'; '.join(found)}")
+        raise SceneError(
+            f"{other.path}: its scene differs from that of {first.path}: {'; '.join(found)}"
+        )
 
 
 def union_of(values: Sequence[Floats]) -> Floats:

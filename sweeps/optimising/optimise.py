@@ -86,7 +86,7 @@ def optimise(
     generations : int
         Generations of a search, with the first, which is a scrambled Sobol' sequence.
     restarts : int
-        Searches, each from other first designs.
+        Number of searches, each from different first designs.
     seed : int
         Of the random numbers: the same seed gives the same archive, bit for bit, on one machine
         and with one version of the libraries.

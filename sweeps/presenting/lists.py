@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.sources import SOURCES
 from sweeps.checks import allowed
 from sweeps.presenting.quantity_search import found_quantities
 from sweeps.ratios import ratio_text
@@ -56,6 +57,7 @@ def quantity_lines(words: str = "") -> list[str]:
             lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})")
     if not words:
         lines += ["", "# and of every curve over crank_angle its <curve>_rms and <curve>_mean"]
+        lines += ["# full citations of the sources in brackets: engine-dyn list sources"]
     return lines
 
 
@@ -89,5 +91,6 @@ LISTS: dict[str, Callable[[], Lines]] = {
     "scenes": _scenes,
     "keys": _keys,
     "classes": _classes,
+    "sources": lambda: list(SOURCES.items()),
 }
 """What `engine-dyn list` takes beside quantities, and what makes its lines: name and text."""

@@ -110,7 +110,7 @@ def _nothing(about: Mapping[str, Any]) -> list[str]:
         )
     told = f": {'; '.join(each)}" if each else ""
     return [
-        f"no design fulfils all conditions{_everywhere(about)}; of "
+        f"no design meets all conditions{_everywhere(about)}; of "
         f"{counted(about['designs'], 'design')}{told}"
     ]
 

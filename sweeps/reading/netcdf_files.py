@@ -246,8 +246,8 @@ def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
         )
     if int(found) > ARCHIVE_FORMAT:
         raise SceneError(
-            f"{path}: an archive of format {found}; this version of engine-dyn reads formats up to "
-            f"{ARCHIVE_FORMAT}, a newer version wrote it"
+            f"{path}: an archive of format {found}, written by a newer version; this version of "
+            f"engine-dyn reads formats up to {ARCHIVE_FORMAT}"
         )
     return int(found)
 

@@ -120,7 +120,7 @@ def remove_folder(partial: Partial, output: Path) -> None:
         partial.remove()
     except OSError as error:
         raise Stopped(
-            f"{output}: is finished; {partial.path} beside it cannot be removed "
+            f"{output}: is complete, but {partial.path} cannot be removed "
             f"({one_line(error.strerror or error, 200)})"
         ) from None
 
@@ -196,18 +196,19 @@ class _Run:
                 found = differences(header["identity"], now)
                 found += kind_differences(header.get("kind", {}), kind)
             except (ValueError, KeyError, TypeError, AttributeError):
-                found = ["what it says of itself is damaged"]
+                found = ["its description is damaged"]
             if found:
                 raise SceneError(
-                    f"{self.partial.path}: cannot be resumed, it is a run of something else: "
-                    f"{'; '.join(found)}; --overwrite instead of --resume begins again"
+                    f"{self.partial.path}: cannot be resumed, because it belongs to a different "
+                    f"run: "
+                    f"{'; '.join(found)}; use --overwrite instead of --resume to start again"
                 )
             return header
         if self.options.overwrite:
             return None
         raise SceneError(
-            f"{self.partial.path}: holds an interrupted run; --resume completes it, --overwrite "
-            "begins again"
+            f"{self.partial.path}: contains an interrupted run; use --resume to complete it, or "
+            f"--overwrite to start again"
         )
 
     def _cut(self, header: dict[str, Any] | None) -> tuple[dict[str, int], float]:
@@ -223,16 +224,16 @@ class _Run:
         if options.memory is not None and header["block_bytes"] > limit:
             raise SceneError(
                 f"{self.partial.path}: cannot be resumed with --memory "
-                f"{size_text(options.memory)}: its blocks are larger; give as much as the first "
-                "time"
+                f"{size_text(options.memory)}: its blocks are larger; use at least the memory "
+                f"limit of the first run"
             )
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         known = lengths.keys() <= self.plan.sizes.keys()
         if not known or block_count(self.plan, lengths) != header["blocks"]:
             raise SceneError(
                 f"{self.partial.path}: run.json is damaged: it has blocks of "
-                f"{shown(header['lengths'])}, which are not {header['blocks']} of this scene; "
-                "--overwrite begins again"
+                f"{shown(header['lengths'])}, which are not {header['blocks']} of this scene; use "
+                f"--overwrite to start again"
             )
         return lengths, limit
 
@@ -261,8 +262,8 @@ class _Run:
         if not finished:
             return "nothing written"
         return (
-            f"{finished} of {counted(count, 'block')} are finished in {self.partial.path}; "
-            f"to go on: {self.options.resume_command}"
+            f"{finished} of {counted(count, 'block')} are finished in {self.partial.path}; to "
+            f"continue: {self.options.resume_command}"
         )
 
     # --- computing ----------------------------------------------------------------------------
@@ -319,8 +320,7 @@ class _Run:
             done.before -= len(damaged)
             done.writing += time.perf_counter() - began
         raise Stopped(
-            f"{self.partial.path}: blocks are damaged as soon as they are written; is the disk "
-            "sound?"
+            f"{self.partial.path}: blocks are damaged as soon as they are written; check the disk"
         )
 
     def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
@@ -427,7 +427,8 @@ class _Run:
         """Give the archive its name, unless somebody else has taken it meanwhile."""
         if self.output.exists() and not self.options.overwrite:
             raise SceneError(
-                f"{self.output}: exists by now; move it and use --resume, or --resume --overwrite"
+                f"{self.output}: has been created in the meantime; move it and use --resume, or "
+                f"use --resume --overwrite"
             )
         netcdf.publish(self.partial.archive, self.output)
 
@@ -445,7 +446,7 @@ def _read(
     size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
     arrays = partial.read(number, size)
     if {n: (a.shape, a.dtype.str[1:]) for n, a in arrays.items()} != dict(expected):
-        raise Damaged(f"block {number} of {partial.path}: holds something else")
+        raise Damaged(f"block {number} of {partial.path}: has unexpected contents")
     return arrays
 
 
@@ -464,12 +465,12 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
     except DAMAGE as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(
-            f"{output}: exists and is no archive that a run of this scene wrote ({reason}); "
-            "--overwrite replaces it"
+            f"{output}: exists and is not an archive of this scene ({reason}); "
+            "use --overwrite to replace it"
         ) from None
     if found:
         raise SceneError(
             f"{output}: exists and is an archive of something else: {'; '.join(found)}; "
-            "--overwrite replaces it"
+            "use --overwrite to replace it"
         )
     return done

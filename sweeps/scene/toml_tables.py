@@ -90,7 +90,7 @@ class Solver(Strict):
 class Output(Strict):
     """What is computed and written."""
 
-    quantities: list[str] = Field(description="a list of texts; `engine-dyn list` shows them")
+    quantities: list[str] = Field(description="a list of strings; see `engine-dyn list quantities`")
     fail_on: list[str] = Field(
         default=[], description=f"a list of outcomes out of {', '.join(FAILURES)}"
     )

@@ -163,7 +163,7 @@ def test_command(archive, tmp_path):
     failed = runner.invoke(main, arguments)
     assert failed.exit_code == 2
     assert failed.stderr.count("\n") == 1
-    assert "no design fulfils all conditions at every load and speed" in failed.stderr
+    assert "no design meets all conditions at every load and speed" in failed.stderr
     sliced = runner.invoke(main, [*arguments[:-1], "speed", "--select", "load=100"])
     assert "at inertia = 3, load = 100" in sliced.output
     listed = runner.invoke(main, ["list", "classes"])

@@ -20,6 +20,7 @@ from click.shell_completion import ShellComplete
 import sweeps
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
 from sweeps.presenting.lists import symbol_text
@@ -327,6 +328,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
         ),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
+        ("sources", list(SOURCES)),
     ],
 )
 def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) -> None:
@@ -359,6 +361,20 @@ def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
     lines = ok("list", "quantities", *words.split()).splitlines()
     assert name in [line.split()[0] for line in lines if line]
     assert len(lines) < 60  # of 190
+
+
+NOT_PRINTED = re.compile(
+    r"this project|Lanchester's balancer|Newton's law|handbook values|bearing pressure:"
+    r"|against a solution|closure cycle_time|rectangle rule|phase vectors|see docs/|M_L = "
+)
+"""Beginnings of sources that are no publication: definitions, and laws of all textbooks."""
+
+
+def test_every_publication_has_a_full_citation() -> None:
+    cited = {n.source for n in (*PARAMETERS.values(), *QUANTITIES.values()) if n.source}
+    printed = [s.removeprefix("after ") for s in cited if not NOT_PRINTED.match(s)]
+    named = {re.split(r"[^A-Za-z]", source)[0] for source in printed}
+    assert named == set(SOURCES)
 
 
 def test_what_is_not_found_is_said() -> None:
@@ -560,7 +576,7 @@ def test_a_removed_working_folder_is_told(words: str, tmp_path: Path) -> None:
         os.chdir(before)
     assert result.exit_code == 2
     assert result.stderr == (
-        "engine-dyn: the working folder does not exist any more; change to one that does\n"
+        "engine-dyn: the current folder no longer exists; change to another folder\n"
     )
 
 

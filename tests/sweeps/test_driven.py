@@ -200,7 +200,7 @@ def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text('engine = "ntua"\n[set]\ngear_ratio = 2\n[output]\nquantities = ["imep"]\n')
     printed = ok("run", file, "-o", tmp_path / "out.nc")
-    assert "nothing that is asked for depends on: gear_ratio" in printed
+    assert "no requested quantity depends on:  gear_ratio" in printed
     # What stands behind other values has an effect.
     for key, value in (("heat", 12.0), ("misfire", 1), ("mass_factor_2", 1.1), ("cylinders", 4)):
         scene = {

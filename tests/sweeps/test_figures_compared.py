@@ -131,4 +131,4 @@ def test_the_command_draws_what_differs(tmp_path: Path) -> None:
     assert all(name in text for name in paths)
     same = invoke("compare", tmp_path / "a.nc", tmp_path / "a.nc", "--figures", tmp_path / "none")
     assert same.exit_code == 0
-    assert "nothing to draw: what both archives have is the same" in same.output
+    assert "nothing to draw: both archives have the same values" in same.output
