@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types docs validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates stress \
-	large-runs reliability faults soak properties fuzz damage wheel lock licences clean distclean
+	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -46,6 +46,7 @@ help:
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
 	@echo "make damage      a hundred thousand damaged archives: none may hang or be taken for sound (1 h; goes on)"
 	@echo "make wheel       dist/*.whl"
+	@echo "make dist        the source distribution, and the wheel that is built from it"
 	@echo "make lock        requirements*.txt: the tested versions with the hashes of their files"
 	@echo "make licences    the licence of every installed package"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
@@ -154,6 +155,11 @@ damage: $(VENV)/.installed-test
 wheel: $(VENV)/.installed
 	rm -rf build dist
 	$(python) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+
+# The wheel is built from the source distribution, which so is known to be whole.
+dist: $(VENV)/.installed-release
+	rm -rf build dist
+	$(python) -m build --outdir dist .
 
 # For all platforms and Python from 3.11 on; the versions are those of constraints.txt.
 lock: $(VENV)/.installed-release
