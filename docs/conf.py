@@ -17,6 +17,7 @@ author = copyright = "engine-dyn contributors"
 version = release = importlib.metadata.version("engine-dyn")
 
 extensions = [
+    "cells_as_typed",
     "mathml",
     "myst_nb",
     "numpydoc",
@@ -45,11 +46,6 @@ os.environ |= {
     "PYTHONSTARTUP": str(HERE / "_extensions" / "failing_commands.py"),
     "TERM": "dumb",
 }
-
-# Cells are copied as a reader types them: commands without what makes a cell run them.
-copybutton_prompt_text = r"!|%%bash|%%writefile \S+"
-copybutton_prompt_is_regexp = True
-copybutton_only_copy_prompt_lines = False
 
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
