@@ -427,7 +427,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     wanted_delta = given_number("wanted_delta", wanted_delta)
     _check_positive(wanted_delta=wanted_delta)
     if "inertia" in engine:
-        raise ValueError("inertia: not allowed together with wanted_delta, which it follows from")
+        raise ValueError("inertia: not allowed together with wanted_delta, which determines it")
 
     def outcome(_: Any, inertia: Any) -> tuple[Any, Any]:
         one = periodic_speed(diagram, inertia=float(inertia[0]), **engine)

@@ -42,6 +42,6 @@ def not_kept(folder: str, error: OSError) -> None:
     if not _announcement.told_not_kept:
         _announcement.told_not_kept = True
         logging.getLogger("engine_dyn").warning(
-            "compiled kernels cannot be kept in %s (%s): later runs will compile them again",
+            "compiled kernels cannot be cached in %s (%s): later runs will compile them again",
             folder, error.strerror or error,
         )  # fmt: skip

@@ -266,5 +266,5 @@ def _along_orders(values: Complexes, orders: Any, shape: tuple[int, ...]) -> Com
     along = next((i - len(own) for i, length in enumerate(own) if length > 1), -1)
     table = values.reshape(*(1,) * (size - len(shape)), *shape, values.shape[1])
     if table.shape[along - 1] != 1:
-        raise ValueError("orders: must stand along an axis on which all else has size 1")
+        raise ValueError("orders: must lie along an axis on which all other inputs have size 1")
     return np.moveaxis(table.squeeze(axis=along - 1), -1, along)

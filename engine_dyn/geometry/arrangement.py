@@ -251,8 +251,8 @@ class Arrangement:
             self._check_cylinder(number, cylinder)
         if not self.uneven and not self.is_even:
             raise ValueError(
-                f"firing intervals {_degrees(self.firing_intervals)} degree: uneven; "
-                "uneven = true says that they are meant"
+                f"firing intervals {_degrees(self.firing_intervals)} degree: uneven; if this is "
+                "intended, set uneven = true"
             )
 
     def _check_cylinder(self, number: int, cylinder: Cylinder) -> None:

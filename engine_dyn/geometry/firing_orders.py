@@ -33,9 +33,9 @@ __all__ = [
 _BOSCH = "Bosch Automotive Handbook, reciprocating-piston engines, firing orders"
 _KAKAITSAS = "Kakaitsas (2015), section 5.4"
 _FAA = "FAA-H-8083-32, Aviation Maintenance Technician Handbook: Powerplant, firing order"
-_GENERIC = "only one order, but for the sense of rotation"
+_GENERIC = "the only order, apart from the sense of rotation"
 _TOGETHER = f"pairs that fire together; {_GENERIC}"
-_MAN = "MAN B&W two-stroke engines; no maker's table compared"
+_MAN = "MAN B&W two-stroke engines; not compared with a maker's table"
 
 _SAME = 0.01
 """Bank angles this close are the same [degree]."""
@@ -155,8 +155,8 @@ VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         ),
         KnownOrder(
             (1, 4, 2, 3),
-            "Honda VF750 (90 degrees, pistons of a bank in step): Cycle News 57 (2020) no. 29, "
-            "p. 77; which of two pistons in step fires first is not said there, and changes no "
+            "Honda VF750 (90 degrees, pistons of a bank in step): Cycle News 57 (2020) no. 29, p. "
+            "77; which of two pistons in step fires first is not stated there and changes no "
             "force",
             built=((90.0, "shared"),),
         ),
@@ -261,7 +261,9 @@ BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     ),
     8: (
         KnownOrder(
-            (1, 5, 8, 3, 2, 6, 7, 4), "Lycoming IO-720; no maker's manual compared", "alternate"
+            (1, 5, 8, 3, 2, 6, 7, 4),
+            "Lycoming IO-720; not compared with a maker's manual",
+            "alternate",
         ),
     ),
 }

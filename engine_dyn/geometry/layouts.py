@@ -156,9 +156,7 @@ def vee(
     if order is None:
         cranks = {entry.crank for entry in known if entry.crank}
         if crank is not None and not cranks:
-            raise ValueError(
-                f"{name}: crank = '{crank}': only four-stroke V8 engines have the choice"
-            )
+            raise ValueError(f"{name}: crank = '{crank}': allowed for four-stroke V8 engines only")
         if crank is None and cranks:
             raise ValueError(f"{name}: must say cross-plane or flat-plane, or give the order")
         entry = known_vee_order(
@@ -266,7 +264,7 @@ def boxer(
         if abs(math.remainder(firing[one] - firing[other], TURN)) > SAME_ANGLE:
             raise ValueError(
                 f"{name}: order {_shown(order)}: the pistons of cylinders {one + 1} and "
-                f"{other + 1} do not move against each other"
+                f"{other + 1} do not move in opposition"
             )
     return _built(name, period, firing, banks, places, (0.0, math.pi))
 
@@ -383,7 +381,7 @@ def _taken_word(words: list[str], known: tuple[str, ...]) -> str | None:
 
 def _no_more(words: list[str], allowed: tuple[str, ...]) -> None:
     if words:
-        raise ValueError(f"'{words[0]}' is not understood; may follow: {', '.join(allowed)}")
+        raise ValueError(f"'{words[0]}' is not understood; allowed here: {', '.join(allowed)}")
 
 
 def _count(word: str) -> int:
@@ -434,8 +432,8 @@ def _even(order: Sequence[int], cylinders: int, period: float) -> list[float]:
 def _no_order(name: str, cylinders: int, hint: str) -> ValueError:
     """Refusal of a layout without an order, of which no built engine is known."""
     return ValueError(
-        f"{name}: no engine built so is known here, so the firing order must be given: cylinders "
-        f"1 to {cylinders}, {hint}"
+        f"{name}: no firing order is known for this layout, so it must be given: cylinders 1 to "
+        f"{cylinders}, {hint}"
     )
 
 

@@ -49,7 +49,7 @@ __all__ = [
 
 CRANKS = {
     "own": "the engine's crankshaft as it is",
-    "either-hand": "the engine's crankshaft and its mirror image, of the other hand",
+    "either-hand": "the engine's crankshaft and its mirror image",
     "any": "the throws of the engine's crankshaft in any sequence along the shaft",
 }
 """Crankshafts whose orders are taken, in words."""

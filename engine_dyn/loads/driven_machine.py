@@ -331,8 +331,9 @@ def torque_over_angle(
     if abs(period - span) <= 1e-9 * period:
         if abs(values[-1] - values[0]) > ENDS_TOLERANCE * np.ptp(values):
             raise ValueError(
-                f"torque is {values[0]:.6g} at the begin of the period and {values[-1]:.6g} at its "
-                f"end, the same angle: must agree within {100.0 * ENDS_TOLERANCE:g} % of its range"
+                f"torque is {values[0]:.6g} at the beginning of the period and {values[-1]:.6g} "
+                f"at its end, the same angle: must agree within {100.0 * ENDS_TOLERANCE:g} % of "
+                "its range"
             )
         values[0] = 0.5 * (values[0] + values[-1])
         theta, values = theta[:-1], values[:-1]
@@ -368,8 +369,8 @@ def torque_over_speed(
     if not driver and (values < 0.0).any():
         first = int(np.argmax(values < 0.0))
         raise ValueError(
-            f"point {first + 1}: torque = {values[first]:.6g} N m: must be 0 or more, a load is "
-            "positive against the rotation"
+            f"point {first + 1}: torque = {values[first]:.6g} N m: must be 0 or more; a load "
+            "torque is positive against the rotation"
         )
     return TorqueOverSpeed(omega, values, _monotone_slopes(omega, values), own_speed)
 

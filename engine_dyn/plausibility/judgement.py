@@ -106,9 +106,9 @@ class Implausible:
         if check.low < 0.0 or value <= 0.0:
             return ""
         if value > 2.0 * check.high:
-            return f"{_number(value / check.high)} times the largest"
+            return f"{_number(value / check.high)} times the usual maximum"
         if value < 0.5 * check.low:
-            return f"{_number(check.low / value)} times less than the smallest"
+            return f"a factor of {_number(check.low / value)} below the usual minimum"
         return ""
 
 

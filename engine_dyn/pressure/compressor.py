@@ -198,7 +198,7 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
     angle = table_angles(TWO_STROKE, step_degrees)
     for name in {*values, *FILE_FIELDS}:
         if name not in FILE_FIELDS:
-            raise ValueError(f"{name}: no field of CompressorCycle")
+            raise ValueError(f"{name}: CompressorCycle has no such field")
         if name not in values:
             raise ValueError(f"{name}: missing; CompressorCycle needs it")
     given = (np.asarray(values[name], dtype=np.float64) for name in FILE_FIELDS)
@@ -270,9 +270,16 @@ def _refusals(columns: Mapping[str, Floats]) -> Iterator[tuple[NDArray[np.bool_]
         suction, delivery = _openings(columns)
         both = 2.0 * columns["valve_ramp"]
         bad = ~(suction + both <= math.pi)
-        yield bad, said("delivery_pressure", bad, "lower: the clearance's gas leaves no suction")
+        yield (
+            bad,
+            said(
+                "delivery_pressure",
+                bad,
+                "lower: gas re-expanding from the clearance volume leaves no suction",
+            ),
+        )
         bad = ~(delivery + both <= 2.0 * math.pi)
-        yield bad, said("delivery_pressure", bad, "lower: it is reached too late for a delivery")
+        yield bad, said("delivery_pressure", bad, "lower: it is reached too late for any delivery")
 
 
 class Case(NamedTuple):

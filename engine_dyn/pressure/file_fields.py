@@ -27,10 +27,8 @@ SIZES = {
 """Size in SI of the units of files."""
 
 
-_LOSS = (
-    "difference of pressure across the open {} valve while the piston is as fast as the crank pin"
-)
-_WIEBE = "angle over which the {} burns, 0 to 99.9 percent with the usual wiebe_factor"
+_LOSS = "pressure difference across the open {} valve when the piston is as fast as the crank pin"
+_WIEBE = "combustion duration of the {}, 0 to 99.9 percent burnt with the usual wiebe_factor"
 
 MEANINGS: Mapping[str, str] = {
     "compression_ratio": "largest over smallest cylinder volume",
@@ -45,12 +43,12 @@ MEANINGS: Mapping[str, str] = {
     "exhaust_loss": _LOSS.format("exhaust"),
     "suction_loss": _LOSS.format("suction"),
     "delivery_loss": _LOSS.format("delivery"),
-    "charge_temperature": "temperature of the charge when the cylinder has closed",
+    "charge_temperature": "temperature of the charge at the closing of the cylinder",
     "heat": "heat of a cycle over the swept volume (1 bar = 0.1 J/cm3); 0 is a motored engine",
     "combustion_start": "start of the combustion",
     "combustion_duration": _WIEBE.format("fuel"),
     "combustion_form": "form exponent of its Wiebe function",
-    "premixed_share": "part of the heat that a premixed combustion releases beside the other",
+    "premixed_share": "share of the heat released by premixed combustion",
     "premixed_start": "start of the premixed combustion",
     "premixed_duration": _WIEBE.format("premixed part"),
     "premixed_form": "form exponent of its Wiebe function",
@@ -59,7 +57,7 @@ MEANINGS: Mapping[str, str] = {
     "diffusion_form": "form exponent of its Wiebe function",
     "wiebe_factor": "factor a in 1 - exp(-a t^(m+1)); ln 1000 if not given",
     "gamma_300": "ratio of specific heats at 300 K",
-    "gamma_slope": "fall of the ratio of specific heats per kelvin",
+    "gamma_slope": "decrease of the ratio of specific heats per kelvin",
     "compression_exponent": "polytropic exponent of the compression",
     "expansion_exponent": "polytropic exponent of the expansion",
     "wall_temperature": "mean temperature of the walls",
@@ -72,7 +70,8 @@ MEANINGS: Mapping[str, str] = {
     "exhaust_closing": "angle at which the exhaust has closed; -exhaust_opening if not given",
     "scavenge_opening": "angle at which the scavenge ports begin to open",
     "valve_ramp": "angle over which a valve opens or closes",
-    "valve_lag": "angle in which the difference to the manifold falls to 1/e with an open valve",
+    "valve_lag": "angle over which the pressure difference to the manifold falls to 1/e with the "
+    "valve open",
 }
 """What the fields of modelled cycles are, in words."""
 
@@ -122,8 +121,8 @@ def documented(kind: str, fields: Mapping[str, FileField]) -> Callable[[Class], 
     lines = [
         "Notes",
         "-----",
-        f'In an engine file, [[diagram]] with kind = "{kind}", the unit of a field is another one',
-        "than in Python. Unit there, and range in that unit:",
+        f'The units in an engine file, [[diagram]] with kind = "{kind}", differ from those in',
+        "Python. Unit in the file, and range in that unit:",
         "",
         *rows,
     ]

@@ -181,13 +181,13 @@ class _ClosedCycle:
         found = tabulate(type(self), values, step_degrees)
         if found.status == status.NOT_CONVERGED:
             raise ValueError(
-                f"valve_lag = {self.valve_lag / DEGREE:.6g} degree: must be shorter, the cylinder "
-                "is not emptied while it is open"
+                f"valve_lag = {self.valve_lag / DEGREE:.6g} degree: must be shorter; the cylinder "
+                "is not emptied while the valve is open"
             )
         if found.status == status.INVALID_INPUT:
             raise ValueError(
-                f"heat = {self.heat / BAR:.6g} bar: must be less, the gas becomes hotter than "
-                f"{HOTTEST:g} K"
+                f"heat = {self.heat / BAR:.6g} bar: must be lower; the gas would become hotter "
+                f"than {HOTTEST:g} K"
             )
         return found
 
@@ -366,7 +366,7 @@ def tabulate(
     known = {item.name: item.default for item in fields(kind) if item.name != "wall"}
     for name in given:
         if name not in known:
-            raise ValueError(f"{name}: no field of {kind.__name__}")
+            raise ValueError(f"{name}: {kind.__name__} has no such field")
     for name, default in known.items():
         if name not in given:
             if not isinstance(default, float):

@@ -109,8 +109,8 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
     low = float(p.min())
     if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and COMPRESSED * low <= p[top] <= LARGEST_IN_MEGAPASCAL:
         raise ValueError(
-            f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder that "
-            "compresses so far goes down so low (it looks like megapascal)"
+            f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder with such "
+            "a compression reaches so low a pressure (it looks like megapascal)"
         )
 
 

@@ -166,7 +166,7 @@ def lines_of(cycles: RecordedCycles) -> Lines:
             if not at.any():
                 raise ValueError(
                     f"no sample within {0.5 * STEP / DEGREE:g} degree of {middle / DEGREE:g} "
-                    "degree; dead centre is judged with a step of 2.5 degree or less"
+                    "degree; the check of dead centre needs a step of 2.5 degree or less"
                 )
             if not np.all(p[at] > 0.0):
                 raise ValueError("pressure: must be positive (absolute) on the compression")

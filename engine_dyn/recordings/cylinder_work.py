@@ -268,7 +268,7 @@ def combustion_torque(
     torque = (pressure - motored) * geometry.volume_slope(angle)
     work = float(torque.sum() * (angle[1] - angle[0]))
     if not work > 0.0:
-        raise ValueError("pressure: does no more work than the motored one")
+        raise ValueError("pressure: does no more work than the motored pressure")
     return np.asarray(torque * (geometry.swept_volume / work))
 
 

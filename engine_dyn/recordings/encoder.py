@@ -190,11 +190,11 @@ def teeth_of_signal(
         place = int(np.flatnonzero(~np.isfinite(signal))[0])
         raise ValueError(f"encoder signal: sample {place + 1} is not a number")
     if not np.max(np.abs(signal)) < LARGEST:
-        raise ValueError(f"encoder signal: values of {LARGEST:g} and more are not taken")
+        raise ValueError(f"encoder signal: values must be below {LARGEST:g}")
     low, high = _levels(signal)
     swing = high - low
     if not swing > 1.0 / LARGEST:
-        raise ValueError(f"encoder signal: does not swing; it stays at {low:g}")
+        raise ValueError(f"encoder signal: is constant at {low:g}")
     heights = HEIGHTS if threshold is None else ((threshold - low) / swing,)
     edges = ("rising", "falling") if edge is None else (edge,)
     tried: list[tuple[PassedTeeth, Crossings]] = []
@@ -218,7 +218,8 @@ def teeth_of_signal(
         if 0.0 < slowest < FEWEST_SAMPLES:
             raise ValueError(
                 f"encoder signal: {slowest:.2g} samples from pulse to pulse; must be at least "
-                f"{FEWEST_SAMPLES:g}, or teeth pass between samples (aliasing): sample faster"
+                f"{FEWEST_SAMPLES:g}, otherwise teeth pass between samples (aliasing); sample "
+                "faster"
             )
         if refusal is not None:
             raise refusal
@@ -266,6 +267,6 @@ def _clipped(signal: Floats) -> list[str]:
         if share > LEVEL_SHARE:
             said.append(
                 f"the signal is cut off {word} at {extreme:.4g} ({100 * share:.0f} % of the "
-                "samples): crossings between do not suffer"
+                "samples); threshold crossings are not affected"
             )
     return said

@@ -111,16 +111,16 @@ def _useless(cycles: RecordedCycles) -> Finding | None:
         cycle, sample = (int(i) for i in np.argwhere(bad)[0])
         return Finding(
             "missing",
-            f"{bad.sum()} of {bad.size} pressures are no numbers, the first in cycle {cycle + 1} "
-            f"at {cycles.angle[sample] / DEGREE:.6g} degree; nothing else is judged",
+            f"{bad.sum()} of {bad.size} pressures are not numbers, the first in cycle {cycle + 1} "
+            f"at {cycles.angle[sample] / DEGREE:.6g} degree; no other check is made",
             float(bad.sum()),
         )
     count = len(cycles.angle)
     if count < LEAST_SAMPLES:
-        text = f"a cycle has {count} samples; {LEAST_SAMPLES} are the least that is judged"
+        text = f"a cycle has {count} samples; at least {LEAST_SAMPLES} are needed for the checks"
         return Finding("samples", text, count)
     if np.ptp(cycles.mean) <= 0.0:
-        text = f"the pressure is {cycles.mean[0] / BAR:.6g} bar all over the cycle"
+        text = f"the pressure is {cycles.mean[0] / BAR:.6g} bar over the whole cycle"
         return Finding("constant", text, 0.0)
     return None
 
@@ -162,8 +162,8 @@ def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fin
             yield Finding(
                 "clipped",
                 f"{length} samples from {at:.6g} degree on are exactly the {name} pressure, "
-                f"{extreme / BAR:.6g} bar (cycle {row + 1}; {count} of {cycles.cycles} cycles); is "
-                "the range of sensor or amplifier too small?",
+                f"{extreme / BAR:.6g} bar (cycle {row + 1}; {count} of {cycles.cycles} cycles); "
+                "is the range of the sensor or amplifier too small?",
                 float(length),
             )
 
@@ -229,8 +229,8 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     step = cycles.period / len(cycles.angle) / DEGREE
     yield Finding(
         "samples",
-        f"leaving out every second sample changes {said}: a step of {step:.3g} degree is too long, "
-        "and higher orders are folded onto lower ones; usual is 0.1 to 1 degree",
+        f"leaving out every second sample changes {said}: a step of {step:.3g} degree is too "
+        "long, so higher orders are aliased onto lower ones; usual is 0.1 to 1 degree",
         value,
     )
 

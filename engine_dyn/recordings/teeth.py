@@ -214,7 +214,7 @@ def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
     if there < here:
         raise ValueError(
             f"wheel: the pulses fit {wheel.text} in reverse: the wheel turns against the order of "
-            "its teeth; give them the other way round, or say that it is reversed"
+            "its teeth; give the teeth in the opposite order, or set reversed"
         )
 
 
@@ -225,7 +225,7 @@ def _even_starts(gaps: Floats, wheel: Wheel) -> Integers:
     if bad.size:
         raise ValueError(
             f"times of teeth: interval {bad[0] + 1} is {ratio[bad[0]]:.2f} of its neighbours; the "
-            f"wheel {wheel.text} has no gap, so that no tooth may be missed or counted twice"
+            f"wheel {wheel.text} has no gap, so no tooth may be missed or counted twice"
         )
     return np.arange(0, gaps.size - wheel.teeth + 1, wheel.teeth, dtype=np.int64)
 
@@ -267,7 +267,7 @@ def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tu
         elif extra < 0:
             kind = f"{-extra} {'teeth' if extra < -1 else 'tooth'} missed"
         else:
-            kind = "as many pulses as teeth, but not at their places"
+            kind = "the number of pulses is right, but not their positions"
         said.append(f"{where}: {kind}; {'turn' if turns == 1 else f'{turns} turns'} left out")
     if faulty.size > NAMED:
         said.append(f"and {faulty.size - NAMED} more faults of this kind")

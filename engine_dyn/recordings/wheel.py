@@ -103,7 +103,7 @@ def wheel_from_text(text: str) -> Wheel:
         if min(groups) < 1:
             raise ValueError(f"wheel: {plain}: each group has at least one tooth")
     else:
-        raise ValueError(f"wheel: {plain[:60]!r} is no pattern; must be like {FORMS}")
+        raise ValueError(f"wheel: {plain[:60]!r} is not a pattern; must be like {FORMS}")
     if sum(groups) + sum(gaps) > MOST_TEETH:
         raise ValueError(f"wheel: {plain}: more than {MOST_TEETH} pitches")
     widths = []

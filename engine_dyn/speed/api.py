@@ -196,7 +196,7 @@ def periodic_speed(
     if load_linear or load_square:
         if load_exponent is not None:
             raise ValueError(
-                "load_exponent: not allowed together with load_linear or load_square: give one law"
+                "load_exponent: not allowed together with load_linear or load_square; give one law"
             )
         driven = replace(driven, load_law="linear_square")
     load = Load(

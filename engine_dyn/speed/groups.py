@@ -143,7 +143,7 @@ class Engine:
         if not isinstance(given, Diagram):
             text = repr(given).splitlines()[0][:60]
             raise ValueError(
-                f"diagram = {text}: must be a Diagram, such as diagram_from_points gives"
+                f"diagram = {text}: must be a Diagram, as returned by diagram_from_points"
             )
         _take_numbers(self)
 
@@ -166,7 +166,8 @@ class Engine:
         if self.friction_torque < 0.0:
             raise ValueError(
                 f"friction_torque = {self.friction_torque:g}: must be zero or a positive number, "
-                "it is subtracted; what drives is a driver (driven) or a negative load_offset"
+                "because it is subtracted; for a driving torque use a driver (driven) or a "
+                "negative load_offset"
             )
 
     @cached_property

@@ -462,7 +462,7 @@ def test_where_counterweights_cancel_no_fraction_is_best() -> None:
         ),
         (
             lambda: running_gear(even_cylinders(11, FOUR_STROKE), 0.3, 0.1, 1.0, 1.0),
-            "11 cylinders: no throws are known",
+            "11 cylinders: no crank throws are known for this number",
         ),
         (lambda: RunningGear(0.3, 0.1, 1.0, 1.0, {}), "cylinders: must be given"),
     ],

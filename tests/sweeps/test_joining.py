@@ -117,6 +117,21 @@ def test_archives_that_differ_in_one_axis(
     assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
 
 
+@pytest.mark.parametrize("axis", ["load", "inertia"])
+def test_variables_copied_in_ranges_that_an_archive_has_no_point_of(
+    axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sweeps.archive.netcdf.CHUNK", 8)
+    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", 100.0)
+    every = {"load": [10.0, 30.0, 50.0, 90.0], "inertia": np.geomspace(1.0, 12.0, 12).tolist()}
+    scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep"]}}
+    half = len(every[axis]) // 2
+    for number, values in enumerate((every[axis][:half], every[axis][half:])):
+        run({**scene, "axes": {**every, axis: values}}, tmp_path / f"{number}.nc")
+    ok("merge", tmp_path / "0.nc", tmp_path / "1.nc", "-o", tmp_path / "both.nc")
+    assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
+
+
 def test_values_in_no_order_stay_as_they_come(tmp_path: Path) -> None:
     scene = {"engine": "ntua", "output": {"quantities": ["delta"]}}
     run({**scene, "axes": {"speed": [1500, 1000]}}, tmp_path / "0.nc")

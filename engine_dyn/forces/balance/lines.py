@@ -52,7 +52,9 @@ def lines_of(engine: Cylinders) -> Lines:
     """
     made = engine.arrangement
     if made is None:
-        raise ValueError(f"{len(engine.members)} cylinders: no throws are known")
+        raise ValueError(
+            f"{len(engine.members)} cylinders: no crank throws are known for this number"
+        )
     banks, throws = np.array(made.banks), np.array([t.position for t in made.throws])
     number = np.array([c.bank for c in made.cylinders])
     direction = banks[number]

@@ -64,8 +64,8 @@ def test_pressures_that_are_no_numbers() -> None:
     p[1, 360:362] = math.nan
     found = examine(changed(recorded, p), engine.GEOMETRY)
     assert [str(f) for f in found] == [
-        "missing: 2 of 1440 pressures are no numbers, the first in cycle 2 at 0 degree; nothing "
-        "else is judged"
+        "missing: 2 of 1440 pressures are not numbers, the first in cycle 2 at 0 degree; no other "
+        "check is made"
     ]
 
 

@@ -368,7 +368,7 @@ def test_a_cycle_that_fails_while_it_is_fitted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def too_hot(*_: Any) -> float:
-        raise ValueError("heat = 90 bar: must be less, the gas becomes hotter than 4000 K")
+        raise ValueError("heat = 90 bar: must be lower; the gas would become hotter than 4000 K")
 
     monkeypatch.setattr(cycle_fits, "brake_mean_pressure", too_hot)
     with pytest.raises(SceneError, match=r"sheet\.toml: \[data_sheet\.cycle\]: .*hotter"):
