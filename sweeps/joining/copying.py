@@ -123,6 +123,8 @@ def _copy(
         owner = np.full(count, -1)
         for number, source in enumerate(sources):
             here, theirs = source.read(name, place, along)
+            if not here.size:
+                continue
             twice = owner[here] >= 0
             if twice.any():
                 both = here[twice]
