@@ -198,7 +198,7 @@ class Motor:
 def estimator_at(
     motor: Motor, speed: float, imep: float, case: Case, size: float = WANTED_SIZE
 ) -> tuple[WorkEstimator, float]:
-    """Estimator at one point of the map, and the imep that a missed cycle lacks [Pa]."""
+    """Estimator at one point of the map, and the imep missing in a misfire [Pa]."""
     cycle, lacking = motor.cycle(speed, imep)
     found = work_estimator(
         cycle, WHEEL, GAP, case.noise(size), dispersion=motor.dispersion(imep) * imep,

@@ -72,9 +72,9 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
 def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     """Compute the speed over the consecutive recorded cycles of SCENE.
 
-    The cycles are not repeated: initial speed and load are fitted to the speed in [measured], or
-    taken from the mean cycle. Two variants are computed for comparison: the whole series repeated,
-    with the jump in speed at its end, and each cycle repeated on its own.
+    These cycles form a train. Initial speed and load are fitted to the speed in [measured], or
+    taken from the mean cycle. Two variants are computed for comparison: the whole train repeated
+    periodically, with the jump in speed that this forces, and each cycle repeated periodically.
     """
     read = _read(scene, output, overwrite)
     from sweeps.measuring.recorded_train import follow_cycles

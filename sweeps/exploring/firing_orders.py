@@ -81,7 +81,7 @@ def firing_orders(
     ----------
     engine : str, Path or dict
         An engine of the catalogue, an engine file, or a scene; a scene may have axes of numbers,
-        such as `speed`, and the worst value along them counts.
+        such as `speed`, and the worst value over them counts.
     arrangement : str or dict, optional
         Another arrangement of the cylinders, such as ``"in-line 6"``, as scenes have it.
     settings : dict, optional

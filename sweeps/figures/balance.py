@@ -60,7 +60,8 @@ LOOKS: tuple[tuple[str, Any, float], ...] = (
 """Colour, dashes and width; lightness differs as well as hue."""
 
 LABELS = ("Reciprocating masses alone", "With counterweights and balance shafts",
-          "First order of that", "Second order of that")  # fmt: skip
+          "First order with counterweights and balance shafts",
+          "Second order with counterweights and balance shafts")  # fmt: skip
 ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
 """Labels of a figure without the reciprocating masses alone."""
 
@@ -150,7 +151,7 @@ def _apart(study: Study, names: Sequence[str]) -> NamedFigures:
         for panel in panels[: len(drawn)]:
             _one_turn(panel, view, 6.3 / columns, panel in lowest)
         left_labels(panels, columns, _ordinate(view, names[0]), 1.5 if axis else 2.0)
-        title = "Parts of the shaking force"
+        title = "Components of the shaking force"
         notes = [*view.notes(names), picked_text(axis, MOST_PANELS)]
         notes.append(f"{SIDES[0].lower()}" if axis else "")
         cases = "_cases" if along == "design" else ""
@@ -248,7 +249,7 @@ def _over_angle(view: View, present: Sequence[str], names: Sequence[str]) -> Fig
         for panel, side in zip(panels, sides, strict=True):
             (line,) = panel.plot(x, pairs[name][side], **style)
             entries.setdefault(label, line)
-    zero = "" if len(sides) == 2 else f"{SIDES[1 - sides[0]].lower()} it is zero"
+    zero = "" if len(sides) == 2 else f"{SIDES[1 - sides[0]].lower()}: zero"
     for panel, side in zip(panels, sides, strict=True):
         panel.set_title(SIDES[side])
         y_label(panel, _ordinate(view, present[0]), 2.0)
@@ -318,11 +319,11 @@ def _each(
     left_labels(panels, columns, text, 1.5)
     notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
     if hodograph:
-        notes.append("the vector runs along these curves; dots at 0°")
+        notes.append("each curve is the path of the vector's tip; dots at 0°")
         if lines and axis:
             said = ", ".join(axis.tag(p[axis.name]) for p in lines)
-            notes.append(f"along a line, or zero: {said}")
-    title = f"Shaking {kind}" + (": curve of its vector" if hodograph else "")
+            notes.append(f"not drawn, because the vector stays on a line or is zero: {said}")
+    title = f"Shaking {kind}" + (": hodograph" if hodograph else "")
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,
         {} if hodograph and len(main) == 1 else entries, caption=view.caption, below=True,

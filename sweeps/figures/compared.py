@@ -217,4 +217,4 @@ def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     x_label(panel, OF_POINT, 5.0)
     first, second = labels_of(view)
     notes = [*view.notes(names), f"difference: {second} less {first}"]
-    return finish(figure, f"Numbers of {first} and {second}", notes, caption=view.caption)
+    return finish(figure, f"Values of {first} and {second}", notes, caption=view.caption)

@@ -91,7 +91,7 @@ def _over_cycles(view: View, place: int) -> Figure:
         if gone.any():
             (cross,) = panel.plot(cycle[gone], here[gone], linestyle="none", marker="X",
                                   markersize=6.5, color=MISSED, zorder=4)  # fmt: skip
-            entries["called missed"] = cross
+            entries["classified as misfire"] = cross
         called = ", dead" if dead[number] else ", weak" if weak[number] else ""
         mean = f"{lasting[number]:+.2f}".replace("-", "\N{MINUS SIGN}")
         panel.set_title(f"Cylinder {number + 1}: mean {mean} ± {unsure[number]:.2f} bar{called}")
@@ -105,13 +105,13 @@ def _over_cycles(view: View, place: int) -> Figure:
     notes = [_label(view, place), f"threshold for {rate:g} false alarms in a cycle of the engine"]
     if missed.any():
         notes.append(
-            "cycles beside a missed one seem stronger, because it is among the others that they "
-            "are compared with"
+            "cycles next to a misfire appear stronger, because the misfire is among the cycles "
+            "they are compared with"
         )
     if len(shown) < single.shape[1]:
         notes.append(f"{len(shown)} of {single.shape[1]} cylinders shown")
     return finish(
-        figure, "Deviation of single cycles from what is usual for their cylinder", notes, entries,
+        figure, "Deviation of single cycles from the usual value of their cylinder", notes, entries,
         "", view.caption, below=True, spare=panels[len(shown) :],
     )  # fmt: skip
 
@@ -135,7 +135,7 @@ def _lasting(view: View) -> Figure:
         entries[_label(view, place)] = drawn.lines[0]
         lines = panel.hlines(limit[place], at - 0.4 * room, at + 0.4 * room,
                              color=style["color"], linewidth=1.4)  # fmt: skip
-    entries["called weak below"] = lines
+    entries["classified as weak below"] = lines
     panel.axhline(0.0, color="black", linewidth=0.6)
     panel.set_xticks(cylinder, [f"{c:.0f}" for c in cylinder])
     panel.set_xlim(0.5, cylinder[-1] + 0.5)

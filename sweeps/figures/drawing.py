@@ -142,7 +142,7 @@ def check_kinds(dataset: xr.Dataset, only: Sequence[str], options: Options) -> N
 
 def _missing(name: str) -> str:
     needs = next(kind.needs for kind in KINDS if kind.name == name)
-    return f"figure {name}: the archive does not give it; it needs {needs}"
+    return f"figure {name}: not available for this archive; it needs {needs}"
 
 
 def setting_of(dataset: xr.Dataset, options: Options, ax: Axes | None = None) -> Setting:

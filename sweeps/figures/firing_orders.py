@@ -26,7 +26,7 @@ RANKS = ("rank", "rank_sum")
 MOST_NAMED = 8
 """Orders of practice that are told apart where there are too many orders for a row each."""
 
-KNOWN, OTHER = "Engines are built so", "No such engine is known here"
+KNOWN, OTHER = "Engines with this order are known", "No engine with this order is known"
 
 
 def order_names(view: View) -> list[str]:
@@ -56,7 +56,7 @@ def firing_orders(study: Study, names: Sequence[str]) -> NamedFigures:
         notes[0] += f", {about['computed']:,} of them drawn at random"
     others = {d for name in criteria for d in view.array(name).dims if d != ARRANGEMENT}
     if others:
-        notes.append(f"the worst value along {', '.join(sorted(map(str, others)))}")
+        notes.append(f"the worst value over {', '.join(sorted(map(str, others)))}")
     if len(orders) <= MOST_ROWS:
         yield _rows(view, criteria, values, orders, known, about, notes)
     else:
@@ -98,7 +98,7 @@ def _rows(
             tick.set_fontweight("bold")
     panels[0].set_ylim(len(orders) - 0.4, -0.6)
     if about["own_order"] in orders:
-        notes.append("the engine's own is in bold letters")
+        notes.append("the engine's own order is in bold")
     finished = finish(figure, "Firing orders", notes, entries, "", view.caption, below=True)
     return f"firing_orders{view.suffix}", finished
 

@@ -124,7 +124,7 @@ def _of_noise(view: View) -> list[str]:
 
 
 def _speeds(panel: Axes, view: View, place: int) -> Entries:
-    """Measured mean with its spread over cycles, and the fitted speed as the wheel shows it."""
+    """Measured mean with its spread over cycles, and the fitted speed as seen through the wheel."""
     angle, used = numbers_of(view, "interval"), numbers_of(view, "interval_used") > 0
     mean, spread, own = (
         numbers_of(view, name)[place]

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 FEW_POINTS = 5
 """Values of an axis below which the lines between the points are thin."""
 
-BAND = "95 % of what the uncertain values give"
+BAND = "95 % range due to the uncertain values"
 
 COUNTED = ("cylinder", "main_bearing")
 """Dimensions whose points are parts of an engine: no line runs from one to the next."""

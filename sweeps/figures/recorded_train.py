@@ -28,8 +28,8 @@ FOLLOWED, CLOSED, REPEATED = 0.0, 0.55, 0.9
 
 LOOKS = {"followed": (FOLLOWED, "-", "o"), "closed": (CLOSED, (0, (5, 1.5)), "s"),
          "repeated": (REPEATED, (0, (1.2, 1)), "^")}  # fmt: skip
-TEXTS = {"followed": "as the cycles came", "closed": "train closed on itself",
-         "repeated": "each cycle as if it repeated for ever"}  # fmt: skip
+TEXTS = {"followed": "cycles in sequence", "closed": "train repeated periodically",
+         "repeated": "each cycle repeated periodically"}  # fmt: skip
 MOST_MARKS = 40
 """Cycles up to which each has a mark."""
 
@@ -64,7 +64,7 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
         whole_ticks(panel)
     yield (
         "recorded_train",
-        finish(figure, "Recorded cycles in a row", _notes(view), entries, "", view.caption,
+        finish(figure, "Train of recorded cycles", _notes(view), entries, "", view.caption,
                below=True),
     )  # fmt: skip
 
@@ -123,12 +123,12 @@ def _notes(view: View) -> list[str]:
     start = float(_numbers(view, "start_speed_followed"))
     memory = 100.0 * float(_numbers(view, "memory_of_a_cycle"))
     notes = [
-        f"closing forces a jump of {jump / RPM:+.2g} rpm ({100.0 * jump / start:+.2g} %) on the "
-        "first speed",
-        f"of a change of its energy {memory:.3g} % is left after a cycle",
+        f"repeating the train forces a jump of {jump / RPM:+.2g} rpm ({100.0 * jump / start:+.2g} "
+        "%) in the initial speed",
+        f"{memory:.3g} % of a change of energy is left after one cycle",
     ]
     if view.has("omega_mean_measured"):
-        notes.append("first speed and load fitted to the measured speed")
+        notes.append("initial speed and load fitted to the measured speed")
     else:
-        notes.append("before the train, its mean cycle has run for ever")
+        notes.append("start from the steady state of the mean cycle")
     return notes

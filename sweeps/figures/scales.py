@@ -141,11 +141,11 @@ def sensible_span(panels: Sequence[Axes], values: Sequence[Floats]) -> str:
     if not LEAST_SPAN * size < span < NARROW * size or panels[0].get_yscale() != "linear":
         return ""
     if span >= LEAST_SHOWN * size:
-        return f"the ordinate spans {number_text(100 * span / size, 2)} % of the values"
+        return f"the vertical axis spans {number_text(100 * span / size, 2)} % of the values"
     middle = 0.5 * float(known.min() + known.max())
     for panel in panels:
         panel.set_ylim(middle - 0.005 * size, middle + 0.005 * size)
-    return f"changes by {number_text(100 * span / size, 2)} % only; the ordinate spans 1 %"
+    return f"changes by {number_text(100 * span / size, 2)} % only; the vertical axis spans 1 %"
 
 
 def comparable(panels: Sequence[Sequence[Floats]]) -> bool:

@@ -60,7 +60,7 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
         x_label(panel, "Share of the variance", 5.0)
         notes = list(view.notes([name]))
         if ending:
-            notes.append("of the designs that succeeded: more than 1 % failed")
+            notes.append("only designs with results: more than 1 % failed")
         left_out = values[kinds[0]].size - order.size
         if left_out:
             notes.append(f"{left_out} more parameters have smaller indices")

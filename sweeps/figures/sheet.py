@@ -61,7 +61,7 @@ LEGEND_BESIDE = 5.0
 """Inches of a figure below which a legend beside the panels would leave them no room."""
 
 GREY = "#555555"
-OWN_ORDINATES = "each panel has its own ordinate"
+OWN_ORDINATES = "each panel has its own scale"
 Entries = dict[str, "Artist"]
 """Of a legend: each text, and the line or mark that it explains."""
 
@@ -126,8 +126,8 @@ def new_sheet(
     if setting.ax is not None:
         if rows * columns > 1:
             raise SceneError(
-                f"ax: this figure has {rows * columns} panels and needs a sheet of its own; "
-                "call it without ax"
+                f"ax: this figure has {rows * columns} panels and needs a figure of its own; call "
+                "without ax"
             )
         return _figure_around(setting.ax), [setting.ax]
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)

@@ -64,7 +64,7 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
                     linestyle="none", marker=marker, markersize=5.0, color="black",
                 )  # fmt: skip
                 change = "falls" if side == "below" else "rises"
-                entries[f"Where the parameter {change}, if that differs"] = marks
+                entries[f"Where the parameter {change}, if different"] = marks
         panel.axvline(0.0, color="black", linewidth=0.8)
         panel.set_yticks(rows, parameter_texts(view, shown))
         panel.grid(visible=False, axis="y")
@@ -76,7 +76,7 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         notes = view.notes([name])
         left_out = int(np.isfinite(values).sum()) - shown.size
         if left_out:
-            notes.append(f"{left_out} more parameters hardly move it")
+            notes.append(f"{left_out} more parameters have almost no effect")
         title = f"Elasticities of the {name_of(of, quantity)}"
         finished = finish(figure, title, notes, entries, "", view.caption, below=True)
         yield f"tornado_{quantity}{view.suffix}", finished

@@ -162,7 +162,7 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
                 linewidth=0,
             )
             entries["Excess of work: speed rises"] = above
-            entries["Lack of work: speed falls"] = below
+            entries["Deficit of work: speed falls"] = below
     x, speed, lost = trace(view, "omega", {})
     label = title_of(view.array("omega"), "omega") + " (right)"
     if lost:

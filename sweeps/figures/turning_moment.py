@@ -137,7 +137,7 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
         _levels(lower, found, entries)
     set_cycle((upper, lower), view, 5.0, [lower])
     y_label(upper, "Torque" + unit_in_brackets(view.array("torque")), 2.7)
-    y_label(lower, f"Energy above its least{HARD_SPACE}({unit})", 1.8)
+    y_label(lower, f"Energy above its minimum{HARD_SPACE}({unit})", 1.8)
     yield (
         "turning_moment" + view.suffix,
         finish(
@@ -175,7 +175,7 @@ def _areas(panel: Axes, found: Turning, entries: Entries, text: str, label: str)
     )  # fmt: skip
     entries |= {
         label: line, text: other,
-        "Excess of work: speed rises": above, "Lack of work: speed falls": below,
+        "Excess of work: speed rises": above, "Deficit of work: speed falls": below,
     }  # fmt: skip
     sizes = np.abs(found.areas)
     written = np.argsort(-sizes)[:MOST_WRITTEN]
@@ -217,7 +217,7 @@ def _levels(panel: Axes, found: Turning, entries: Entries) -> None:
         markersize=4.0,
     )  # fmt: skip
     entries["Energy of the rotating masses"] = line
-    entries["Level at a crossing"] = points
+    entries["Energy at an intersection"] = points
     low, high = _extremes(found)
     swing = found.swing / _unit(found.swing)[0]
     for level in (0.0, swing):

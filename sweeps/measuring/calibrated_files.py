@@ -75,7 +75,7 @@ def heading(made: Calibration) -> list[str]:
         "No diagram of this engine was measured: these are modelled cycles (first law, one zone).",
         f"Kind: {made.kind.title}. Fitted to {published}.",
         *(f"  {key}: fitted to {what}" for key, what in made.fitted.items()),
-        "What the numbers make; each load is that share of the rated mean effective pressure:",
+        "Results; each load is that share of the rated mean effective pressure:",
         "  load    power  differs   imep   bmep  p_max at degree  compression  air/fuel  fuel",
         "     %       kW        %    bar    bar    bar                     bar         1  g/kWh",
     ]
@@ -88,7 +88,7 @@ def heading(made: Calibration) -> list[str]:
         )
     if given.peak is not None:
         differs = 100.0 * (made.rated.peak / given.peak - 1.0)
-        lines.append(f"  The largest pressure differs by {differs:+.4f} % from the given one.")
+        lines.append(f"  The peak pressure differs by {differs:+.4f} % from the given one.")
     return lines
 
 

@@ -126,7 +126,7 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
     except (ValueError, ArithmeticError) as error:
         # Gas that becomes too hot, a cylinder that is not emptied, numbers that overflow.
         raise SceneError(
-            f"{sheet.name}: [data_sheet.cycle]: cannot make this power: {mentioned(error)}"
+            f"{sheet.name}: [data_sheet.cycle]: cannot reach this power: {mentioned(error)}"
         ) from None
 
 
@@ -146,7 +146,7 @@ def _fitted(sheet: Sheet, given: Published, kind: EngineKind) -> Calibration:
         for load in given.loads
     )
     if not given.places["kind"]:
-        assumed["kind"] = f"Not given: taken as a {kind.title}."
+        assumed["kind"] = f"Not given: assumed to be a {kind.title}."
     for key in points[0].table:
         usual = kind.cycle.get(key)
         if usual is not None and key not in sheet.known and key not in fitting.fitted:
@@ -179,7 +179,7 @@ def _completed(
     if not described(sheet) and values["cylinders"] > 1:
         order = customary_order(int(values["cylinders"]))
     if order is not None:
-        assumed["firing_order"] = "In line, in the customary order; the file says nothing of it."
+        assumed["firing_order"] = "In-line with the customary firing order; not given in the file."
     return values, assumed, order
 
 
@@ -312,8 +312,8 @@ class _Fitting:
             # Work of the same heat: the less of it goes to the walls, the less fuel is needed.
             if error.most <= 0.0:
                 return SceneError(
-                    f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be more: "
-                    "friction takes all that so much fuel makes"
+                    f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be higher: "
+                    "friction consumes all the work of this much fuel"
                 )
             low, high = (fuel * self.goal / max(p, 1e-9) for p in (error.most, error.least))
             top = f"and {high:.3g} g/kWh" if 0.0 < high < 2000.0 else "and 2000 g/kWh"
@@ -329,7 +329,7 @@ class _Fitting:
             return SceneError(f"{where}: must be at least {least:.4g} kW {at} for {self._limits()}")
         if most == 0.0:
             return SceneError(
-                f"{where}: cannot be made: friction takes all the work of {self._limits()}"
+                f"{where}: cannot be reached: friction consumes all the work of {self._limits()}"
             )
         other = "" if self.kind.boosted else f"; or kind = 'turbocharged-{self.given.kind}'"
         return SceneError(
@@ -362,8 +362,9 @@ class _Fitting:
             except NotReached as power:
                 return self._power_not_reached(power)
             return SceneError(
-                f"{self.given.places['power']} = {self.given.power:g} kW: cannot be made with a "
-                "start of the combustion that a largest pressure is fitted by; leave that out"
+                f"{self.given.places['power']} = {self.given.power:g} kW: cannot be reached while "
+                "the start of combustion is fitted to the peak pressure; leave out the peak "
+                "pressure"
             )
         first, last = self.kind.starts
         base = self._base(1.0)
@@ -378,7 +379,7 @@ class _Fitting:
         return SceneError(
             f"{self.given.places['peak']} = {self.given.peak:g} bar: must be between "
             f"{error.least / BAR:.3g} and {error.most / BAR:.3g} bar at this power, with the "
-            f"combustion starting between {first:g} and {last:g} degree; compression alone makes "
+            f"combustion starting between {first:g} and {last:g} degree; compression alone gives "
             f"{alone:.3g} bar (compression_ratio = {ratio:g}, {whose}; [data_sheet.cycle] takes "
             "another)"
         )
@@ -416,7 +417,7 @@ class _Fitting:
             elif high > LEAST_LOAD:
                 allowed = f"must be at most {high:.3g} percent"
             else:
-                allowed = "must be left out: it cannot be made"
+                allowed = "must be left out: it cannot be reached"
             raise SceneError(
                 f"{self.given.places['loads']} = {load:g}: {allowed} for {self._limits()}"
             ) from None

@@ -24,8 +24,8 @@ from sweeps.scene.model import Scene
 __all__ = ["NOT_OF_SCENES", "OF_RECORDING", "OF_WHEEL", "SpeedsOfRecordings"]
 
 OF_DIAGRAM = {
-    "dead_centre_shift": (0.0, 1.0, "degree", "angle by which all diagrams come later"),
-    "pegging": (0.0, 0.1, "bar", "pressure that is added to all diagrams"),
+    "dead_centre_shift": (0.0, 1.0, "degree", "delay angle of all diagrams"),
+    "pegging": (0.0, 0.1, "bar", "pressure added to all diagrams"),
     "pressure_factor": (1.0, 0.1, "1", "factor on all diagrams"),
 }
 """Parameters that change the diagrams: where they change nothing, a large change, unit, meaning."""
@@ -36,7 +36,7 @@ OF_WHEEL = {
 """Parameters of the wheel."""
 
 OF_RECORDING = {
-    "recording_shift": (0.0, 1.0, "degree", "angle by which diagrams and wheel both come later"),
+    "recording_shift": (0.0, 1.0, "degree", "delay angle of diagrams and wheel together"),
 }
 """Parameters of pressure and wheel together: a dead centre that is wrong moves both."""
 
@@ -86,15 +86,16 @@ class SpeedsOfRecordings:
         several = [key for key in words if len(scene.axes[key]) > 1]
         if several:
             raise SceneError(
-                f"{name}: [axes] {several[0]}: must be one word where speeds are fitted"
+                f"{name}: [axes] {several[0]}: must be a single word for a fit of speeds"
             )
         for key in keys:
             plain = key.partition("@")[0]
             if plain not in PARAMETERS and plain not in NOT_OF_SCENES:
                 known = (*PARAMETERS, *NOT_OF_SCENES)
                 raise SceneError(
-                    f"{name}: {plain}: nothing that can vary{did_you_mean(plain, known) or '.'} "
-                    f"Allowed: {', '.join(NOT_OF_SCENES)}, and the keys of scenes"
+                    f"{name}: {plain}: not a parameter that can be "
+                    f"fitted{did_you_mean(plain, known) or '.'} Allowed: "
+                    f"{', '.join(NOT_OF_SCENES)}, and the keys of scenes"
                 )
         columns: dict[str, Floats] = {}
         for key in dict.fromkeys(k for place in places for k in place):
@@ -210,8 +211,8 @@ def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) ->
     family = scene.engine.family
     if not isinstance(family, Family):
         raise SceneError(
-            f"{scene.engine.name}: diagrams over speed cannot be changed by a fit; give those of "
-            "the recordings"
+            f"{scene.engine.name}: diagrams that depend on speed cannot be changed by a fit; give "
+            "diagrams for the recorded speeds"
         )
     return replace(scene, engine=replace(scene.engine, family=family.each(changed)))
 

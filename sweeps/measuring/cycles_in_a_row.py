@@ -91,7 +91,8 @@ def cycles_in_a_row(
     if known is None and TURN * symmetry > period * (1.0 + 1e-9):
         raise SceneError(
             f"{where} gap_angle: missing; must be given, because the speed of {symmetry} equal "
-            f"cylinders repeats every {period / symmetry / DEGREE:g} degrees and does not tell it"
+            f"cylinders repeats every {period / symmetry / DEGREE:g} degrees and so cannot "
+            "determine it"
         )
     raw = _rows(record.teeth, turns)
     if not len(raw):
@@ -103,15 +104,15 @@ def cycles_in_a_row(
         sound,
     )  # fmt: skip
     start = found.angle + TURN * float(found.turn[0])
-    turn_known, start_from = True, "the likeness of measured and computed speed"
+    turn_known, start_from = True, "the correlation of measured and computed speed"
     if turns > 1 and symmetry % turns == 0:
         turn_known = False
-        start_from += ", but for the turn"
+        start_from += ", except for the revolution"
         if known is not None:
             start = known * DEGREE
-            start_from = "gap_angle, taken for the first whole turn of the recording"
+            start_from = "gap_angle, assumed to belong to the first complete turn of the recording"
     elif known is not None:
-        start_from = "gap_angle, and the turn from the likeness of measured and computed speed"
+        start_from = "gap_angle, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
     aside = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
     start -= float(aside[sound & np.roll(sound, 1)].mean())

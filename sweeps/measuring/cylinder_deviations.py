@@ -178,8 +178,8 @@ def cylinder_deviations(
     where = f"{name}: [measured]"
     if given.measured.wheel is None:
         raise SceneError(
-            f"{where} kind = 'speed': must be 'teeth' or 'encoder', or missed cycles are not told "
-            "from errors of teeth"
+            f"{where} kind = 'speed': must be 'teeth' or 'encoder'; otherwise misfires cannot be "
+            "distinguished from tooth errors"
         )
     if not 0.0 < false_alarms < 1.0:
         raise SceneError(f"false alarms {false_alarms:g}: must be between 0 and 1")
@@ -230,8 +230,8 @@ def _check_axes(scene: Scene, name: str) -> None:
     bad += [k for k in scene.designs if k not in allowed]
     if bad:
         raise SceneError(
-            f"{name}: the scene varies {', '.join(bad)}; deviations of cylinders need one engine, "
-            "of which load and speed may vary"
+            f"{name}: the scene varies {', '.join(bad)}; deviations of cylinders need one engine; "
+            "only load and speed may vary"
         )
 
 
@@ -298,7 +298,7 @@ def _judged(
             )
             deviations = single.deviations(relative)
             if not np.isfinite(deviations[good]).any(axis=0).all():
-                raise ValueError("measured speed: no two whole cycles follow each other")
+                raise ValueError("measured speed: no two consecutive complete cycles")
             dispersion = _dispersion(deviations, single.noise, single.others, dispersion,
                                      count)  # fmt: skip
         of_cycle = _with_estimated(
@@ -435,40 +435,40 @@ def _dataset(
         "imep_deviation_of_cycle": (every, single, bar,
                                     "deviation of imep from what is usual for the cylinder"),
         "missed": (every, padded([f.missed.astype(float) for f in found], 1.0), one,
-                   "whether the cycle is called missed (1)"),
+                   "whether the cycle is classified as a misfire (1)"),
         "imep_deviation_std": (each, np.hypot(singles, lastings), bar,
                                "standard deviation of the errors of imep_deviation"),
         "imep_deviation_of_cycle_std": (each, singles, bar,
                                         "standard deviation of the errors of "
                                         "imep_deviation_of_cycle"),
         "missed_threshold": (each, np.array([f.of_cycle.threshold for f in found]) / BAR, bar,
-                             "deviation of a cycle below which it is called missed"),
+                             "deviation below which a cycle is classified as a misfire"),
         "missed_found": (each, [f.of_cycle.probability for f in found], one,
-                         "share of missed cycles that falls below the threshold"),
+                         "share of misfires that falls below the threshold"),
         "missed_cycles": (each, [f.missed.sum(axis=0) for f in found], one,
-                          "number of cycles that are called missed"),
+                          "number of cycles classified as misfires"),
         "imep_deviation_lasting": (each, lasting, bar,
                                    "deviation of the mean imep from that of the other cylinders"),
         "imep_deviation_lasting_std": (each, lastings, bar,
                                        "standard deviation of the errors of "
                                        "imep_deviation_lasting"),
         "weak_threshold": (each, np.array([f.of_mean.threshold for f in found]) / BAR, bar,
-                           "deviation of the mean imep below which a cylinder is called weak"),
+                           "deviation of the mean imep below which a cylinder is classified as "
+                           "weak"),
         "weak": (each, [f.weak.astype(float) for f in found], one,
-                 "whether the cylinder is called weak (1)"),
+                 "whether the cylinder is classified as weak (1)"),
         "dead": (each, [(f.weak & (f.lasting < -DEAD * f.missing)).astype(float) for f in found],
-                 one, "whether it also lacks more than half of the work of combustion (1)"),
+                 one, "whether the cylinder lacks more than half of the work of combustion (1)"),
         "imep_of_combustion": (per, [f.missing / BAR for f in found], bar,
-                               "imep that a missed cycle lacks"),
+                               "imep missing in a misfire"),
         "imep_dispersion": (per, [f.dispersion / BAR for f in found], bar,
                             "standard deviation of the imep of normal cycles, estimated"),
         "tooth_passage": (per, [f.passage for f in found], one,
-                          "error of the place of a passing tooth over the smallest interval, "
-                          "estimated"),
+                          "error of the tooth position over the smallest interval, estimated"),
         "recorded_cycles": (per, [int(np.isfinite(f.row.speed[:, 0]).sum()) for f in found], one,
                             "number of recorded cycles"),
         "reference_cycles": (per, [f.reference_cycles for f in found], one,
-                             "cycles in the mean that single ones are compared with"),
+                             "number of cycles in the mean with which single cycles are compared"),
         "gap_angle": (per, [f.row.start / DEGREE for f in found], "degree",
                       "crank angle at which the first recorded cycle of the wheel begins"),
     }  # fmt: skip
@@ -510,21 +510,21 @@ def _remarks(labels: Sequence[str], found: Sequence[_Found], speeds: Floats) -> 
     for label, one, speed in zip(labels, found, speeds, strict=True):
         if not one.row.turn_known and "gap_angle" not in one.row.start_from:
             remarks.append(
-                f"{label}: the speed does not tell with which turn the recording begins: cylinders "
-                "that fire a turn apart may be exchanged; gap_angle of the first whole turn, "
-                "counted over the whole cycle, tells them"
+                f"{label}: the speed does not determine with which turn the recording begins, so "
+                "cylinders that fire one turn apart may be interchanged; give the gap_angle of "
+                "the first complete turn, counted over the whole cycle"
             )
         measured = float(np.nanmean(one.row.mean))
         if abs(measured / speed.mean() - 1.0) > FAR_SPEED:
             remarks.append(
                 f"{label}: measured at {measured / RPM:.1f} rpm, computed at "
                 f"{speed.mean() / RPM:.1f} rpm: deviations change with the square of the speed; "
-                "give the measured speed to the scene"
+                "use the measured speed in the scene"
             )
         least = float(one.of_cycle.probability.min())
         if least < 0.99:
             remarks.append(
-                f"{label}: of missed cycles only {100.0 * least:.0f} % would be found at this rate "
-                "of false alarms"
+                f"{label}: at this rate of false alarms only {100.0 * least:.0f} % of misfires "
+                "would be found"
             )
     return remarks

@@ -111,7 +111,8 @@ def fit_dataset(
                            {"long_name": "width of the interval between teeth",
                             "units": "degree"}),
         "interval_used": ("interval", given.used[order].astype(np.int8),
-                          {"long_name": "whether the fit takes the interval (1)", "units": "1"}),
+                          {"long_name": "whether the interval is used in the fit (1)",
+                           "units": "1"}),
         "file": ("recording", np.array(given.labels, dtype=object), {"long_name": "recording"}),
     }  # fmt: skip
     coordinates |= {
@@ -162,12 +163,12 @@ def _of_parameters(found: SpeedFit) -> dict[str, Any]:
 
     prior = known([p.prior for p in fit.parameters]) + added
     return {
-        "value": (of, fit.value + added, "fitted value, in the unit of each"),
+        "value": (of, fit.value + added, "fitted value, each in its own unit"),
         "value_low": (of, fit.interval[:, 0] + added, "lower end of the 95 % interval"),
         "value_high": (of, fit.interval[:, 1] + added, "upper end of the 95 % interval"),
         "at_bound": (of, fit.at_bound.astype(np.int8), "whether the value is at its bound (1)"),
         "value_deviation": (of, fit.deviation, "standard deviation of the value"),
-        "prior": (of, prior, "value known without the speed"),
+        "prior": (of, prior, "prior value, known without the speed"),
         "prior_deviation": (of, known([p.prior_deviation for p in fit.parameters]),
                             "standard deviation of prior"),
         "correlation": (("parameter", "other_parameter"), fit.correlation, "of fitted values"),
@@ -195,11 +196,12 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
         "residual": (over, residual, "measured less computed, in standard errors"),
         "omega_raw": (over, raw, "raw speed between teeth, mean over cycles"),
         "omega_raw_std": (over, spread, "standard deviation of omega_raw over cycles"),
-        "omega_through_wheel": (over, computed, "fitted speed as the wheel shows it"),
+        "omega_through_wheel": (over, computed, "fitted speed as seen through the wheel"),
         "recorded_cycles": (recording, np.array([len(one) for one in given.cycles], dtype=np.int32),
                             "number of recorded cycles"),
         "delta_measured_raw": (recording, [d.delta for d in deltas],
-                               "coefficient of speed fluctuation, measured, tooth errors in it"),
+                               "coefficient of speed fluctuation, measured, including tooth "
+                               "errors"),
         "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in deltas],
                                            "standard error of delta_measured_raw"),
         "delta_through_wheel": (recording, np.ptp(counted, axis=1) / counted.mean(axis=1),
@@ -223,7 +225,7 @@ def _of_predictions(
         "delta_predicted_deviation": (recording, [one.deviation for one in predicted],
                                       "standard deviation of delta_predicted"),
         "omega_predicted": (("recording", "interval"), speed,
-                            "speed as the wheel shows it, predicted from the other recordings"),
+                            "speed as seen through the wheel, predicted from the other recordings"),
     }  # fmt: skip
 
 

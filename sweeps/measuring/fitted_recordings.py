@@ -102,7 +102,8 @@ class FittedRecordings:
         for label, one in zip(scene.measured.files, cycles, strict=True):
             if len(one) < 2:
                 raise SceneError(
-                    f"{name}: [measured] {label}: one cycle has no spread; a fit needs two or more"
+                    f"{name}: [measured] {label}: one cycle has no scatter; a fit needs two or "
+                    "more cycles"
                 )
         places = []
         for number, speeds in enumerate(cycles):
@@ -233,13 +234,13 @@ def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
             found[key] = float(values[0])
         elif key != "speed":  # the measured one
             raise SceneError(
-                f"{name}: [measured] at: the scene also varies {key}; must say which value belongs "
+                f"{name}: [measured] at: the scene also varies {key}; give the value that belongs "
                 "to each file"
             )
     if scene.designs:
         rows = at.get(DESIGN)
         if rows is None and len(next(iter(scene.designs.values()))) != 1:
-            raise SceneError(f"{name}: [measured] at: must say which design belongs to each file")
+            raise SceneError(f"{name}: [measured] at: give the design that belongs to each file")
         row = 0 if rows is None else int(rows[number])
         found |= {key: float(column[row]) for key, column in scene.designs.items()}
     return found

@@ -165,21 +165,26 @@ class _Task:
         if scene.measured is None:
             raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")
         if not vary:
-            raise SceneError(f"{name}: nothing to vary; name at least one parameter")
+            raise SceneError(f"{name}: nothing to fit; name at least one parameter")
         for key, how in vary.items():
             if "@" in key:
                 raise SceneError(
-                    f"{name}: {key}: must be {key.partition('@')[0]}, and own for a value of each "
+                    f"{name}: {key}: must be {key.partition('@')[0]}; use own for a value of each "
                     "recording"
                 )
             given_numbers = (how.low, how.high, how.start, how.prior, how.deviation)
             if any(one is not None and np.isnan(one) for one in given_numbers):
-                raise SceneError(f"{name}: {key}: nan is no bound, start, prior or deviation")
+                raise SceneError(
+                    f"{name}: {key}: nan is not allowed as bound, start, prior or deviation"
+                )
             if key in OF_WHEEL and scene.measured.wheel is None:
-                raise SceneError(f"{name}: {key}: must not vary for speed over angle: no wheel")
+                raise SceneError(
+                    f"{name}: {key}: cannot be fitted to speed over angle, which has no wheel"
+                )
             if key in OF_WHEEL | OF_RECORDING and how.own:
-                raise SceneError(f"{name}: {key}: must not be one of each recording's own: the "
-                                 "wheel is the same")  # fmt: skip
+                raise SceneError(
+                    f"{name}: {key}: cannot have a separate value for each recording, because the "
+                    "wheel is the same")  # fmt: skip
         given = FittedRecordings.of(scene, name)
         with_teeth = teeth == "estimated" and given.wheel is not None
         return cls(
@@ -209,14 +214,15 @@ class _Task:
         start = np.array([[self._start(key, computed) for key in computed.keys]])
         for key, one in zip(computed.keys, start[0], strict=True):
             if not np.isfinite(one):
-                raise ValueError(f"{key}: has no value to start from; give it one in [set]")
+                raise ValueError(f"{key}: has no initial value; give one in [set]")
             if key not in OF_WHEEL:
                 self._parameter(key, float(one), 0.0)  # refused before anything is computed
         angle, speed = computed.speeds(start, first=True)
         if not np.isfinite(speed).all():
             bad = int(np.flatnonzero(~np.isfinite(speed[0]).all(axis=1))[0])
             raise ValueError(
-                f"{given.labels[recordings[bad]]}: no steady speed at the first values; give others"
+                f"{given.labels[recordings[bad]]}: no steady speed at the initial values; give "
+                "others"
             )
         assert self.scene.measured is not None
         known = self.scene.measured.table.gap_angle
@@ -259,8 +265,8 @@ class _Task:
             prior = None if prior is None else prior - gap_angle
             if not low <= gap_angle <= high:
                 raise ValueError(
-                    f"{key}: found at {gap_angle:.4g} degrees by the likeness of the speeds; the "
-                    f"bounds are {low:g} to {high:g}"
+                    f"{key}: found at {gap_angle:.4g} degrees from the correlation of the speeds; "
+                    f"the bounds are {low:g} to {high:g}"
                 )
             low, high, start = low - gap_angle, high - gap_angle, 0.0
         return Parameter(key, start, low, high, prior, deviation, scale)

@@ -180,14 +180,13 @@ def computed_speeds(
         left = [str(d) for d in here.dims if d != "crank_angle" and here.sizes[d] > 1]
         if left:
             raise SceneError(
-                f"{name}: [measured] at: the scene also varies {', '.join(left)}; must say which "
-                "value belongs to each file, such as at = { load = [50] }"
+                f"{name}: [measured] at: the scene also varies {', '.join(left)}; give the value "
+                "that belongs to each file, such as at = { load = [50] }"
             )
         values = np.asarray(here.values, dtype=float).reshape(-1)
         if not np.isfinite(values).all():
             raise SceneError(
-                f"{name}: the design of recording {place + 1} has no computed speed; its status "
-                "says why"
+                f"{name}: the design of recording {place + 1} has no computed speed; see its status"
             )
         rows.append(values)
     return angle, np.array(rows)
@@ -346,10 +345,11 @@ def _dataset(
         "delta_measured_uncertainty": (recording, [d.uncertainty for d in delta], one,
                                        "standard error of delta_measured"),
         "delta_measured_by_inertia": (recording, by_inertia, one,
-                                      "relative change of delta_measured over that of the scene's "
-                                      "inertia, by the errors of the teeth"),
+                                      "relative change of delta_measured per relative change of "
+                                      "the scene's inertia, through the tooth errors"),
         "delta_measured_raw": (recording, [d.delta for d in raw_delta], one,
-                               "coefficient of speed fluctuation, measured, tooth errors in it"),
+                               "coefficient of speed fluctuation, measured, including tooth "
+                               "errors"),
         "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in raw_delta], one,
                                            "standard error of delta_measured_raw"),
         "delta_of_cycles": (recording, [d.of_cycles for d in delta], one,
@@ -482,7 +482,8 @@ def _coordinates(
                            {"long_name": "width of the interval between teeth",
                             "units": "degree"}),
         "interval_used": ("interval", curves.in_order(curves.sound)[0].astype(np.int8),
-                          {"long_name": "whether delta, likeness and orders take the interval (1)",
+                          {"long_name": "whether the interval is used for delta, correlation and "
+                                        "orders (1)",
                            "units": "1"}),
         "order": ("order", orders, {"long_name": "order of the crank's turn", "units": "1"}),
     }  # fmt: skip
@@ -512,20 +513,21 @@ def _attributes(
         if abs(ratio - 1.0) > FAR_SPEED:
             remarks.append(
                 f"{record.label}: measured at {one.mean() / RPM:.1f} rpm, computed at "
-                f"{other.mean() / RPM:.1f} rpm: delta changes with the square of the speed; give "
-                "the measured speed to the scene"
+                f"{other.mean() / RPM:.1f} rpm: delta changes with the square of the speed; use "
+                "the measured speed in the scene"
             )
     if given.wheel is not None and not curves.sound.all():
         places = np.flatnonzero(~curves.sound[0][: given.wheel.teeth]) + 1
         remarks.append(
-            f"intervals {', '.join(map(str, places))} of {given.wheel.teeth} after the gap are far "
-            "off their neighbours in every turn: left out of delta, likeness and orders"
+            f"intervals {', '.join(map(str, places))} of {given.wheel.teeth} after the gap differ "
+            "strongly from their neighbours in every turn and are left out of delta, correlation "
+            "and orders"
         )
     how = given.errors if isinstance(given.errors, str) else "given"
     said = {
         "others": "estimated from the other recordings with their computed speeds",
-        "all": "estimated from these recordings with their computed speeds: what both have wrong "
-        "in whole orders is in them, and correlations are too good",
+        "all": "estimated from these recordings with their computed speeds: they include errors "
+        "of whole orders common to both, and correlations are too high",
         "none": "not taken out",
         "given": "as given",
     }
@@ -543,7 +545,7 @@ def _attributes(
             "gap_angle": curves.gap_angle / DEGREE,
             "gap_angle_from": "the scene"
             if given.table.gap_angle is not None
-            else "the likeness of measured and computed speed: found, not measured",
+            else "the correlation of measured and computed speed: estimated, not measured",
         }
         if given.table.end is not None:
             found["end_of_shaft"] = given.table.end

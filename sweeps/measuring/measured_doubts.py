@@ -70,9 +70,9 @@ def gap_doubts(
         )
         if _clearly_more(best, near):
             doubts.append(
-                f"gap_angle: a gap at {free.angle / DEGREE:.1f} degrees is more alike ({best:.2f} "
-                f"for {here:.2f} at {found.angle / DEGREE:.1f}); is gap_angle wrong, or the "
-                "recording reversed?"
+                f"gap_angle: a gap at {free.angle / DEGREE:.1f} degrees gives a better "
+                f"correlation ({best:.2f} instead of {here:.2f} at {found.angle / DEGREE:.1f}); "
+                "is gap_angle wrong, or the recording reversed?"
             )
     # a wheel that does not look the same from both sides is refused in reverse
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
@@ -82,7 +82,7 @@ def gap_doubts(
         if _likeness(back) >= LEAST_LIKENESS and _clearly_more(_likeness(back), best):
             doubts.append(
                 f"read backwards, with a gap at {back.angle / DEGREE:.1f} degrees, the recordings "
-                f"are more alike ({_likeness(back):.2f}, forwards {best:.2f} at best): are they "
+                f"correlate better ({_likeness(back):.2f}, forwards {best:.2f} at best): are they "
                 "reversed in time?"
             )
     return doubts
@@ -100,14 +100,15 @@ def likeness_doubts(labels: Sequence[str], alike: Sequence[float], wheel: bool) 
     wheel : bool
         Whether there are teeth.
     """
-    causes = "it is reversed, the wrong file, or belongs to another value of `at`, " + (
-        "gap_angle is wrong, or noise or errors of teeth are as large as the fluctuation"
+    causes = "the recording is reversed, is the wrong file, or belongs to another value of `at`, "
+    causes += (
+        "gap_angle is wrong, or noise or tooth errors are as large as the fluctuation"
         if wheel
         else "or angle_shift is wrong"
     )
     return [
-        f"{label}: measured and computed speed are hardly alike (correlation {one:.2f}; below "
-        f"{LEAST_LIKENESS:.2f} less than half of the one is in the other): perhaps {causes}"
+        f"{label}: measured and computed speed hardly agree (correlation {one:.2f}; below "
+        f"{LEAST_LIKENESS:.2f} less than half of their variation is common): perhaps {causes}"
         for label, one in zip(labels, alike, strict=True)
         if one < LEAST_LIKENESS
     ]
@@ -144,10 +145,10 @@ def even_firing_doubt(dependence: Floats) -> str:
     change = [f"{-10.0 * one:+.1f} %" for one in dependence]
     listed = ", ".join(change) if len(change) <= 6 else f"{', '.join(change[:6])} ..."
     return (
-        "the engine fires evenly, its speed repeats every turn: errors of teeth and a wrong "
-        "inertia cannot be told apart by `measured`; the corrected delta leans on the scene's "
-        f"inertia ({listed} for an inertia 10 % too small), which its uncertainty does not hold; "
-        "identify fits both"
+        "the engine fires evenly, so its speed repeats every turn: `measured` cannot distinguish "
+        "tooth errors from a wrong inertia, and the corrected delta depends on the scene's "
+        f"inertia ({listed} for an inertia 10 % too small), which its uncertainty does not "
+        "include; `engine-dyn identify` fits both"
     )
 
 

@@ -194,7 +194,7 @@ def _column(
         return left[0]
     listed = ", ".join(f"{i} {one_line(n, 40)}" for i, n in enumerate(names[:12], start=1))
     raise SceneError(
-        f"{recording.label}: {key}: not clear which column; must be the name or number of one of: "
+        f"{recording.label}: {key}: ambiguous; give the name or number of one of these columns: "
         f"{listed}"
     )
 
@@ -217,8 +217,8 @@ def _factor(
     if plain not in units:
         known = ", ".join(key for key in units if key)
         raise SceneError(
-            f"{recording.label}, column {shown(name)}: unit {shown(text)} is none of {what}; must "
-            f"be one of {known}"
+            f"{recording.label}, column {shown(name)}: unit {shown(text)} is not a unit of "
+            f"{what}; must be one of {known}"
         )
     return units[plain]
 

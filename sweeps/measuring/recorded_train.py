@@ -37,13 +37,13 @@ __all__ = ["follow_cycles"]
 
 NOT_FOLLOWED: Mapping[str, str] = {
     **LEFT_OUT,
-    "stroke_friction": "friction over the stroke is not followed; its shares must be 0, and with a "
-    "law by component ring_pressure must not be given",
-    "angle_load": "a load over angle is not followed; must be a + k omega^alpha",
-    "with_driver": "a driver is not followed; the engine must drive its load",
-    "linear_square": "the load must be a + k omega^alpha, by load_exponent",
-    "table": "a load from a table is not followed; must be a + k omega^alpha",
-    "motor": "a motor is not followed; the engine must drive its load",
+    "stroke_friction": "not supported with friction over the stroke; its shares must be 0, and "
+    "with a friction law by component ring_pressure must not be given",
+    "angle_load": "not supported with a load over angle; the load must be a + k omega^alpha",
+    "with_driver": "not supported with a driver; the engine must drive its load",
+    "linear_square": "the load must be a + k omega^alpha with load_exponent",
+    "table": "not supported with a load from a table; the load must be a + k omega^alpha",
+    "motor": "not supported with a motor; the engine must drive its load",
 }
 """Words of scenes whose trains are not followed, and what must hold instead."""
 
@@ -60,11 +60,17 @@ MOST_SAMPLES = 10_000_000
 """Of the pressure of a train, two for each step: a thousand cycles in steps of a seventh degree."""
 
 STEADY = (
-    "no speed is measured: before the train, its mean cycle has run for ever at the nominal speed; "
-    "the load coefficient is that for which the train's mean speed is the nominal one"
+    "no speed is measured: the train starts from the steady state of the mean cycle at nominal "
+    "speed; the load coefficient makes the mean speed of the train equal to the nominal speed"
 )
-MEASURED = "first speed and load coefficient by least squares on the measured speeds between teeth"
-PRESSURES = "cylinder 1 recorded; each of the others has the same cycles at its own firing angle"
+MEASURED = (
+    "initial speed and load coefficient fitted by least squares to the measured speeds between "
+    "teeth"
+)
+PRESSURES = (
+    "pressure recorded in cylinder 1; the other cylinders have the same cycles at their own "
+    "firing angles"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +154,7 @@ def follow_cycles(
     surplus = float(train.torque.mean()) - constant
     if not surplus > 0.0:
         raise SceneError(
-            f"{name}: the recorded cycles do not drive the load: their mean torque less friction "
+            f"{name}: the recorded cycles do not drive the load: their mean torque minus friction "
             f"and load_offset is {surplus:.3g} N m; must be above 0"
         )
     steady = _solved(close_train(one, nominal), "the mean cycle", name)
@@ -174,14 +180,13 @@ def _one_design(scene: Scene, name: str) -> tuple[Scene, list[int]]:
     if several:
         raise SceneError(
             f"{name}: the scene also varies {', '.join(several)}; a train of recorded cycles must "
-            "be of one design"
+            "have one design"
         )
     single = {k: float(v[0]) for k, v in scene.axes.items() if k != "recorded_cycle"}
     numbers = [int(number) for number in scene.axes["recorded_cycle"]]
     if len(numbers) < FEWEST or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
         raise SceneError(
-            f"{name}: [axes] recorded_cycle: must be at least {FEWEST} numbers that follow each "
-            "other, as the cycles did"
+            f"{name}: [axes] recorded_cycle: must be at least {FEWEST} consecutive numbers"
         )
     return replace(
         scene, settings={**scene.settings, **single},
@@ -204,8 +209,8 @@ def _solved(found: SpeedOfTrain, what: str, name: str) -> SpeedOfTrain:
     if found.status == status.CONVERGED:
         return found
     raise SceneError(
-        f"{name}: {what} has no speed ({status.MEANINGS[found.status]}); the inertia or the speed "
-        "must be larger"
+        f"{name}: {what} has no speed ({status.MEANINGS[found.status]}); increase the inertia or "
+        "the speed"
     )
 
 
@@ -244,8 +249,8 @@ def _fitted(
     where = f"{name}: [measured]"
     if len(given.files) > 1:
         raise SceneError(
-            f"{where} file: {len(given.files)} files; must be the one that was recorded with the "
-            "pressure"
+            f"{where} file: {len(given.files)} files; must be the one file recorded together with "
+            "the pressure"
         )
     period = engine.period
     (record,) = records_of(given, period, name)
@@ -270,8 +275,8 @@ def _fitted(
     own, rms, found, begin = tried[0]
     if not math.isfinite(own):
         raise SceneError(
-            f"{where} {record.label}: no first speed and load coefficient fit the measured speed; "
-            "is it of this engine, and are inertia and pressure right?"
+            f"{where} {record.label}: no initial speed and load coefficient fit the measured "
+            "speed; check that it was recorded on this engine, and check inertia and pressure"
         )
     cycle = math.floor(begin / period + 1e-9)
     count, intervals = round(train.angle[-1] / period), row.width.size
@@ -358,7 +363,7 @@ def _dataset(
     count, followed = len(numbers), fit.speed
     along, each, none = ("recorded_cycle", "crank_angle"), ("recorded_cycle",), ()
     rad, one, pairs = "rad s-1", "1", {"followed": followed, "closed": closed}
-    texts = {"followed": "as the cycles came", "closed": "train closed on itself"}
+    texts = {"followed": "cycles in sequence", "closed": "train repeated periodically"}
     coefficient = repeated["load_coefficient"].attrs.get("units")
     data: dict[str, Any] = {}
     for word, speed in pairs.items():
@@ -368,10 +373,10 @@ def _dataset(
         data[f"delta_{word}"] = (each, delta, one, f"coefficient of speed fluctuation, {text}")
         data[f"omega_mean_{word}"] = (each, _means(speed.speed, count), rad,
                                       f"mean speed over the angle, {text}")  # fmt: skip
-        data[f"start_speed_{word}"] = (none, speed.start_speed, rad, f"first speed, {text}")
+        data[f"start_speed_{word}"] = (none, speed.start_speed, rad, f"initial speed, {text}")
         data[f"load_coefficient_{word}"] = (none, speed.load_coefficient, coefficient,
                                             f"coefficient of the load torque, {text}")  # fmt: skip
-    forever = "each cycle as if it repeated for ever"
+    forever = "each cycle repeated periodically"
     data |= {
         "omega_repeated": (along, repeated["omega"].transpose(*along).values, rad,
                            f"crank speed, {forever}"),
@@ -379,11 +384,12 @@ def _dataset(
                            f"coefficient of speed fluctuation, {forever}"),
         "imep": (each, repeated["imep"].values, "bar", "indicated mean effective pressure"),
         "jump": (none, closed.start_speed - followed.start_speed, rad,
-                 "change of the first speed that closing forces on the train"),
+                 "jump of the initial speed when the train is repeated periodically"),
         "memory": (none, followed.memory, one,
-                   "what is left at the end of a small change of the first energy"),
+                   "share of a small change of the initial energy that is left at the end"),
         "memory_of_a_cycle": (none, followed.memory ** (1.0 / count), one,
-                              "what is left of it after a cycle, the mean of all"),
+                              "share of a small change of energy that is left after one cycle, "
+                              "mean of all cycles"),
     }  # fmt: skip
     coordinates: dict[str, Any] = {
         "recorded_cycle": (each, np.array(numbers, dtype=np.int32),
@@ -413,7 +419,9 @@ def _dataset(
             **repeated.attrs,
             "title": scene.title,
             "first_speed_and_load_from": fit.how,
-            "pressures_of_cylinders": PRESSURES if cylinders > 1 else "cylinder 1 recorded",
+            "pressures_of_cylinders": PRESSURES
+            if cylinders > 1
+            else "pressure recorded in cylinder 1",
             "friction_torque": float(repeated["friction_torque"].mean()),
             **said,
         },

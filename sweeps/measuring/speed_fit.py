@@ -129,7 +129,9 @@ class MeasuredCycles:
     def __post_init__(self) -> None:
         """Refuse fewer than two cycles, and speeds that are none."""
         if self.speed.ndim != 2 or len(self.speed) < 2:
-            raise ValueError(f"{self.name}: one cycle has no spread; at least two are needed")
+            raise ValueError(
+                f"{self.name}: one cycle has no scatter; at least two cycles are needed"
+            )
         if self.speed.shape[1:] != self.width.shape:
             raise ValueError(f"{self.name}: {self.width.size} widths, not one for each interval")
         if not (np.isfinite(self.speed).all() and (self.speed > 0.0).all()):
@@ -373,7 +375,8 @@ class _Problem:
         for recording in recordings:
             if teeth and recording.width.size % teeth:
                 raise ValueError(
-                    f"{recording.name}: {recording.width.size} intervals are no turns of {teeth}"
+                    f"{recording.name}: {recording.width.size} intervals are not whole turns of "
+                    f"{teeth}"
                 )
         self.shapes = [recording.shapes for recording in recordings]
         self.deviations = [recording.deviation for recording in recordings]
@@ -472,7 +475,7 @@ class _Problem:
         names = [p.name for p in self.parameters]
         for name, column in zip(names, slopes[: self.measured].T, strict=False):
             if not column.any():
-                raise Inseparable(f"{name}: nothing that was measured depends on it")
+                raise Inseparable(f"{name}: no measured value depends on it")
         # What is known without the data is left free to follow them: the rest must be told apart
         # beside it.
         known = np.array([p.prior is not None for p in self.parameters])
@@ -493,8 +496,9 @@ class _Problem:
             if np.max(weak[len(names) :], initial=0.0) > 0.05:
                 mixed.append("the errors of the teeth")
             raise Inseparable(
-                f"{', '.join(mixed)}: cannot be told apart by what was measured (condition number "
-                f"{condition:.2g}, allowed is {largest:g}); fix one of them, or give a prior"
+                f"{', '.join(mixed)}: cannot be determined separately from these measurements "
+                f"(condition number {condition:.2g}, allowed is {largest:g}); fix one of them, or "
+                "give a prior"
             )
         return condition
 

@@ -141,7 +141,7 @@ _OF_DIESEL = {
     "premixed_duration": Usual(12.0, "Usual, 0 to 99.9 percent."),
     "premixed_form": Usual(2.0, "A smooth premixed part, as for the catalogue's ntua."),
     "wall_temperature": Usual(480.0, "Usual mean of head, piston and liner of a diesel.", 420.0),
-    "intake_loss": Usual(0.05, "Usual loss in the valves at this speed."),
+    "intake_loss": Usual(0.05, "Usual pressure loss in the valves at this speed."),
     "exhaust_loss": Usual(0.06, "As intake_loss."),
     "intake_closing": Usual(-140.0, "Usual: 40 degrees after bottom dead centre."),
     "exhaust_opening": Usual(130.0, "Usual: 50 degrees before bottom dead centre."),
@@ -152,7 +152,9 @@ _OF_SPARK = {
     "combustion_duration": Usual(60.0, "Usual, 0 to 99.9 percent; longer where throttled.", 75.0),
     "combustion_form": Usual(2.0, "Usual for spark ignition (Heywood 1988)."),
     "wall_temperature": Usual(440.0, "Usual mean of head, piston and liner."),
-    "intake_loss": Usual(0.08, "Usual loss in the valves at this speed; less throttled.", 0.02),
+    "intake_loss": Usual(
+        0.08, "Usual pressure loss in the valves at this speed; less throttled.", 0.02
+    ),
     "exhaust_loss": Usual(0.10, "As intake_loss.", 0.02),
     "intake_closing": Usual(-115.0, "Usual for an engine of this speed."),
     "exhaust_opening": Usual(125.0, "As intake_closing."),

@@ -31,7 +31,10 @@ def calibration_text(made: Calibration) -> str:
         lines.append(
             f"[values] speed: {was:g} rpm in the file; {made.published.speed:g} rpm is written."
         )
-    lines += ["", f"assumed, {counted(len(made.assumed), 'value')}; replace what you know better:"]
+    lines += [
+        "",
+        f"assumed, {counted(len(made.assumed), 'value')}; replace them where you know better:",
+    ]
     rated = made.rated.table
     first = made.points[0].table
     for key, reason in made.assumed.items():

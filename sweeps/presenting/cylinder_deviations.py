@@ -34,12 +34,12 @@ def deviations_text(found: xr.Dataset) -> str:
     for place in range(found.sizes["recording"]):
         here = found.isel(recording=place)
         lines.append(
-            f"{one_line(here['file'].values, 60)}: {int(here['recorded_cycles'])} cycles; a missed "
-            f"one lacks {float(here['imep_of_combustion']):.2f} bar; dispersion of normal cycles "
-            f"{float(here['imep_dispersion']):.2f} bar; passages of teeth "
+            f"{one_line(here['file'].values, 60)}: {int(here['recorded_cycles'])} cycles; a "
+            f"misfire lacks {float(here['imep_of_combustion']):.2f} bar; scatter of normal cycles "
+            f"{float(here['imep_dispersion']):.2f} bar; tooth passage errors "
             f"{100.0 * float(here['tooth_passage']):.3f} % of a pitch"
         )
-        rows = [["cylinder", "mean, bar", "weak below", "missed below", "found", "missed cycles"]]
+        rows = [["cylinder", "mean, bar", "weak below", "misfire below", "found", "misfires"]]
         for number in range(here.sizes["cylinder"]):
             rows.append(_row(here.isel(cylinder=number)))
         widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]

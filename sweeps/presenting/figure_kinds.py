@@ -24,5 +24,9 @@ def kinds_text(dataset: xr.Dataset, options: Options | None = None) -> str:
     wide = max(len(kind.name) for kind, _ in found)
     given = [f"  {kind.name:{wide}}  {kind.shows}" for kind, names in found if names]
     absent = [f"  {kind.name:{wide}}  needs {kind.needs}" for kind, names in found if not names]
-    lines = ["figures of this archive:", *given] if given else ["no figures of this archive"]
-    return "\n".join([*lines, "", "not of this archive:", *absent] if absent else lines)
+    lines = (
+        ["figures available for this archive:", *given]
+        if given
+        else ["no figures available for this archive"]
+    )
+    return "\n".join([*lines, "", "not available for this archive:", *absent] if absent else lines)

@@ -43,8 +43,8 @@ def fit_text(fit: xr.Dataset) -> str:
     )
     if likely < FEW:
         lines.append(
-            "the residuals are larger than the scatter of the cycles explains: the model lacks "
-            "something, and the intervals do not know of it"
+            "the residuals are larger than the scatter of the cycles explains: something is "
+            "missing in the model, and the intervals do not include it"
         )
     for place in range(fit.sizes["recording"]):
         lines.append("  " + _recording(fit.isel(recording=place)))

@@ -59,24 +59,25 @@ def train_text(found: xr.Dataset) -> str:
     start, jump = float(found["start_speed_followed"]), float(found["jump"])
     unit = found["load_coefficient_followed"].attrs.get("units", "")
     lines += [
-        f"first speed {start / RPM:.2f} rpm; closed on itself the train begins "
-        f"{jump / RPM:+.3f} rpm off ({100.0 * jump / start:+.3f} %)",
+        f"initial speed {start / RPM:.2f} rpm; if the train is repeated, it starts "
+        f"{jump / RPM:+.3f} rpm away from it ({100.0 * jump / start:+.3f} %)",
         f"a change of the first energy is {100.0 * float(found['memory_of_a_cycle']):.3g} % of it "
         f"after a cycle, {100.0 * float(found['memory']):.3g} % at the end",
         f"load coefficient {float(found['load_coefficient_followed']):.6g} {unit}".rstrip()
-        + f", closed {float(found['load_coefficient_closed']):.6g}",
+        + f", train repeated {float(found['load_coefficient_closed']):.6g}",
     ]
     attributes = found.attrs
     lines += [str(attributes["first_speed_and_load_from"]),
               str(attributes["pressures_of_cylinders"])]  # fmt: skip
     if "rms_difference" in attributes:
         next_best = attributes.get("rms_difference_of_cycles_next")
-        beside = "" if next_best is None else f", aligned next best {100.0 * next_best:.3g} %"
+        beside = "" if next_best is None else f", next best alignment {100.0 * next_best:.3g} %"
         lines.append(
-            f"rms difference of measured and followed speed "
-            f"{100.0 * float(attributes['rms_difference']):.3g} %; of what does not repeat every "
-            f"cycle {100.0 * float(attributes['rms_difference_of_cycles']):.3g} %{beside}; the "
-            f"speed begins within recorded cycle {attributes['first_cycle_of_speed']}"
+            "rms difference between measured and computed speed "
+            f"{100.0 * float(attributes['rms_difference']):.3g} %; of the part that does not "
+            f"repeat every cycle {100.0 * float(attributes['rms_difference_of_cycles']):.3g} "
+            f"%{beside}; the speed recording begins in recorded cycle "
+            f"{attributes['first_cycle_of_speed']}"
         )
     lines += str(attributes.get("remarks", "")).splitlines()
     return "\n".join(lines)

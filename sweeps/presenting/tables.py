@@ -25,7 +25,7 @@ FEW = 3
 CHANGED = 3
 """Significant digits of changes in percent."""
 
-OF_BANDS = "in brackets: 95 % of what the uncertain values give"
+OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
 WIDTH = 100
 """Characters of a line where the output is no terminal."""

@@ -282,7 +282,7 @@ KW = {"power": 36.4, "speed": 2700}
         ({**KW, "power": 500, "kind": "turbocharged-diesel"}, "intake pressure of 0.9 to 4.5 bar"),
         ({**KW, "power": 90, "kind": "spark-ignition"}, "'turbocharged-spark-ignition'"),
         ({**KW, "power": 0.06, "kind": "turbocharged-diesel"}, "must be at least"),
-        ({**KW, "peak": 40}, "compression alone makes 46.7 bar (compression_ratio = 18, assumed"),
+        ({**KW, "peak": 40}, "compression alone gives 46.7 bar (compression_ratio = 18, assumed"),
         ({**KW, "peak": 300}, "peak = 300 bar: must be between 46.7 and"),
         ({**KW, "peak": 3}, "peak = 3: must be between 5 and 400 bar"),
         ({**KW, "fuel_consumption": 150}, "150 g/kWh: must be between about"),

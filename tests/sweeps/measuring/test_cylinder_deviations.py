@@ -256,7 +256,7 @@ def test_the_command_writes_and_draws(faulty: Path, tmp_path: Path) -> None:
     )
     out = tmp_path / "cylinders.nc"
     said = ok("cylinders", path, "-o", out)
-    assert "weak" in said and "missed cycles" in said
+    assert "weak" in said and "misfires" in said
     again = ok("cylinders", path, "-o", out, "--overwrite", "-q", "--false-alarms", "0.001")
     assert again == ""
     with sweeps.open(out) as found:

@@ -52,7 +52,7 @@ def test_speed_over_angle(over_angle: Path) -> None:
 
 def test_speed_over_angle_needs_cycles_and_has_no_wheel(tmp_path: Path, over_angle: Path) -> None:
     path = write_speeds(tmp_path, [Recorded()] * 3, cycles=1)
-    assert "load_0.csv: one cycle has no spread; a fit needs two or more" in refused(
+    assert "load_0.csv: one cycle has no scatter; a fit needs two or more cycles" in refused(
         "identify", path, "--vary", "inertia"
     )
     assert "gap_angle: must not vary for speed over angle" in refused(

@@ -261,8 +261,8 @@ def test_the_command_writes_and_draws(recorded: Recorded, tmp_path: Path) -> Non
         f'wheel = "60-2"\ngap_angle = {GAP}\n'
     )
     said = ok("train", path, "-o", tmp_path / "train.nc")
-    assert "closed on itself the train begins" in said
-    assert "the speed begins within recorded cycle 1" in said
+    assert "if the train is repeated, it starts" in said
+    assert "the speed recording begins in recorded cycle 1" in said
     with sweeps.open(tmp_path / "train.nc") as found:
         names = [figure.stem for figure in draw(found, tmp_path / "figures")]
     of_engine = {"arrangement", "crank_star", "strokes"}

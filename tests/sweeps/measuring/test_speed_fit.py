@@ -115,7 +115,7 @@ def test_ratios_cannot_be_told_apart() -> None:
 
 def test_without_effect() -> None:
     idle = (*PARAMETERS, Parameter("bore", 1.0))
-    with pytest.raises(Inseparable, match="bore: nothing that was measured depends on it"):
+    with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())
 
 
