@@ -1,0 +1,50 @@
+"""The gallery: every kind of figure, drawn by the commands that stand beside it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from sweeps.figures.kinds import KINDS
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+gallery: Any = importlib.import_module("gallery")
+
+ENTRIES = [entry for entries in gallery.GROUPS.values() for entry in entries]
+
+
+def test_every_kind_is_in_the_gallery_once() -> None:
+    assert sorted(entry.kind for entry in ENTRIES) == sorted(kind.name for kind in KINDS)
+
+
+def test_the_page_is_current() -> None:
+    assert gallery.DOCUMENT.read_text(encoding="utf-8") == gallery.page()
+
+
+def test_pictures_are_there_and_small() -> None:
+    drawn = {f"{entry.kind}.png" for entry in ENTRIES if entry.commands}
+    assert {path.name for path in gallery.PICTURES.iterdir()} == drawn
+    paths = [gallery.DOCUMENT.parent / gallery.picture_of(entry) for entry in ENTRIES]
+    assert sum(path.stat().st_size for path in paths) < 3_000_000
+    for entry, path in zip(ENTRIES, paths, strict=True):
+        with Image.open(path) as picture:
+            assert picture.width >= (gallery.WIDTH if entry.commands else 500), entry.kind
+
+
+@pytest.mark.slow
+def test_every_picture_can_be_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    monkeypatch.setattr(gallery, "PICTURES", pictures)
+    done: dict[Sequence[str], Path] = {(): tmp_path}
+    for entry in ENTRIES:
+        if entry.commands:
+            gallery.draw(entry, done)
+            assert (pictures / f"{entry.kind}.png").is_file()
