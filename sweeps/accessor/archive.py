@@ -59,7 +59,7 @@ class ArchiveAccessor:
 
         if "status" not in self._archive:
             raise SceneError(
-                "status_words: the archive has no status: none of its designs can fail"
+                "status_words: the archive has no status, because none of its designs can fail"
             )
         codes = self._archive["status"]
         words = codes.copy(data=np.array(MEANINGS)[codes.values.astype(np.int64)])

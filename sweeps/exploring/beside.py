@@ -56,7 +56,7 @@ def beside(
     ]
     if not names:
         raise SceneError(
-            "nothing to draw: the archives have no quantity in common at the same values of axes"
+            "nothing to draw: the archives have no common quantity at the same axis values"
         )
     kept = one[names]
     kept.attrs = {k: v for k, v in first.attrs.items() if second.attrs.get(k) == v}

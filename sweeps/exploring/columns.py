@@ -48,19 +48,19 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
         names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]
         if not names:
             raise SceneError(
-                f"no quantity has one number a design; name those that are wanted, out of "
+                "no quantity has one number per design; name the quantities to write, out of "
                 f"{', '.join(known)}"
             )
         return names
     for i, name in enumerate(quantities):
         if name not in known:
             raise SceneError(
-                f"{shown(name)}: not a quantity of the archive{not_known(name, known)}"
+                f"{shown(name)}: not a quantity in the archive{not_known(name, known)}"
             )
         if name in quantities[:i]:
-            raise SceneError(f"{name}: given twice; each quantity once")
+            raise SceneError(f"{name}: given twice; give each quantity once")
     if not quantities:
-        raise SceneError("no quantities; must be at least one")
+        raise SceneError("no quantities; at least one is needed")
     return list(quantities)
 
 

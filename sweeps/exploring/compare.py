@@ -185,7 +185,7 @@ def unlike(one: xr.DataArray, two: xr.DataArray) -> str:
     units = [str(v.attrs.get("units", "no single unit")) for v in (one, two)]
     if units[0] != units[1]:
         return f"in {units[0]} and in {units[1]}"
-    return "" if one.size else "no point of the axes is in both"
+    return "" if one.size else "no axis point is in both archives"
 
 
 def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:

@@ -126,8 +126,9 @@ def check_name(archive: xr.Dataset, name: str) -> None:
     curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in ALONG_SHAFT]
     if curve:
         raise SceneError(
-            f"{name}: not one number a design, it is over {', '.join(curve)}; take one first, such "
-            f"as its largest with .max('{curve[0]}'), or cut it with sweeps.nearest"
+            f"{name}: not one number per design, because it varies over {', '.join(curve)}; "
+            f"reduce it first, for instance to its largest value with .max('{curve[0]}'), or "
+            "select values with sweeps.nearest"
         )
 
 

@@ -120,7 +120,9 @@ def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
 def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
     codes = outcomes_given(not_counted)
     if codes and "status" not in archive:
-        raise SceneError("not counted: the archive has no status: none of its designs can fail")
+        raise SceneError(
+            "not counted: the archive has no status, because none of its designs can fail"
+        )
     return codes
 
 
@@ -191,7 +193,9 @@ class EveryPoint:
             if axis not in dims:
                 raise SceneError(f"at every {shown(axis)}: not an axis{not_known(axis, dims)}")
             if axis in (name for name, _ in wanted):
-                raise SceneError(f"at every {axis}: is what is wanted least or most itself")
+                raise SceneError(
+                    f"at every {axis}: is the axis to be minimised or maximised itself"
+                )
         used = asked.dims
         self.axes = [d for d in dims if d in axes and d in used]
         self.asked = axes
@@ -285,14 +289,14 @@ class EveryPoint:
             f"{f'{verb} {what}'.rstrip()} {self._everywhere}"
         ]
         if equal > 1:
-            parts.append(f"{equal} are equally good, this is the first")
+            parts.append(f"{equal} are equally good; this is the first")
         parts += self._left_out()
         return "; ".join(parts)
 
     def _left_out(self) -> list[str]:
         points = math.prod(self.sizes.values())
         return [
-            f"not counted: {MEANINGS[code]}, {number} of {counted(points, 'point')}"
+            f"left out: {MEANINGS[code]}, {number} of {counted(points, 'point')}"
             for code, number in self.left_out.items()
         ]
 

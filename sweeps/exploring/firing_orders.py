@@ -155,9 +155,9 @@ def firing_orders(
     if crank == "any" and not asked and "shaking_moment_max" in refused:
         # Without it a crankshaft that shakes would come first.
         raise SceneError(
-            f"{name}: crank any: throws in another sequence have other free moments, so "
-            "cylinder_spacing [m] must be given in the scene or the settings, or by must name what "
-            "is compared"
+            f"{name}: crank any: throws in another sequence have other free moments, so give "
+            "cylinder_spacing [m] in the scene or the settings, or choose the quantities to "
+            "compare with by"
         )
     found = run(read(possible), threads=threads, progress=progress)
     own_order = "-".join(map(str, own.firing_order))
@@ -201,12 +201,12 @@ def _one_engine(
     for table in _LEFT_OUT:
         if own.source.get(table) is not None:
             raise SceneError(
-                f"{name}: [{table}]: not allowed where all firing orders of one engine are compared"
+                f"{name}: [{table}]: not allowed when all firing orders of one engine are compared"
             )
     if own.beside or own.arrangements or DESIGN in own.dimensions or ENGINE in own.dimensions:
         raise SceneError(
-            f"{name}: the scene has several engines or arrangements; must have one, whose firing "
-            "orders are compared"
+            f"{name}: the scene has several engines or arrangements; it must have one, whose "
+            "firing orders are compared"
         )
     if len(own.counts) > 1 and arrangement is None:
         raise SceneError(f"{name}: cylinders: has {len(own.counts)} values; must be one number")
@@ -233,8 +233,8 @@ def _arrangement(own: Scene, given: str | Mapping[str, Any] | None, name: str) -
     cylinders: Cylinders = cylinders_of_count(own, own.counts[0])
     if cylinders.arrangement is None:
         raise SceneError(
-            f"{name}: {counted(cylinders.count, 'cylinder')} in line: no firing order is known, "
-            "so no crankshaft; must have an arrangement"
+            f"{name}: {counted(cylinders.count, 'cylinder')} in line: no firing order and so no "
+            "crankshaft is known; give an arrangement"
         )
     return cylinders.arrangement
 
@@ -248,15 +248,15 @@ def _orders(
         raise SceneError(f"sample = {shown(sample)}: must be a whole number from 2 to {MOST:,}")
     if total < 2:
         raise SceneError(
-            f"{name}: {counted(len(engine.cylinders), 'cylinder')}, crank {crank}: there is one "
-            "firing order alone; nothing to rank"
+            f"{name}: {counted(len(engine.cylinders), 'cylinder')}, crank {crank}: there is only "
+            "one firing order; nothing to rank"
         )
     if sample is not None and sample < total:
         return sampled_orders(engine, crank, sample, seed), total
     if total > MOST:
         raise SceneError(
             f"{name}: {counted(len(engine.cylinders), 'cylinder')}, crank {crank}: {total:,} "
-            f"firing orders; at most {MOST:,} are computed: take another crank "
+            f"firing orders; at most {MOST:,} are computed; choose another crank "
             f"({', '.join(c for c in CRANKS if c != crank)}), or a sample of them"
         )
     return possible_orders(engine, crank), total
@@ -364,16 +364,17 @@ def _ranked(
     place = _places(summed)
     texts = _texts(orders)
     along = {
-        "rank": (place.astype(np.int32), "place of the firing order, 1 is best"),
-        "rank_sum": (summed.astype(np.int32), f"sum of the places by {', '.join(by)}"),
+        "rank": (place.astype(np.int32), "rank of the firing order, 1 is best"),
+        "rank_sum": (summed.astype(np.int32), f"sum of the ranks by {', '.join(by)}"),
         "own_crank": (
             np.array([one.own_crank for one in orders], dtype=np.int32),
             "whether the crankshaft is the engine's own: 1, or 0",
         ),
         "firing_order": (texts["firing_order"], "firing order"),
-        "known_order": (texts["known_order"], "who builds such an engine, as far as is known here"),
-        "from_other_end": (texts["from_other_end"], "order of the engine counted from its far end"),
-        "other_way": (texts["other_way"], "order of the engine turning the other way"),
+        "known_order": (texts["known_order"], "known engine with this order"),
+        "from_other_end": (texts["from_other_end"],
+        "order counted from the other end of the engine"),
+        "other_way": (texts["other_way"], "order with the opposite sense of rotation"),
     }  # fmt: skip
     made = found.assign(
         {key: (ARRANGEMENT, values, _attributes(values, text))

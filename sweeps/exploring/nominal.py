@@ -61,13 +61,13 @@ def _own_place(archive: xr.Dataset, dim: str, value: float | None) -> int:
     """Place of the engine's own value on an axis."""
     if value is None:
         raise SceneError(
-            f"relative to nominal: {dim}: the archive tells no value of the engine for it; name "
+            f"relative to nominal: {dim}: the archive has no value of the engine for it; select "
             "the design by values of its axes instead"
         )
     found = np.flatnonzero(np.isclose(archive[dim].values.astype(float), value, rtol=1e-9))
     if not found.size:
         raise SceneError(
             f"relative to nominal: {dim} = {value:g}, the engine's own value, is not on the axis; "
-            "name the design by values of its axes instead"
+            "select the design by values of its axes instead"
         )
     return int(found[0])

@@ -152,7 +152,7 @@ def rows(
     shape = [part.sizes[d] for d in dims]
     if sort is not None and sort.removeprefix("-") not in columns:
         key = sort.removeprefix("-")
-        raise SceneError(f"{shown(key)}: no column of the table{not_known(key, columns)}")
+        raise SceneError(f"{shown(key)}: not a column of the table{not_known(key, columns)}")
     found = _first(columns, dims, shape, sort, limit)
     bands = {n: (found.pop(f"{n} low"), found.pop(f"{n} high")) for n in uncertain if ends}
     columns = {name: column for name, column in columns.items() if name not in ends}
@@ -277,7 +277,7 @@ def _one_design(
     left = [d for d in dims if d in one.dims and one.sizes[d] > 1]
     if left:
         raise SceneError(
-            f"relative to {', '.join(f'{k}={v}' for k, v in relative_to.items())}: is no single "
-            f"design; give a value of {' and '.join(left)} too"
+            f"relative to {', '.join(f'{k}={v}' for k, v in relative_to.items())}: not a single "
+            f"design; also give a value of {' and '.join(left)}"
         )
     return one.squeeze()

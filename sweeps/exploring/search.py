@@ -80,13 +80,13 @@ def best(
     """
     check_dataset(archive)
     if (least is None) == (most is None):
-        raise SceneError("best: needs one of least and most")
+        raise SceneError("best: needs either least or most")
     name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
     conditions = conditions_of(within)
     if at_every:
         return best_at_every_point(archive, name, sign, conditions, at_every, not_counted)
     if not_counted:
-        raise SceneError("best: not_counted is for at_every; designs that failed never count")
+        raise SceneError("best: not_counted is only used with at_every; failed designs never count")
     found, smallest = -1, math.inf
     search = _Search(archive, [(name, sign)], conditions)
     for places, (values,) in search.designs():
@@ -148,7 +148,9 @@ def pareto(
     if at_every:
         return front_at_every_point(archive, wanted, conditions, at_every, not_counted)
     if not_counted:
-        raise SceneError("pareto: not_counted is for at_every; designs that failed never count")
+        raise SceneError(
+            "pareto: not_counted is only used with at_every; failed designs never count"
+        )
     search = _Search(archive, wanted, conditions)
     front = Front(len(wanted))
     for places, values in search.designs():

@@ -54,8 +54,8 @@ SALTELLI, GRID, DATA = "saltelli", "grid", "data"
 
 _METHODS = {
     SALTELLI: "Saltelli's design (Saltelli et al. 2010, by SALib)",
-    GRID: "variances over the grid, whose values are taken as equally likely",
-    DATA: "from the data alone: RBD-FAST (Tarantola et al. 2006, Plischke 2010, by SALib)",
+    GRID: "variances over the grid, all its values equally likely",
+    DATA: "from the data alone with RBD-FAST (Tarantola et al. 2006, Plischke 2010, by SALib)",
 }
 
 FIRST, FIRST_CONFIDENCE, TOTAL, TOTAL_CONFIDENCE = (
@@ -146,7 +146,7 @@ def sensitivities(
     missing = [n for n in asked if n not in names] if quantities is not None else []
     if missing or not names:
         what = missing[0] if missing else "no quantity"
-        raise SceneError(f"{what}: varies with none of {', '.join(study.parameters)}")
+        raise SceneError(f"{what}: does not vary with any of {', '.join(study.parameters)}")
     settings = {"num_resamples": resamples, "conf_level": confidence, "seed": seed}
     found: dict[str, Any] = {}
     methods: dict[str, str] = {}
@@ -178,14 +178,14 @@ def _study_of(archive: xr.Dataset) -> _Study:
     sample = scene.get("sample")
     if sample and sample.get("method") == SEARCH:
         raise SceneError(
-            "the designs were found by a search, which favours the best ones: they tell no shares "
-            "of a variance; draw a sample for that"
+            "the designs were found by a search, which favours good designs, so shares of a "
+            "variance cannot be computed; draw a sample for that"
         )
     if DESIGN not in archive.dims:
         axes = [str(d) for d in archive.dims if d in archive.coords and archive.sizes[d] > 1]
         grid = {d: archive[d].values for d in axes if d in scene.get("axes", {d: None})}
         if not grid:
-            raise SceneError("nothing varies: an archive with a sample or with axes is needed")
+            raise SceneError("nothing varies; an archive with a sample or with axes is needed")
         return _Study(grid, tuple(grid))
     given = parameters_of(sample) if sample else [
         str(n) for n, c in archive.coords.items()
@@ -201,8 +201,8 @@ def _study_of(archive: xr.Dataset) -> _Study:
         expected = group * int(sample["number"])
         if archive.sizes[DESIGN] != expected:
             raise SceneError(
-                f"{counted(archive.sizes[DESIGN], 'design')} of a sample of {expected}: Saltelli's "
-                "design is needed whole; merge its shards"
+                f"{counted(archive.sizes[DESIGN], 'design')} of a sample of {expected}: "
+                "Saltelli's design must be complete; merge its shards"
             )
         varying = columns
     return _Study(varying, (DESIGN,), group)
@@ -227,8 +227,8 @@ def _of_quantity(
     method = GRID if study.dims != (DESIGN,) else SALTELLI if study.group else DATA
     if method == GRID and failed:
         raise SceneError(
-            f"{name}: {counted(int((~good).sum()), 'design')} of the grid without a number; the "
-            "indices of a grid need all of them, those of a sample do not"
+            f"{name}: {counted(int((~good).sum()), 'design')} of the grid without a number; "
+            "indices of a grid need results for all designs (indices of a sample do not)"
         )
     conditional = failed > MOST_FAILED and method != GRID
     if conditional:
@@ -238,7 +238,7 @@ def _of_quantity(
         for one, fine in zip(values, good, strict=True)
     ]
     ending = "_conditional" if conditional else ""
-    said = ", conditional on success" if conditional else ""
+    said = ", only designs with results" if conditional else ""
     label = str(array.attrs.get("long_name", name))
     found: dict[str, Any] = {
         f"{name}_{key}{ending}": (
@@ -312,8 +312,8 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
     places = np.flatnonzero(good)
     if places.size < LEAST_ROWS:
         raise SceneError(
-            f"{counted(int(places.size), 'design')} with numbers: too few to tell indices; must be "
-            f"at least {LEAST_ROWS}"
+            f"{counted(int(places.size), 'design')} with numbers: too few for indices; must be at "
+            f"least {LEAST_ROWS}"
         )
     places = places[:MOST_ROWS]
     # Words are numbered.

@@ -48,11 +48,15 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
         dimension, found = _places_of(archive, name, value)
         both_labels = name != dimension and dimension in labelled
         if dimension in places and not both_labels:
-            raise SceneError(f"{name}: the axis {dimension} is cut twice; give one value of it")
+            raise SceneError(
+                f"{name}: the axis {dimension} is selected twice; give one value of it"
+            )
         if both_labels:
             found = [place for place in found if place in places[dimension]]
             if not found:
-                raise SceneError(f"{name} = {shown(value)}: no design has this beside the others")
+                raise SceneError(
+                    f"{name} = {shown(value)}: no design has this value together with the others"
+                )
         if name != dimension:
             labelled.add(dimension)
         places[dimension] = found

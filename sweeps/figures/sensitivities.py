@@ -65,6 +65,7 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
         if left_out:
             notes.append(f"{left_out} more parameters have smaller indices")
         said = str(view.array(name).attrs.get("long_name", "")).partition(" of the ")[2]
-        title = f"Sobol' indices of the {said.removesuffix(', conditional on success') or quantity}"
+        what = said.removesuffix(", only designs with results") or quantity
+        title = f"Sobol' indices of the {what}"
         drawn = finish(figure, title, notes, entries, "", view.caption, below=True)
         yield f"sensitivities_{quantity}{view.suffix}", drawn

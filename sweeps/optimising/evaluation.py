@@ -164,7 +164,7 @@ class Designs:
             raise SceneError(
                 f"{self.task.given.name}: {most} designs need {size_text(need)} of memory, "
                 f"{size_text(free)} are free; search fewer designs, generations or restarts, or "
-                "ask for fewer quantities or axes"
+                "request fewer quantities or axes"
             )
 
     def columns(self) -> dict[str, Any]:
@@ -195,8 +195,8 @@ class Designs:
         dataset.attrs[ATTRIBUTE] = watch.text()
         counts = [count for count, _, _ in self._marks]
         about = {
-            RESTART: "restart of the search that computed the design, from 1",
-            GENERATION: "generation of the search that computed the design, from 1",
+            RESTART: "restart of the search in which the design was computed, from 1",
+            GENERATION: "generation of the search in which the design was computed, from 1",
         }
         for number, name in enumerate((RESTART, GENERATION), start=1):
             values = np.repeat([mark[number] for mark in self._marks], counts).astype(np.int32)

@@ -131,7 +131,7 @@ def optimise(
     >>> archive.isel(design=archive.found.values == 1).inertia  # doctest: +SKIP
     """
     if isinstance(scene, Scene):
-        raise SceneError("scene: is read already; must be a path, a name or a dict")
+        raise SceneError("scene: a Scene is not accepted here; must be a path, a name or a dict")
     counts = {"number": (number, 8, 1_000_000), "generations": (generations, 1, 100_000),
               "restarts": (restarts, 1, 10_000), "seed": (seed, 0, (1 << 32) - 1)}  # fmt: skip
     for key, (value, low, high) in counts.items():
@@ -269,7 +269,8 @@ class _Search:
         }  # fmt: skip
         archive = self.designs.archive(seconds)
         attributes = {
-            "long_name": "whether the search found the design: the best one or one of the front",
+            "long_name": "whether the design is a result of the search: the best one, or one on "
+            "the Pareto front",
             "units": "1",
             "flag_values": np.array([0, 1], dtype=np.int8),
             "flag_meanings": "computed found",

@@ -123,8 +123,8 @@ def read_space(over: Any, raw: Mapping[str, Any], name: str) -> Space:
         }
     if not tables:
         raise SceneError(
-            f"{name}: nothing to search: no [sample]; say what may vary with over (--over), such "
-            "as --over 'inertia = 0.2 to 5'"
+            f"{name}: nothing to search: the scene has no [sample]; name the parameters to search "
+            "with over (--over), such as --over 'inertia = 0.2 to 5'"
         )
     parameters = {}
     for key, table in tables.items():
@@ -132,8 +132,8 @@ def read_space(over: Any, raw: Mapping[str, Any], name: str) -> Space:
         parameters[key] = read_distribution(table, where[key], node)
         if key in (raw.get("axes") or {}):
             raise SceneError(
-                f"{where[key]}: is an axis of the scene, at all values of which the conditions "
-                "must hold; it is either searched or an axis"
+                f"{where[key]}: is an axis of the scene, at whose every value the conditions must "
+                "hold; a key cannot be both an axis and searched"
             )
     return Space(parameters, tables)
 
@@ -162,8 +162,9 @@ def _of_text(text: str, of_scene: Mapping[str, Any], name: str) -> list[tuple[st
             if one not in of_scene:
                 allowed = f", which has {', '.join(of_scene)}" if of_scene else ""
                 raise SceneError(
-                    f"over {shown(one)}: not in [sample] of {name}{allowed}; with a range it is "
-                    f"searched too, such as '{one if one.isidentifier() else 'inertia'} = 0.2 to 5'"
+                    f"over {shown(one)}: not in [sample] of {name}{allowed}; give a range to "
+                    f"search it too, such as '{one if one.isidentifier() else 'inertia'} = 0.2 to "
+                    "5'"
                 )
             found.append((one, of_scene[one]))
         return found

@@ -120,9 +120,7 @@ def read_task(
     own = [q for q in asked if q not in names]
     quantities = [*own, *(one for one in names if one in ALL_QUANTITIES)]
     if not quantities:
-        raise SceneError(
-            "least and most: nothing that is computed; at least one quantity is needed"
-        )
+        raise SceneError("least and most: no computed quantity; at least one is needed")
     few = space.one_of_each()
     plan = _plan_of(given, space, space.columns(few), quantities, len(few), seed)
     for one in names:
@@ -130,7 +128,7 @@ def read_task(
             _check_number(one, plan)
     for one, _ in wanted:
         if one in ALL_QUANTITIES and DESIGN not in plan.dims(one):
-            raise SceneError(f"{one}: changes with nothing that is searched: {_listed(space)}")
+            raise SceneError(f"{one}: does not depend on any searched parameter: {_listed(space)}")
     curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
     # What is computed beside quantities, such as elasticities, is left out with them.
     curves += [q for q in own if q not in ALL_QUANTITIES]
@@ -147,33 +145,33 @@ def _wanted(least: str | Sequence[str], most: str | Sequence[str]) -> list[tuple
     wanted = [(n, 1.0) for n in names_given(least, "least")]
     wanted += [(n, -1.0) for n in names_given(most, "most")]
     if not wanted:
-        raise SceneError("optimise: least and most: neither is given; at least one name is needed")
+        raise SceneError("optimise: neither least nor most is given; at least one name is needed")
     for number, (name, _) in enumerate(wanted):
         if name in [other for other, _ in wanted[:number]]:
-            raise SceneError(f"optimise: {name} is given twice; each name once")
+            raise SceneError(f"optimise: {name} is given twice; give each name once")
     return wanted
 
 
 def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
     """Check that a name is a quantity or a number that is searched."""
     if name == "status":
-        raise SceneError("status: is an outcome, no number; designs that failed are never found")
+        raise SceneError(
+            "status: an outcome cannot be minimised or maximised; failed designs are never selected"
+        )
     if name in ALL_QUANTITIES:
         return
     searched = [key for key in space.parameters if key in PARAMETERS]
     if name in searched:
         return
     if name in space.parameters:
-        raise SceneError(f"{name}: is a word, of which there is no less or more")
+        raise SceneError(f"{name}: its values are words, which cannot be minimised or maximised")
     if name in (raw.get("axes") or {}):
         raise SceneError(
-            f"{name}: is an axis of the scene, at all values of which the conditions must hold; "
+            f"{name}: is an axis of the scene, at whose every value the conditions must hold; "
             "search it instead (--over)"
         )
     if name in PARAMETERS:
-        raise SceneError(
-            f"{name}: is a parameter that is not searched; searched are {_listed(space)}"
-        )
+        raise SceneError(f"{name}: this parameter is not searched; searched are {_listed(space)}")
     raise SceneError(
         f"{shown(name)}: not computed"
         f"{not_known(name, [*ALL_QUANTITIES, *searched], command='engine-dyn list quantities')}"
@@ -190,10 +188,10 @@ def _check_number(name: str, plan: Plan) -> None:
     curve = _curve(name, plan)
     if curve:
         largest = f"{name}_max"
-        hint = f"; take {largest}" if largest in ALL_QUANTITIES else ""
+        hint = f"; use {largest}" if largest in ALL_QUANTITIES else ""
         raise SceneError(
-            f"{name}: not one number a design, it is over {', '.join(curve)}: nothing that can be "
-            f"least or have a limit{hint}"
+            f"{name}: not one number per design, because it varies over {', '.join(curve)}, so it "
+            f"cannot be minimised or limited{hint}"
         )
 
 

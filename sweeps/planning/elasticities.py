@@ -187,10 +187,11 @@ def plan_elasticities(
         along = [d for d in dims[quantity] if d in DIMENSIONS]
         if along:
             raise SceneError(
-                f"{where}: {quantity} is a curve over {along[0]}; elasticities are of single values"
+                f"{where}: {quantity} is a curve over {along[0]}; elasticities exist only for "
+                "single values"
             )
         if not keys:
-            raise SceneError(f"{where}: no continuous parameter is given on which it depends")
+            raise SceneError(f"{where}: it depends on no continuous parameter that is given")
     plain = replace(
         scene, quantities=scene.elasticities, elasticities=(), uncertainty=None, reference=None
     )

@@ -31,8 +31,8 @@ SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
 """Designs that agree in all of these share a table of work."""
 
 DIRECT = {
-    2.0: "in closed form, never iterates",
-    0.0: "from the moments of the table, one sweep, never iterates",
+    2.0: "in closed form, without iteration",
+    0.0: "from the moments of the table, in one sweep without iteration",
 }
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
@@ -67,9 +67,9 @@ def text(plan: Plan) -> str:
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
         "",
-        f"archive about {size_text(plan.output_bytes)} uncompressed, "
-        f"memory for all of it at once about {size_text(memory_bytes(plan))}{block}, "
-        f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
+        f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
+        f"about {size_text(memory_bytes(plan))}{block}, time about {seconds(plan):.1g} s (plus "
+        "compilation on the first run of this version)",
     ]
     return "\n".join(lines)
 
@@ -79,8 +79,8 @@ def _text_of_several(plan: Plan) -> str:
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions)
     lines = [
-        f"{scene.title}: {counted(plan.designs, 'design')} of "
-        f"{len(plan.parts)} engines or arrangements, each computed as if it were alone",
+        f"{scene.title}: {counted(plan.designs, 'design')} of {len(plan.parts)} engines or "
+        "arrangements, each computed separately",
         f"axes: {axes}",
     ]
     for part in plan.parts:
@@ -92,15 +92,15 @@ def _text_of_several(plan: Plan) -> str:
                                                 text(part.plan).splitlines()[1:])]  # fmt: skip
         lacking = [name for name in plan.outputs if name not in part.plan.outputs]
         if lacking:
-            lines.append(f"  missing, because this engine has not what they need: "
+            lines.append(f"  not available, because this engine lacks input for them: "
                          f"{', '.join(lacking)}")  # fmt: skip
     pieces = block_count(plan, cut(plan))
     lines += [
         "",
-        f"all together: archive about {size_text(plan.output_bytes)} uncompressed, memory for all "
-        f"of it at once about {size_text(memory_bytes(plan))}"
-        f"{f' in {pieces} blocks' if pieces > 1 else ''}, "
-        f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
+        f"total: archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it "
+        "at once about "
+        f"{size_text(memory_bytes(plan))}{f' in {pieces} blocks' if pieces > 1 else ''}, time "
+        f"about {seconds(plan):.1g} s (plus compilation on the first run of this version)",
     ]
     return "\n".join(lines)
 
@@ -377,7 +377,7 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
 
 def _skipped(plan: Plan) -> list[str]:
     """What is not computed, and why."""
-    nothing = "nothing that is asked for needs"
+    nothing = "no requested quantity needs"
     lines = []
     uses_pressure = any("family" in stage.node.needs for stage in plan.stages)
     if not uses_pressure:
@@ -388,9 +388,9 @@ def _skipped(plan: Plan) -> list[str]:
         lines.append(f"skipped: extremes of torque and work, {nothing} them")
     names = [name for name in QUANTITIES if not plan.has(name)]
     if names:
-        lines += _wrapped("skipped, because nothing asked for it: ", names)
-    lines += [f"axis {name}: nothing that is asked for depends on it" for name in plan.unused]
-    lines += [f"[set] {n}: nothing that is asked for depends on it" for n in plan.unused_settings]
+        lines += _wrapped("skipped, because not requested: ", names)
+    lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
+    lines += [f"[set] {n}: no requested quantity depends on it" for n in plan.unused_settings]
     return lines
 
 

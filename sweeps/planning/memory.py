@@ -28,6 +28,6 @@ def check_memory(plan: Plan) -> None:
     if need > 0.9 * free:
         raise SceneError(
             f"{plan.name}: {plan.designs} designs need {size_text(need)} of memory, "
-            f"{size_text(free)} are free; ask for fewer points or fewer quantities "
-            f"(largest: {max(plan.stages, key=lambda s: s.size).node.name})"
+            f"{size_text(free)} are free; request fewer points or fewer quantities (largest: "
+            f"{max(plan.stages, key=lambda s: s.size).node.name})"
         )

@@ -83,9 +83,9 @@ class Plan:
     outputs : tuple of str
         Variables that the archive holds, `status` among them where a stage can fail.
     unused : tuple of str
-        Axes that nothing depends on.
+        Axes that no requested quantity depends on.
     unused_settings : tuple of str
-        Keys of [set] that nothing depends on.
+        Keys of [set] that no requested quantity depends on.
     of_tables : frozenset of str
         Axes that the tables of the kernels depend on.
     whole : Plan, optional
@@ -132,7 +132,7 @@ class Plan:
             *(("engine", f"{engine.name}: {engine.title}") for engine in self.scene.engines),
             ("varies", self.scene.varying),
             ("archive", f"{', '.join(self.outputs)}; {size_text(self.output_bytes)} uncompressed"),
-            *([("nothing depends on", unused)] if unused else []),
+            *([("no requested quantity depends on", unused)] if unused else []),
         ]
         columns = {
             "stage": [stage.node.name for stage in self.stages],
@@ -414,8 +414,8 @@ class _Ancestors:
         if node.make is None and not node.gives and node.kind == "parameter":
             asked = "', '".join(q for q in self.scene.quantities if q not in self.stages)
             raise SceneError(
-                f"engine {self.scene.engine.name}: gives no {name} [{node.unit}], which "
-                f"'{asked}' needs; give it in [set], [axes] or [designs]"
+                f"engine {self.scene.engine.name}: has no {name} [{node.unit}], which '{asked}' "
+                "needs; give it in [set], [axes] or [designs]"
             )
         dims: set[str] = set(node.adds)
         for need in node.needs:

@@ -194,7 +194,9 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
             where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
         if scene.confidential:
-            lines.append(f"{where}: {found.check.name}: outside the usual range; confidential")
+            lines.append(
+                f"{where}: {found.check.name}: outside the usual range; value confidential"
+            )
         else:
             lines.append(found.text(where))
     return lines

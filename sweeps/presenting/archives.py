@@ -74,14 +74,14 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
             if c.dims == (dimension,) and n != dimension and c.dtype.kind not in "UOT"
         ]
         if columns:
-            lines.append(f"    varying along it: {', '.join(columns)}")
+            lines.append(f"    columns that vary along it: {', '.join(columns)}")
     lines += ["", "quantities", *_quantity_lines(dataset)]
     told_of_cycles = recorded_cycle_lines(dataset)
     if told_of_cycles:
         lines += ["", "spread over the recorded cycles", *(f"  {x}" for x in told_of_cycles)]
     lines += ["", "provenance"]
     if not provenance:
-        lines.append("  engine-dyn info --provenance tells it: assumptions, parameters, versions")
+        lines.append("  engine-dyn info --provenance shows assumptions, parameters, versions")
         return "\n".join(lines)
     for key, value in dataset.attrs.items():
         if key not in ("title", "warnings"):
@@ -169,7 +169,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
 
 
 def _size_line(dataset: xr.Dataset, name: str) -> str:
-    """How large an archive is, in numbers and on the disk, and how it is stored."""
+    """How large an archive is, in numbers and on disk, and how it is stored."""
     of_designs = [d for d in dataset.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
     designs = math.prod(dataset.sizes[d] for d in of_designs)
     numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
@@ -179,7 +179,7 @@ def _size_line(dataset: xr.Dataset, name: str) -> str:
         f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
         *sorted(numbers),
         f"compression {max(levels)}" if any(levels) else "not compressed",
-        f"{size_text(Path(name).stat().st_size)} on the disk",
+        f"{size_text(Path(name).stat().st_size)} on disk",
     ]
     return ", ".join(parts)
 

@@ -23,8 +23,8 @@ def calibration_text(made: Calibration) -> str:
     place = made.published.places["power"]
     if place.startswith(f"{made.sheet.name}: "):
         lines.append(
-            f"The power, {made.published.power:g} kW, is that of the file ([data_sheet]); --power "
-            "gives another."
+            f"The power, {made.published.power:g} kW, is from the file ([data_sheet]); --power "
+            "overrides it."
         )
     was = made.sheet.values.get("speed")
     if was is not None and was != made.published.speed:

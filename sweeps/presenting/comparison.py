@@ -54,7 +54,7 @@ def comparison_text(found: Comparison) -> str:
     """Lines on a comparison: axes, then each quantity with its largest differences."""
     lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
     if found.made:
-        lines.append(f"made differently: {'; '.join(found.made)}")
+        lines.append(f"made in different ways: {'; '.join(found.made)}")
     for names, which in ((found.only_first, "first"), (found.only_second, "second")):
         if names:
             lines.append(f"only in the {which}: {', '.join(names)}")
@@ -82,7 +82,7 @@ def _rows(found: Difference) -> list[str]:
         ]
     if found.only_one:
         rows.append(
-            f"{found.only_one} a number in one archive only, the first{_place(found.only_at)}"
+            f"{found.only_one} have a number in only one archive, first{_place(found.only_at)}"
         )
     return rows
 

@@ -41,11 +41,11 @@ def engine_text(engine: Engine) -> str:
     if engine.pressure_scale is not None:
         over, scale = engine.pressure_scale
         lines.append(
-            f"  scaled over speed from {over[0]:g} to {over[-1]:g} rpm by factors from "
+            f"  scaled with speed from {over[0]:g} to {over[-1]:g} rpm by factors from "
             f"{min(scale):.4g} to {max(scale):.4g}"
         )
     if engine.assumed:
-        lines += ["", "assumed, because the sources do not give it"]
+        lines += ["", "assumed, because not given in the sources"]
         lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
     if engine.sources:
         lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]

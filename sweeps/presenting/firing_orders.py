@@ -75,7 +75,7 @@ def orders_text(
     )  # fmt: skip
     lines = [_head(found, about), rows_text(rows, units, width)]
     if others:
-        lines.append(f"of {', '.join(sorted(map(str, others)))} the worst value counts")
+        lines.append(f"the worst value over {', '.join(sorted(map(str, others)))} counts")
     if OWN in "".join(named):
         lines.append(f"{OWN} the engine's own order")
     for order, text in zip(orders, known, strict=True):
@@ -93,7 +93,7 @@ def _head(found: xr.Dataset, about: dict[str, object]) -> str:
         text += f"; {computed:,} of them, drawn at random"
     if "but_for_the_end" in about:
         text += (
-            f". If it does not matter from which end they are counted there are "
+            ". If it does not matter from which end they are counted, there are "
             f"{about['but_for_the_end']}, if the sense of rotation does not matter either "
             f"{about['but_for_end_and_way']}"
         )

@@ -105,7 +105,7 @@ def _nothing(about: Mapping[str, Any]) -> list[str]:
     each = [f"{c} alone by {n}" for c, n in zip(about["within"], about["alone"], strict=True)]
     if about["lacking"]:
         each.append(
-            f"{about['lacking']} lack numbers at some point, such as an engine at idle (see the "
+            f"{about['lacking']} have no result at some point, such as an engine at idle (see the "
             "outcomes, and --not-counted)"
         )
     told = f": {'; '.join(each)}" if each else ""
@@ -119,23 +119,23 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
     """How it was searched, and how far that can be trusted."""
     lines = []
     certain = {
-        "inverse": "found exactly: the inertia follows from the limit of delta, and nothing else "
+        "inverse": "exact: the inertia follows from the limit of delta, and no other parameter "
         "varies",
-        "inverse of all": "found exactly: every other choice was computed, each with the least "
-        "inertia, which follows from the limit of delta",
-        "all": f"all {counted(about['designs'], 'design')} that there are were computed: there is "
-        "no better one among them",
-        "inertia": "the inertia of every design follows exactly from the limit of delta; the other "
-        "parameters were searched, and nothing says that there are no better ones",
-        "": "the best of all that were computed; nothing says that there is no better one",
+        "inverse of all": "exact: every combination of the other parameters was computed, each "
+        "with the least inertia, which follows from the limit of delta",
+        "all": f"all {counted(about['designs'], 'design')} that are possible were computed, so "
+        f"there is no better one",
+        "inertia": "the inertia of every design follows exactly from the limit of delta; the "
+        "other parameters were searched, so a better design may exist",
+        "": "the best of all computed designs; a better one may exist",
     }
     lines.append(certain[about["exact"]])
     at = f" at {counted(about['points'], 'point')} each" if about["points"] > 1 else ""
     fulfil = f"{about['fulfilling']} fulfil" if about["fulfilling"] != 1 else "1 fulfils"
-    what = "the conditions" if about["within"] else "all that is asked"
+    what = "the conditions" if about["within"] else "all conditions"
     lines.append(f"{counted(about['designs'], 'design')} computed{at}, {fulfil} {what}")
     if about["lacking"] and about["fulfilling"]:
-        lines.append(f"{counted(about['lacking'], 'design')} without a number at some point")
+        lines.append(f"{counted(about['lacking'], 'design')} without a result at some point")
     restarts = about["restarts"]
     if about["exact"] in ("", "inertia"):
         per = f"{about['generations']} generations of {about['number']} designs"
@@ -157,7 +157,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
         took += f"; {number_text(rate, 3)} designs a second"
     lines.append(took)
     if about["left_out"]:
-        lines.append(f"left out, because they are curves: {', '.join(about['left_out'])}")
+        lines.append(f"not shown, because they are curves: {', '.join(about['left_out'])}")
     return lines
 
 
@@ -194,9 +194,9 @@ def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told
             low, high = float(table["low"]), float(table["high"])
             near = AT_END * (high - low)
             if abs(float(value) - low) <= near:
-                text += ", the lowest that is allowed"
+                text += ", the lower limit of its range"
             elif abs(float(value) - high) <= near:
-                text += ", the highest that is allowed"
+                text += ", the upper limit of its range"
         found.append(text)
     return found
 

@@ -49,7 +49,7 @@ def text(dataset: xr.Dataset) -> str:
         lines += [*_table(dataset, group), ""]
     left_out = [quantity for quantity in quantities if quantity not in dataset]
     if left_out:
-        lines.append(f"Published but not asked for in [output] quantities: {', '.join(left_out)}")
+        lines.append(f"Published but not requested in [output] quantities: {', '.join(left_out)}")
     return "\n".join(lines).rstrip()
 
 

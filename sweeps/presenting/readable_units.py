@@ -61,7 +61,7 @@ def factor(unit: str, wanted: str) -> float:
     one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
     if not one.is_compatible_with(other):
         raise SceneError(
-            f"unit {shown(wanted)}: does not fit a quantity in {SHOWN.get(unit, unit) or '1'}"
+            f"unit {shown(wanted)}: cannot be used for a quantity in {SHOWN.get(unit, unit) or '1'}"
         )
     return float(unit_registry().Quantity(1.0, one).to(other).magnitude)
 

@@ -70,7 +70,7 @@ def _engine_lines(scene: Scene) -> list[str]:
         assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
         lines += [
             f"  {name}: {engine.title}",
-            f"  its values, sources and assumptions: engine-dyn info {name}{assumed}",
+            f"  values, sources and assumptions: engine-dyn info {name}{assumed}",
         ]
     return lines
 
@@ -124,7 +124,7 @@ def _driven(scene: Scene) -> list[str]:
     """Lines of the measured diagram and of the curve that the load follows."""
     lines = []
     if scene.indicator is not None:
-        lines.append(f"  one diagram for all: {scene.source['indicator']['file']}")
+        lines.append(f"  one pressure diagram for all: {scene.source['indicator']['file']}")
     if scene.characteristic is not None:
         lines.append(f"  the load follows a curve over speed: {scene.characteristic.source}")
     return ["", "pressure and load", *lines] if lines else []

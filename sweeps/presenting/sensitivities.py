@@ -30,7 +30,8 @@ def sensitivities_text(found: xr.Dataset) -> str:
         lines += ["", f"{quantity}: {method}"]
         if ending:
             lines.append(
-                "more than 1 % of the designs failed: these are indices of those that succeeded"
+                "more than 1 % of the designs failed; the indices refer only to designs with "
+                "results"
             )
         names = [k for k in ("first", "total") if f"{quantity}_{k}{ending}" in found]
         first = found[f"{quantity}_first{ending}"]

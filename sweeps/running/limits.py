@@ -1,4 +1,4 @@
-"""Room that a run needs in memory and on the disk, checked before anything is computed."""
+"""Room that a run needs in memory and on disk, checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def check_disk(
     output : Path
         The archive.
     count, finished : int
-        Number of blocks, and how many of them are on the disk already.
+        Number of blocks, and how many of them are on disk already.
     single : bool
         Results in 32 bits.
 
@@ -119,6 +119,6 @@ def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
     if need > free:
         raise SceneError(
             f"{plan.name}: {counted(plan.designs, 'design')} make an archive of "
-            f"{size_text(size)}; {size_text(free)} are free where {output} would be; ask for fewer "
-            "points or fewer quantities"
+            f"{size_text(size)}; {size_text(free)} are free where {output} would be; request "
+            "fewer points or fewer quantities"
         )

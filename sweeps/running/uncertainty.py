@@ -115,13 +115,18 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     enough = (count > many + 2) & (variance > _LEAST_VARIANCE)
     slope = np.zeros_like(mixed)
     if enough.any():
-        slope[enough] = np.linalg.solve(covariance[enough], mixed[enough][..., None])[..., 0]
+        # Where draws without a number leave only one value of a parameter, it has no slope.
+        inverse = np.linalg.pinv(covariance[enough], rcond=_LEAST_SPREAD, hermitian=True)
+        slope[enough] = (inverse @ mixed[enough][..., None])[..., 0]
     whole = np.where(enough, variance, 1.0)[:, None]
     share = slope**2 * np.einsum("mii->mi", covariance) / whole
     explained = (slope * mixed).sum(axis=1) / whole[:, 0]
     share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
     return explained.reshape(shape), share.reshape(*shape, many)
 
+
+_LEAST_SPREAD = 1e-10
+"""Of parameters beside each other, as a share of the largest; less is rounding."""
 
 _LEAST_VARIANCE = 1e-20
 """Of results over their largest value; less is rounding, and due to nothing."""

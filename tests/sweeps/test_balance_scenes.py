@@ -369,7 +369,6 @@ def test_asgari_reproduces_its_source(asgari: Any) -> None:
 
 def test_lecture18_has_the_resultants_of_the_lecture() -> None:
     found = sweeps.run("lecture18")
-    unit = found["inertia_force_unit"]
     lam = balance.acceleration_harmonics(2.0, 90.0 / 350.0).real
     names = found["case"].values.tolist()
     for place, case in enumerate(names):
@@ -381,7 +380,7 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
             "six in line": (0.0, 0.0, 0.0, 0.0),
         }[case]
         got = [
-            (here[f"shaking_{what}_major"].sel(order=n) / unit / lever).values
+            (here[f"shaking_{what}_major"].sel(order=n) / here["inertia_force_unit"] / lever).values
             for what, lever in (("force", 1.0), ("moment", 0.2))
             for n in (1.0, 2.0)
         ]

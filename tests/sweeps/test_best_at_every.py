@@ -121,7 +121,7 @@ def test_equally_good_designs_are_counted():
     archive = xr.Dataset(data, {"inertia": [1.0, 2.0], "stroke": [0.1, 0.2, 0.3]})
     found = sweeps.best(archive, least="delta", at_every="stroke")
     assert float(found["inertia"]) == 1.0
-    assert "2 are equally good, this is the first" in found.attrs["search"]
+    assert "2 are equally good; this is the first" in found.attrs["search"]
 
 
 def test_conditions_by_name(archive):

@@ -103,7 +103,7 @@ def test_where_axes_differ_common_values_are_compared(archive: xr.Dataset) -> No
     assert turned.axes == ["inertia: the same 7 values in another order"]
     assert not any(d.differing for d in turned.quantities)
     apart = compare(archive.isel(speed=[0]), archive.isel(speed=[1]))
-    assert "delta: no point of the axes is in both" in apart.not_compared
+    assert "delta: no axis point is in both archives" in apart.not_compared
 
 
 def test_words_and_tables_of_designs() -> None:

@@ -196,7 +196,7 @@ def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
              "output": {"quantities": ["delta"]}}  # fmt: skip
     plan = make_plan(read_scene(scene))
     assert plan.unused_settings == ("gear_ratio", "crank_mass")
-    assert "[set] gear_ratio: nothing that is asked for depends on it" in forecast.text(plan)
+    assert "[set] gear_ratio: no requested quantity depends on it" in forecast.text(plan)
     file = tmp_path / "scene.toml"
     file.write_text('engine = "ntua"\n[set]\ngear_ratio = 2\n[output]\nquantities = ["imep"]\n')
     printed = ok("run", file, "-o", tmp_path / "out.nc")

@@ -79,7 +79,7 @@ def test_shared_tables_and_the_part_of_the_cycle() -> None:
 @pytest.mark.parametrize(
     ("tables", "expected"),
     [
-        ({"set": {"load_exponent": 2}}, "auto: load exponent 2 in closed form, never iterates"),
+        ({"set": {"load_exponent": 2}}, "auto: load exponent 2 in closed form, without iteration"),
         ({"axes": {"load_exponent": [1, 2]}}, "auto: load exponent 1 iterates"),
         ({"solver": {"method": "newton"}}, "newton: iterates"),
         ({"solver": {"closure": "cycle_time"}}, "iterates: closure cycle_time"),
@@ -103,14 +103,14 @@ def test_what_is_skipped_and_why() -> None:
         "skipped: cylinder pressure and gas work",
         "skipped: the periodic speed",
         "skipped: extremes of torque",
-        "axis inertia: nothing that is asked for depends on it",
+        "axis inertia: no requested quantity depends on it",
         "axis speed: nothing",
     ):
         assert expected in told
     assert "speed_solution" not in told
     told = text(plan_of("delta", "torque_max"))
     assert "skipped: " not in told
-    assert "skipped, because nothing asked for it: acceleration" in told
+    assert "skipped, because not requested: acceleration" in told
 
 
 def test_blocks_and_memory_are_told() -> None:

@@ -75,5 +75,5 @@ def test_units_of_tables_and_descriptions(archive: Path, tmp_path: Path) -> None
     assert kilowatts == pytest.approx(watts / 1000.0)
     assert " kW" in ok("info", archive, "--units", "power=kW") and " kW" not in ok("info", archive)
     wrong = ("export", archive, "-o", tmp_path / "x.csv", "--units", "power=kg")
-    assert "unit 'kg': does not fit a quantity in W" in refused(*wrong)
+    assert "unit 'kg': cannot be used for a quantity in W" in refused(*wrong)
     assert not (tmp_path / "x.csv").exists()

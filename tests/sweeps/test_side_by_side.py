@@ -210,7 +210,7 @@ def test_missing_quantities(with_spacing):
     assert np.isfinite(found["shaking_moment_max"].sel(engine=1).values).all()
     assert found["shaking_moment_max"].attrs["comment"] == "not of ntua"
     assert (found["status"] == 0).all()
-    assert "missing, because this engine has not what they need: shaking_moment_max" in text(
+    assert "not available, because this engine lacks input for them: shaking_moment_max" in text(
         make_plan(read)
     )
 

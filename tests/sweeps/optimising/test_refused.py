@@ -42,18 +42,18 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "not searched": (
         {"within": "stroke <= 0.2"},
-        "stroke: is a parameter that is not searched; searched are inertia",
+        "stroke: this parameter is not searched; searched are inertia",
     ),
     "a word": (
         {
             "over": ["inertia = 2 to 8", "arrangement = in-line 1 | in-line 2"],
             "least": "arrangement",
         },
-        "arrangement: is a word, of which there is no less or more",
+        "arrangement: its values are words, which cannot be minimised or maximised",
     ),
     "changes with nothing": (
         {"least": "imep"},
-        "imep: changes with nothing that is searched: inertia",
+        "imep: does not depend on any searched parameter: inertia",
     ),
     "what the engine lacks": (
         {"least": "shaking_moment_max"},
@@ -74,7 +74,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a quantity": ({"over": "delta = 1 to 2"}, "over delta: unknown key: is a quantity"),
     "not in the sample": (
         {"over": "inertia"},
-        "over 'inertia': not in [sample] of scene; with a range it is searched too, such as "
+        "over 'inertia': not in [sample] of scene; give a range to search it too, such as "
         "'inertia = 0.2 to 5'",
     ),
     "over twice": (

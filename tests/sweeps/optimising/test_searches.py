@@ -293,7 +293,7 @@ def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_the_command_prints_and_writes(searched: tuple[Path, str]) -> None:
     path, said = searched
     assert said.startswith("best found: least delta = ")
-    assert "left out, because they are curves: omega" in said
+    assert "not shown, because they are curves: omega" in said
     with sweeps.open(path) as archive:
         assert archive.sizes["design"] == 128 and "omega" not in archive
         assert archive["imep"].dims == ("design", "load")

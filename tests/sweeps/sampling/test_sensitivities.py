@@ -105,7 +105,7 @@ def test_many_failures_are_named() -> None:
     archive["status"][bad] = 1
     found = sweeps.sensitivities(archive, "delta")
     assert "delta_first" not in found and "delta_total_conditional" not in found
-    assert "conditional on success" in found.delta_first_conditional.attrs["long_name"]
+    assert "only designs with results" in found.delta_first_conditional.attrs["long_name"]
     assert found.delta_left_out == bad.sum()
     assert np.isfinite(found.delta_first_conditional).all()
 
