@@ -71,7 +71,7 @@ def a_path(value: object, key: str) -> Path:
     if isinstance(value, str | Path) and str(value):
         return Path(value)
     said = "is missing" if value is None else f"= {shown(value)}"
-    raise SceneError(f"{key} {said}: must be the path of a file, a text or a Path")
+    raise SceneError(f"{key} {said}: must be the path of a file, as a string or a Path")
 
 
 def check_dataset(value: object, key: str = "archive") -> None:
@@ -100,7 +100,7 @@ def names_given(value: Any, key: str) -> list[str]:
     """
     texts = [value] if isinstance(value, str) else value
     if not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
-        raise SceneError(f"{key} = {shown(value)}: must be a text or a list of texts")
+        raise SceneError(f"{key} = {shown(value)}: must be a string or a list of strings")
     return list(texts)
 
 
@@ -134,7 +134,7 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise SceneError(f"{name}: key {shown(key)} must be a text")
+                raise SceneError(f"{name}: key {shown(key)} must be a string")
         places = (f"{name}: [{key}]" if depth == 0 else f"{name} {key}" for key in value)
         items = zip(places, value.items(), strict=True)
         return {str(key): plain(item, place, depth + 1) for place, (key, item) in items}

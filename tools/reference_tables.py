@@ -15,32 +15,61 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.engine_schema import engine_schema
+from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 
 OUTCOMES = {
-    "converged": "periodic solution found, the tolerance is met",
-    "stalled": "the speed would reach zero within the cycle: there is no running steady state",
-    "no_steady_state": "the mean torque is below the constant part of the load torque and no "
-    "driver makes up for it, or load or driver do not hold the speed",
-    "not_converged": "the iteration did not end",
-    "invalid_input": "no such solution: the moment of inertia would vanish somewhere in the cycle, "
-    "the parameters are no modelled cycle, a table does not cover the speeds of the solution, the "
-    "diagrams do not give the torque of the speed characteristic, or method `closed` at an "
-    "exponent other than 0 and 2",
-    "tolerance_not_met": "a solution, but `delta_error` is above the tolerance",
-    "passes_done": "the cycles asked for (`passes`) are done",
+    "converged": (
+        "The periodic speed was found, and `delta_error` is within the tolerance.",
+        "Nothing.",
+    ),
+    "stalled": (
+        "The speed would reach zero within the cycle, so there is no running steady state.",
+        "Give the design more `inertia`, a higher `speed` or less `load`.",
+    ),
+    "no_steady_state": (
+        "The mean torque is below the constant part of the load torque and no driver makes up for "
+        "it, or load and driver do not hold the speed.",
+        "Raise `load` or lower `load_offset` and the friction. Where the engine is driven, as a "
+        "compressor is, describe its driver (driver_table, or the keys motor_...). With a table "
+        "of torque over speed, check its sign at the nominal speed.",
+    ),
+    "not_converged": (
+        "The iteration ended without a solution.",
+        "Look at the values of the design, which are usually far from those of any real engine. "
+        "Leave `method` at auto. If the engine could run, please report it with its scene.",
+    ),
+    "invalid_input": (
+        "There is no such engine: the moment of inertia would vanish somewhere in the cycle, the "
+        "parameters do not make a modelled cycle, a table does not cover the speeds of the "
+        "solution, the diagrams do not reach the torque of the full-load curve, or method "
+        "`closed` is used at an exponent other than 0 and 2.",
+        'With `inertia_model = "variable"`, raise `inertia`: the reciprocating masses are too heavy '
+        "for it. Extend the table over the speeds from `omega_min` to `omega_max`, lower "
+        "`rated_power`, or leave `method` at auto.",
+    ),
+    "tolerance_not_met": (
+        "The speed was found, but `delta_error` is above the tolerance.",
+        "Look at `delta_error`: the numbers may be good enough. Otherwise smooth a noisy diagram, "
+        "or use another method than thesis, which has a fixed step.",
+    ),
+    "passes_done": (
+        "The cycles that were asked for with `passes` are done. The speed need not be periodic.",
+        "Nothing, if single cycles are wanted. Leave `passes` out for the steady state.",
+    ),
 }
-"""What the outcomes of `engine_dyn.status` mean for a person."""
+"""What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -52,12 +81,35 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def keys() -> str:
     """Keys of scenes and of an engine file's [values]."""
     rows = []
+    called = _other_names()
+    scene, engine = scene_schema()["properties"], engine_schema()["properties"]["values"]
+    of_engine = {*engine["properties"], *PATTERNS}
+    places = {"[set]": scene["set"], "[axes]": scene["axes"], "[designs]": scene["designs"],
+              "[sample]": scene["sample"], "[solver]": scene["solver"]}  # fmt: skip
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
     for name, node in nodes.items():
+        one = name.replace("_N", "_2")
+        where = [t for t, schema in places.items() if one in schema.get("properties", {})]
+        if one in of_engine or name in of_engine:
+            where.append("engine file")
         unit = "" if node.unit == "1" else node.unit
         rule = allowed(node).replace(f" [{node.unit}]", "").removeprefix("a finite number").strip()
-        rows.append([f"`{name}`", unit, node.long_name, rule or "any number"])
-    return table(["key", "unit", "meaning", "allowed"], rows)
+        without = "" if node.unless_given is None else f"{node.unless_given:.6g}"
+        rows.append([f"`{name}`", unit, node.long_name, called.get(name, ""), rule or "any number",
+                     without, ", ".join(where)])  # fmt: skip
+    heads = ["key", "unit", "meaning", "also called", "allowed", "without it", "stands in"]
+    return table(heads, rows)
+
+
+def _other_names() -> dict[str, str]:
+    """What keys are also called, from the glossary."""
+    found: dict[str, str] = {}
+    for line in (DOCS / "glossary.md").read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+        if len(cells) == 6:
+            for name in re.findall(r"`(\w+)`", cells[5]):
+                found.setdefault(name, cells[4])
+    return found
 
 
 def quantities() -> str:
@@ -78,29 +130,35 @@ def _quantity_table(names: Iterable[str]) -> str:
     for name in sorted(names):
         node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
-        meaning = node.long_name
-        if node.kind == "curve":
-            meaning += "; over `crank_angle`"
-            meaning += "".join(f" and `{d}`" for d in node.adds if d != "crank_angle")
-        elif "order" in node.needs:
-            meaning += "; over `order`"
-        words = OTHER_WORDS.get(name, "")
-        rows.append([f"`{name}`", "" if unit == "1" else unit, meaning, words, node.source])
-    return table(["quantity", "unit", "meaning", "also called", "source"], rows)
+        over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in _dimensions(name))
+        rows.append([
+            f"`{name}`", f"${node.symbol}$" if node.symbol else "", "" if unit == "1" else unit,
+            over, node.long_name, OTHER_WORDS.get(name, ""), node.source,
+        ])  # fmt: skip
+    heads = ["quantity", "symbol", "unit", "over", "meaning", "also called", "source"]
+    return table(heads, rows)
 
 
-def sources() -> str:
-    """Full citations of the sources that quantities and keys name in short."""
-    return table(["name", "source"], SOURCES.items())
+def _dimensions(name: str) -> set[str]:
+    """Dimensions that a quantity has beside the axes of a scene; `sweeps.planning` adds those."""
+    if name in DIMENSIONS:
+        return {name}
+    node = NODES[name][0]
+    found = set(node.adds)
+    for need in node.needs:
+        # Stages take curves whole: only their results name the dimension.
+        found |= set() if node.kind == "stage" else _dimensions(need)
+    return found - set(node.removes)
 
 
 def outcomes() -> str:
     """Outcomes of a design."""
     rows = [
-        [str(code), f"`{name}`", OUTCOMES[name], "numbers" if has_numbers(code) else "NaN"]
+        [str(code), f"`{name}`", OUTCOMES[name][0], "numbers" if has_numbers(code) else "NaN",
+         OUTCOMES[name][1]]
         for code, name in enumerate(MEANINGS)
-    ]
-    return table(["status", "name", "meaning", "results hold"], rows)
+    ]  # fmt: skip
+    return table(["status", "name", "meaning", "results hold", "what to do"], rows)
 
 
 def engines() -> str:
@@ -138,7 +196,7 @@ def ranges() -> str:
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {"keys": keys},
     DOCS / "quantities.md": {"quantities": quantities, "sources": sources},
-    DOCS / "conventions.md": {"outcomes": outcomes},
+    DOCS / "status_codes.md": {"outcomes": outcomes},
     DOCS / "engine_files.md": {"engines": engines},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "plausibility.md": {"ranges": ranges},

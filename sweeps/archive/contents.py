@@ -134,7 +134,7 @@ def read_contents(path: Path) -> Contents:
         missing = [name for name in _NEEDED if name not in attributes]
         if missing:
             raise SceneError(
-                f"{path}: not an archive that this version's `run` wrote (no attribute "
+                f"{path}: not an archive written by `run` of this version (no attribute "
                 f"'{missing[0]}')"
             )
         coordinates = {

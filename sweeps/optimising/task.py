@@ -116,7 +116,7 @@ def read_task(
     output = raw.get("output")
     asked = output.get("quantities", []) if isinstance(output, Mapping) else []
     if not isinstance(asked, list) or not all(isinstance(q, str) for q in asked):
-        raise SceneError(f"{name}: [output] quantities = {shown(asked)}: must be a list of texts")
+        raise SceneError(f"{name}: [output] quantities = {shown(asked)}: must be a list of strings")
     own = [q for q in asked if q not in names]
     quantities = [*own, *(one for one in names if one in ALL_QUANTITIES)]
     if not quantities:

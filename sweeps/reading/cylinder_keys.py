@@ -34,14 +34,14 @@ __all__ = [
 
 
 CYLINDER_KEYS: Mapping[str, str] = {
-    "arrangement": "the engine's arrangement: a text such as 'V8 cross-plane' or 'in-line 4', or a "
-    "table of throws, banks and cylinders",
+    "arrangement": "the engine's arrangement: a string such as 'V8 cross-plane' or 'in-line 4', "
+    "or a table of throws, banks and cylinders",
     "firing_angles": "crank angle at which each cylinder fires: a list, the first 0 [degree]",
-    "pressure_factor": "factor on the pressure above motored of each cylinder: a list of numbers "
-    f"from 0 (misfire) to {LARGEST_FACTOR:g} [1]",
+    "pressure_factor": "factor on the combustion pressure (pressure above motored) of each "
+    f"cylinder: a list of numbers from 0 (misfire) to {LARGEST_FACTOR:g} [1]",
     "mass_factor": "factor on the reciprocating mass of each cylinder: a list of numbers from 0 to "
     f"{LARGEST_FACTOR:g} [1]",
-    "radius_factor": "crank radius, and stroke, of each cylinder over that of cylinder 1: a list "
+    "radius_factor": "crank radius (and stroke) of each cylinder over that of cylinder 1: a list "
     f"of numbers from {SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}, the first 1 [1]",
 }
 """Keys that describe the cylinders, with what they mean and what is allowed."""
@@ -74,7 +74,7 @@ class CylinderTable(Strict):
 class ArrangementTable(Strict):
     """Any crankshaft, described in full: throws, banks and cylinders; angles in degree."""
 
-    name: str | None = Field(default=None, description="a text: what people call it")
+    name: str | None = Field(default=None, description="a string: its usual name")
     throws: list[ThrowTable] = Field(
         description=f"a list of 1 to {MOST_CYLINDERS} tables with angle, and position and "
         "radius_factor where these are not customary",
@@ -95,7 +95,9 @@ class ArrangementTable(Strict):
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
     )
-    uneven: bool = Field(default=False, description="true or false: whether uneven firing is meant")
+    uneven: bool = Field(
+        default=False, description="true or false: whether uneven firing is intended"
+    )
 
 
 @dataclass(frozen=True)
@@ -192,7 +194,7 @@ def _described(given: ArrangementTable, period: float) -> Arrangement:
     ):
         empty = sorted(set(range(len(known))) - used)
         if empty:
-            raise ValueError(f"{what} {empty[0] + 1}: has no cylinder; must have one at least")
+            raise ValueError(f"{what} {empty[0] + 1}: has no cylinder; needs at least one")
     order = made.firing_order if given.firing_order is None else tuple(given.firing_order)
     numbers_of_all = list(range(1, len(cylinders) + 1))
     if sorted(order) != numbers_of_all:
@@ -204,7 +206,7 @@ def _described(given: ArrangementTable, period: float) -> Arrangement:
     if fires != sorted(fires):
         follows = "-".join(map(str, made.firing_order))
         raise ValueError(
-            f"firing_order = {list(order)}: the firing angles make {follows}; must be the same"
+            f"firing_order = {list(order)}: the firing angles give {follows}; both must agree"
         )
     return made
 

@@ -85,14 +85,14 @@ def read_data_sheet(path: str | Path) -> Sheet:
     given = check_structure(EngineFile, raw, name)
     if given.cycle != "four-stroke":
         raise SceneError(
-            f"{name}: cycle = '{given.cycle}': must be 'four-stroke'; of two-stroke engines no "
-            "usual values are known"
+            f"{name}: cycle = '{given.cycle}': must be 'four-stroke'; no usual values are known "
+            "for two-stroke engines"
         )
     for key in ("pressure_scale", "pressure_factor"):
         if getattr(given, key) is not None:
             raise SceneError(
-                f"{name}: {key}: not allowed here; diagrams are fitted to equal cylinders at rated "
-                "speed"
+                f"{name}: {key}: not allowed here; diagrams are fitted for equal cylinders at "
+                "rated speed"
             )
     read_values(given.values, name)
     values = {
@@ -143,7 +143,9 @@ def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
     found = {}
     for key, raw in table.items():
         if key in _NOT_KNOWN:
-            raise SceneError(f"{where} {key}: not allowed; it is fitted or follows from the others")
+            raise SceneError(
+                f"{where} {key}: not allowed; it is fitted or follows from the other keys"
+            )
         if key not in KNOWN_OF_CYCLE:
             raise SceneError(f"{where} {key}: unknown key{not_known(key, KNOWN_OF_CYCLE)}")
         field = KINDS["first_law"].fields[key]

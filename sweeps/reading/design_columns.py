@@ -73,7 +73,7 @@ def check_kind(key: str, node: Node | None, kind: Any, shown_as: str, name: str)
     if text and is_ratio(node):
         return
     if (node is None and not text) or (node is not None and not numeric):
-        what = "texts" if node is None else "numbers"
+        what = "strings" if node is None else "numbers"
         raise SceneError(f"{name}: {key}: holds {shown(shown_as)}; must be {what}")
 
 

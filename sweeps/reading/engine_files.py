@@ -145,7 +145,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     given = check_structure(EngineFile, raw, name)
     period = PERIODS[given.cycle]
     if not given.diagram:
-        hint = " (`engine-dyn calibrate` makes them of [data_sheet])" if given.data_sheet else ""
+        hint = " (`engine-dyn calibrate` makes them from [data_sheet])" if given.data_sheet else ""
         raise SceneError(f"{name}: diagram: missing; must be {DIAGRAMS}{hint}")
     values = read_values(given.values, name)
     diagrams = [
@@ -194,13 +194,15 @@ def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     for key, item in raw.items():
         where = f"{name}: [values] {key}"
         if key in CYCLE_KEYS:
-            raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
+            raise SceneError(f"{where}: not allowed here; belongs to a [[diagram]]")
         if key in OF_CYLINDER:
             what = OF_CYLINDER[key].what
             what += "s" if what == "firing_angle" else ""
             raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
         if key == "wanted_delta":
-            raise SceneError(f"{where}: not allowed; belongs to a scene, an engine has an inertia")
+            raise SceneError(
+                f"{where}: not allowed; belongs to a scene; an engine file gives the inertia"
+            )
         node = known_key(key, f"{name}: [values]")
         assert node is not None
         values[key] = number(item, where, node)
@@ -335,7 +337,7 @@ def _diagram(
     if kind == "points":
         file = taken(rest, "file", where)
         if not isinstance(file, str):
-            raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
+            raise SceneError(f"{where} file = {shown(file)}: must be a string: the path of a CSV")
         ratio = compression_ratio_of(rest, where)
         no_more(rest, where, ("load", "speed", "kind", "file", RATIO))
         path = referred(folder, file, f"{where} file")
@@ -354,8 +356,8 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
     if with_speed and len(with_speed) < len(diagrams):
         number = [d.speed is None for d in diagrams].index(True) + 1
         raise SceneError(
-            f"{name}: [[diagram]] number {number} speed: missing; must be given, as other diagrams "
-            "have one"
+            f"{name}: [[diagram]] number {number} speed: missing; must be given, because other "
+            "diagrams have one"
         )
     try:
         if with_speed:

@@ -31,14 +31,14 @@ class PressureScale(Strict):
 class Source(Strict):
     """A citation."""
 
-    text: str = Field(description="a text: one citation")
+    text: str = Field(description="a string: one citation")
 
 
 class DataSheet(Strict):
     """What a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
 
     kind: str | None = Field(
-        default=None, description="a text: the kind of engine, such as 'diesel'"
+        default=None, description="a string: the kind of engine, such as 'diesel'"
     )
     power: float | None = Field(default=None, description="a number in kW: the rated brake power")
     speed: float | None = Field(default=None, description="a number in rpm: the rated speed")
@@ -53,15 +53,15 @@ class DataSheet(Strict):
     )
     cycle: dict[str, Any] = Field(
         default={},
-        description="a table of what is known of the cycle, with the keys of kind = 'first_law'",
+        description="a table of known properties of the cycle, with the keys of kind = 'first_law'",
     )
 
 
 class EngineFile(Strict):
     """Tables and keys of an engine file, before values and diagrams are looked at."""
 
-    name: str | None = Field(default=None, description="a text: the engine's short name")
-    title: str = Field(description="a text: one line about the engine")
+    name: str | None = Field(default=None, description="a string: the engine's short name")
+    title: str = Field(description="a string: one line about the engine")
     cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
@@ -83,10 +83,10 @@ class EngineFile(Strict):
         default=None, description="a table of speed and scale"
     )
     assumed: dict[str, str] = Field(
-        default={}, description="a table with a reason, a text, for each assumed value"
+        default={}, description="a table with a reason, as a string, for each assumed value"
     )
     uncertainty: dict[str, Any] = Field(
         default={},
         description="a table with a range or distribution for each value that is not well known",
     )
-    source: list[Source] = Field(default=[], description="tables [[source]] with a text each")
+    source: list[Source] = Field(default=[], description="tables [[source]] with one string each")

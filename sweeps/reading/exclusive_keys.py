@@ -14,7 +14,7 @@ from engine_dyn.quantities.parameters import INERTIA_PARTS
 __all__ = ["exclusive_pair"]
 
 _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
-    ("crank_ratio", ("rod_length",), "both give the length of the rod; give one of them"),
+    ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),
     (
         "wanted_delta",
         ("inertia", "flywheel_inertia"),
@@ -23,21 +23,21 @@ _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (
         "counterweight_fraction",
         ("counterweight_mass",),
-        "both size the counterweights; give one of them",
+        "both determine the counterweights; give one of them",
     ),
     (
         "motor_slip",
         ("motor_synchronous_speed",),
-        "both give the motor's synchronous speed; give one of them",
+        "both determine the motor's synchronous speed; give one of them",
     ),
     (
         "crank_mass",
         ("throw_mass", "throw_radius"),
-        "both give the mass of a crank throw at the crank radius; give one of them",
+        "both determine the mass of a crank throw at the crank radius; give one of them",
     ),
-    ("inertia", INERTIA_PARTS, "give the inertia whole or in parts"),
+    ("inertia", INERTIA_PARTS, "give the inertia as a whole or in parts"),
     *(
-        (key, other.keys, "each is a law of the load over speed; give one law")
+        (key, other.keys, "each defines the load over speed; give one law")
         for law, other in itertools.combinations(LOAD_LAWS.values(), 2)
         for key in law.keys
     ),

@@ -126,7 +126,7 @@ def modelled_cycle(
     if offset != 0.0 and "offset_ratio" not in fields_given:
         if kind.cycle is CompressorCycle:
             raise SceneError(
-                f"{where} kind = '{name}': is modelled without offset; pin_offset and crank_offset "
+                f"{where} kind = '{name}': modelled without offset; pin_offset and crank_offset "
                 "must be 0"
             )
         ratio = _offset_ratio(offset, fields_given["crank_ratio"], values, where)
@@ -176,7 +176,7 @@ def _offset_ratio(
 ) -> float:
     """Offset of the pin's line over the crank radius."""
     if "stroke" not in values:
-        raise SceneError(f"{where} stroke: missing; must be in [values] where there is an offset")
+        raise SceneError(f"{where} stroke: missing; must be in [values] if there is an offset")
     try:
         return offset / float(crank_radius_of_ratio(values["stroke"], crank_ratio, offset))
     except ValueError as error:

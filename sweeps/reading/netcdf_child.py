@@ -55,13 +55,13 @@ def read_apart(path: Path) -> None:
             stderr=subprocess.DEVNULL, timeout=3.0 * seconds, cwd=os.path.dirname(absolute),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise _refusal(f"reading it does not end in {3.0 * seconds:.0f} s") from None
+        raise _refusal(f"reading it takes longer than {3.0 * seconds:.0f} s") from None
     if done.returncode == REFUSED:
         raise _refusal(one_line(done.stdout.decode("utf-8", "replace"), 200))
     if done.returncode == -getattr(signal, "SIGXCPU", 0) and done.returncode:
         raise _refusal(f"reading it takes more than {seconds:.0f} s")
     if done.returncode:
-        raise _refusal(f"reading it ends a process with status {done.returncode}")
+        raise _refusal(f"reading it ends the process with status {done.returncode}")
 
 
 def _refusal(reason: str) -> OSError:

@@ -89,7 +89,7 @@ def check_file(path: Path) -> None:
         exists = is_file = False
     if not is_file:
         problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+        raise SceneError(f"{path}: {problem}; expected a netCDF archive written by `run`")
 
 
 @contextmanager
@@ -153,7 +153,7 @@ def opened_unchecked(path: Path) -> Any:
     if name:
         raise OSError(
             errno.EINVAL,
-            f"'{one_line(name, 60)}' is stored outside the file, or nested without end",
+            f"'{one_line(name, 60)}' is stored outside the file, or nested endlessly",
         )
     return netCDF4.Dataset(os.path.abspath(path))
 
@@ -263,12 +263,12 @@ def check_archive(file: Any, path: Path) -> None:
     """
     if "scene" not in file.ncattrs() or not isinstance(file.getncattr("scene"), str):
         raise SceneError(
-            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
+            f"{path}: a netCDF file, but not an archive written by `run` (no attribute 'scene')"
         )
     names = [name for name in file.ncattrs() if name == "archive_format"]
     check_format({name: file.getncattr(name) for name in names}, path)
     if file.groups:
-        raise SceneError(f"{path}: has groups, which no archive that `run` wrote has")
+        raise SceneError(f"{path}: has groups, unlike any archive written by `run`")
     size = path.stat().st_size
     free = psutil.virtual_memory().available
     total = at_once = 0

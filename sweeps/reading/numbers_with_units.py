@@ -22,8 +22,8 @@ _UNIT = re.compile(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", re.ASCII)
 
 _KVA = re.compile(r"[kM]?VA", re.ASCII | re.IGNORECASE)
 _APPARENT = (
-    "is apparent power; must be a power in W: the engine's is the kVA times the power factor, over "
-    "the generator's efficiency"
+    "is apparent power; must be a power in W: engine power = kVA x power factor / generator "
+    "efficiency"
 )
 
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")

@@ -111,8 +111,8 @@ def referred(base: Path, text: str, where: str) -> Path:
         return path  # opening the file says what is wrong
     if not inside:
         raise SceneError(
-            f"{where} = {shown(text, 300)}: leads out of the folder of the file that names it; "
-            f"must be inside it, or be given as the absolute path {one_line(real, 300)}"
+            f"{where} = {shown(text, 300)}: leads outside the folder of the file that names it; "
+            f"must be inside this folder, or be given as the absolute path {one_line(real, 300)}"
         )
     return path
 

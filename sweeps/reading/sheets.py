@@ -40,7 +40,8 @@ def sheet_rows(data: bytes, label: str, wanted: str | None = None) -> list[list[
     """
     if data[:4] == _OLE:
         raise SceneError(
-            f"{label}: protected by a password, or an old .xls; save it as .xlsx without password"
+            f"{label}: protected by a password, or an old .xls file; save it as .xlsx without a "
+            "password"
         )
     openpyxl = library("openpyxl", "openpyxl", label)
     with library_reading(label, "an .xlsx file"):
@@ -64,9 +65,9 @@ def _sheet(book: Any, wanted: str | None, label: str) -> Any:
     """The sheet that is wanted; the first one that is no chart if none is."""
     sheets = {sheet.title: sheet for sheet in book.worksheets}
     if wanted is not None and wanted not in sheets:
-        raise SceneError(f"{label}: sheet '{wanted}': there is none{not_known(wanted, sheets)}")
+        raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, sheets)}")
     if not sheets:
-        raise SceneError(f"{label}: has no sheet of cells")
+        raise SceneError(f"{label}: has no sheet with cells")
     return sheets[wanted] if wanted is not None else next(iter(sheets.values()))
 
 

@@ -31,9 +31,9 @@ TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_
 CRANK_COLUMN, OWN_COLUMN = "crank_angle_deg", "load_angle_deg"
 
 TORQUE_TABLE_KEYS: Mapping[str, str] = {
-    "load_table": "a text: the path of a CSV file with the load's torque_Nm over crank_angle_deg, "
-    "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
-    "driver_table": "a text: the path of a CSV file with the driver's torque_Nm over speed_rpm",
+    "load_table": "a string: the path of a CSV file with the load's torque_Nm over "
+    "crank_angle_deg, load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
+    "driver_table": "a string: the path of a CSV file with the driver's torque_Nm over speed_rpm",
 }
 """Keys that name tables of torque, with what is allowed."""
 

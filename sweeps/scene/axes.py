@@ -72,8 +72,8 @@ def read_axes(
         total = sum(len(values) for values in axes.values())
         if total > MOST_VALUES:
             raise SceneError(
-                f"{name}: [axes] {key}: {total} values with those of the axes before; must be at "
-                f"most {MOST_VALUES} together"
+                f"{name}: [axes] {key}: {total} values together with the previous axes; must be "
+                f"at most {MOST_VALUES} together"
             )
     return axes, arrangements
 

@@ -25,14 +25,15 @@ def read_characteristic(given: SceneFile, values: GivenValues, name: str) -> Cha
         return None
     where = f"{name}: [characteristic]"
     if (table.kind is None) == (table.coefficients is None):
-        raise SceneError(f"{where}: must have one of kind and coefficients")
+        raise SceneError(f"{where}: must have either kind or coefficients")
     if given.indicator is not None:
         raise SceneError(
-            f"{where}: not allowed together with [indicator], whose one diagram holds at every "
-            "speed"
+            f"{where}: not allowed together with [indicator], whose diagram holds at every speed"
         )
     if values.gives("load"):
-        raise SceneError(f"{name}: load: not allowed beside [characteristic], which it follows")
+        raise SceneError(
+            f"{name}: load: not allowed together with [characteristic], which determines it"
+        )
     if table.coefficients is not None:
         constant, linear = table.coefficients
         if not (math.isfinite(constant) and math.isfinite(linear)):

@@ -55,9 +55,9 @@ def check_quantities(quantities: Iterable[str], name: str) -> None:
     for quantity in quantities:
         if quantity in TELLING:
             raise SceneError(
-                f"{name}: [output] quantities: '{quantity}': not allowed together with [indicator] "
-                "confidential = true: the pressure follows from it with the engine's measures and "
-                "masses"
+                f"{name}: [output] quantities: '{quantity}': not allowed together with "
+                "[indicator] confidential = true: the pressure could be derived from it with the "
+                "engine's dimensions and masses"
             )
 
 

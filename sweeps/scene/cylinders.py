@@ -102,11 +102,12 @@ def read_arrangement_axis(
     where = f"{name}: [axes] arrangement"
     if not isinstance(raw, list) or not raw or not all(isinstance(i, str | dict) for i in raw):
         raise SceneError(
-            f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane', or of tables"
+            f"{where} = {shown(raw)}: must be a list of strings such as 'V8 flat-plane', or of "
+            "tables"
         )
     for key in ("arrangement", "firing_angles"):
         if key in keys.given:
-            raise SceneError(f"{where}: not allowed beside {key} in [set]; give one of them")
+            raise SceneError(f"{where}: not allowed together with {key} in [set]; give one of them")
     several = tuple(
         read_arrangement(item, f"{where} number {i}") for i, item in enumerate(raw, start=1)
     )

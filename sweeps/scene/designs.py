@@ -46,14 +46,14 @@ def read_designs_table(
 
 def _labels(raw: Any, where: str) -> tuple[str, ...]:
     if not isinstance(raw, list) or not raw or not all(isinstance(item, str) for item in raw):
-        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts, one for each design")
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of strings, one for each design")
     return tuple(one_line(item) for item in raw)
 
 
 def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
     if not columns or not any(key in (ENGINE, ARRANGEMENT) or key not in LABELS for key in columns):
         raise SceneError(
-            f"{name}: [designs] has no column of a parameter; at least one is needed, such as "
+            f"{name}: [designs] has no column for a parameter; at least one is needed, such as "
             "inertia = [1.0, 2.0]"
         )
     lengths = {key: len(values) for key, values in columns.items()}
@@ -73,13 +73,14 @@ def _designs_from_file(
     file = raw["file"]
     if not isinstance(file, str) or not file:
         raise SceneError(
-            f"{name}: [designs] file = {shown(file)}: must be a text: the path of a CSV, "
-            "netCDF or Parquet file"
+            f"{name}: [designs] file = {shown(file)}: must be a string: the path of a CSV, netCDF "
+            "or Parquet file"
         )
     for key in raw:
         if key != "file":
             raise SceneError(
-                f"{name}: [designs] {key}: not allowed beside file, which holds all columns"
+                f"{name}: [designs] {key}: not allowed together with file, which contains all "
+                "columns"
             )
     path = referred(base, file, f"{name}: [designs] file")
     columns, labels = read_designs(path, f"{name}: [designs] {file}")

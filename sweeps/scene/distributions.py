@@ -175,7 +175,7 @@ def read_distribution(raw: Any, where: str, node: Node | None) -> Distribution:
     if isinstance(raw, list | np.ndarray):
         return _choice(raw, where, node)
     if node is None:
-        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts")
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of strings")
     if not isinstance(raw, Mapping):
         raise SceneError(
             f"{where} = {shown(raw)}: must be a table of {FORMS}; a single value belongs in [set]"
@@ -227,7 +227,7 @@ def _choice(raw: Any, where: str, node: Node | None) -> Choice:
     values: tuple[Any, ...]
     if node is None:
         if not all(isinstance(item, str) and item for item in raw):
-            raise SceneError(f"{where} = {shown(raw)}: must be a list of texts")
+            raise SceneError(f"{where} = {shown(raw)}: must be a list of strings")
         values = tuple(raw)
     else:
         found = numbers(raw, where, node)
@@ -252,8 +252,8 @@ def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:
         raise SceneError(f"{where} deviation = {deviation:g}: must be above 0")
     if low > mean + _FARTHEST * deviation or high < mean - _FARTHEST * deviation:
         raise SceneError(
-            f"{where}: low = {low:g} to high = {high:g} lies more than {_FARTHEST:g} standard "
-            f"deviations from mean = {mean:g}"
+            f"{where}: low = {low:g} to high = {high:g} is more than {_FARTHEST:g} standard "
+            f"deviations away from mean = {mean:g}"
         )
     return TruncatedNormal(mean, deviation, low, high)
 

@@ -122,7 +122,7 @@ def engine_choices(
         return None
     for table in _OF_ONE_ENGINE:
         if getattr(given, table) is not None:
-            raise SceneError(f"{name}: [{table}]: is about one engine; the scene has several")
+            raise SceneError(f"{name}: [{table}]: applies to one engine, but the scene has several")
     if several or ARRANGEMENT in of_rows:
         _check_cylinders(given, designs, name)
     axes: dict[str, tuple[str, ...] | None] = {}
@@ -161,8 +161,8 @@ def _engine_axis(given: SceneFile, name: str, base: Path) -> list[_One] | None:
         return None
     if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
         raise SceneError(
-            f"{where} = {shown(texts)}: must be a list of texts: engines of the catalogue or paths "
-            "of engine files"
+            f"{where} = {shown(texts)}: must be a list of strings: engines of the catalogue or "
+            "paths of engine files"
         )
     seen: dict[Path, int] = {}
     for number, text in enumerate(texts, start=1):
@@ -265,7 +265,7 @@ def _check_cylinders(given: SceneFile, designs: Mapping[str, Floats], name: str)
     for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
         if "cylinders" in keys:
             raise SceneError(
-                f"{name}: [{table}] cylinders: not allowed here; follows from each arrangement"
+                f"{name}: [{table}] cylinders: not allowed here; it follows from each arrangement"
             )
 
 

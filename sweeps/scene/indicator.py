@@ -94,8 +94,8 @@ def read_indicator_table(
     secret = (kept_name(path),) if table.confidential else ()
     if kept(path) is False and table.confidential:
         raise SceneError(
-            f"{where}: is confidential, and not in the archive; `engine-dyn rerun --indicator "
-            "FILE` takes it from a file"
+            f"{where}: is confidential and not stored in the archive; `engine-dyn rerun "
+            "--indicator FILE` reads it from a file"
         )
     if _is_diagram(table, path):
         diagram = read_indicator(path, where, engine.period)

@@ -89,7 +89,7 @@ def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> di
             hint = did_you_mean(key, [*_TABLES, *OPTIONS]) or "."
             raise SceneError(
                 f"{one_line(key, 60)}: unknown keyword{hint} Allowed: {', '.join(_TABLES)}, and "
-                "the options of the function that is called, which help() shows"
+                "the options of the called function (see help())"
             )
     if base != Path():
         tables = {key: _from_here(key, item) for key, item in tables.items()}

@@ -35,7 +35,8 @@ class MeasuredTable(ReadingChoices):
     """Measured speed beside the computed one."""
 
     file: str | list[str] = Field(
-        description="a text: the path of a recording, or a list of them, one for each value of `at`"
+        description="a string: the path of a recording, or a list of them, one for each value of "
+        "`at`"
     )
     kind: Literal["speed", "teeth", "encoder"] = Field(
         description="'speed' (over crank angle), 'teeth' (times at which they pass) or 'encoder' "
@@ -57,7 +58,8 @@ class MeasuredTable(ReadingChoices):
         default=None, description="the name or number of the column with the time of the samples"
     )
     unit: str | None = Field(
-        default=None, description="a text: the unit of the column, such as 'rpm', 'rad/s' or 'ms'"
+        default=None,
+        description="a string: the unit of the column, such as 'rpm', 'rad/s' or 'ms'",
     )
     sample_rate: float | None = Field(
         default=None, description="a number of samples per second, more than 0", gt=0.0
@@ -92,7 +94,7 @@ class MeasuredTable(ReadingChoices):
         "relative errors of the wheel's intervals, from the first tooth after the gap",
     )
     at: dict[str, Any] = Field(
-        default={}, description="a table of axes: for each file, the value that it belongs to"
+        default={}, description="a table of axes: for each file, the axis value to which it belongs"
     )
 
 
@@ -189,8 +191,8 @@ def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -
             )
         if errors == "others" and files < 2:
             raise SceneError(
-                f"{where} tooth_errors = 'others': there is one file; must be 'all', 'none' or a "
-                "list of numbers"
+                f"{where} tooth_errors = 'others': there is only one file; must be 'all', 'none' "
+                "or a list of numbers"
             )
         return errors
     found = np.array(errors, dtype=float)
@@ -211,7 +213,8 @@ def _places(
         if count == files:
             return {DESIGN: np.arange(count, dtype=float)}
         raise SceneError(
-            f"{where} at: missing; {files} files need the value of an axis for each, such as "
+            f"{where} at: missing; give the value of an axis for each of the {files} files, such "
+            f"as "
             "at = { load = [0, 50, 100] }"
         )
     found = {}

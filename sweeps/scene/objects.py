@@ -53,8 +53,9 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     for table in ("set", "axes", "designs", "sample"):
         if _is_table(tables.get(table)):
             raise SceneError(
-                f"{name}: [{table}]: is a {type(tables[table]).__name__}, which is a table of "
-                f"[designs]; must be a dict of columns, such as {{'inertia': table['inertia']}}"
+                f"{name}: [{table}]: is a {type(tables[table]).__name__}, which is only allowed "
+                "as [designs]; must be a dict of columns, such as "
+                f"{{'inertia': table['inertia']}}"
             )
         if isinstance(tables.get(table), Mapping):
             tables[table] = {
@@ -109,7 +110,7 @@ def _values(item: Any, where: str, key: Any) -> Any:
     if isinstance(item, range):
         return list(item)
     if _is(item, "pandas", "DataFrame") or _is(item, "xarray", "Dataset"):
-        raise SceneError(f"{where}: a table of several columns; must be one of them")
+        raise SceneError(f"{where}: a table of several columns; must be one column")
     if _is(item, "pandas", "Series", "Index"):
         item = item.to_numpy()
     if isinstance(item, np.ndarray):
@@ -134,7 +135,8 @@ def _designs(given: Any, where: str) -> Any:
             words = [d for d in given.dims if d in given.coords and given[d].dtype.kind in "UOT"]
             if len(words) != 1:
                 raise SceneError(
-                    f"{where}: a DataArray of two dimensions; one must have the names of parameters"
+                    f"{where}: a DataArray of two dimensions; one dimension must have the names "
+                    "of parameters"
                 )
             given = given.to_dataset(dim=words[0])
         elif given.name is None:

@@ -118,8 +118,7 @@ def read_scene(
     if isinstance(scene, Scene):
         if tables:
             raise SceneError(
-                f"{', '.join(tables)}: a Scene is checked already and is not changed; give its "
-                "file, name or dict"
+                f"{', '.join(tables)}: a Scene cannot be changed; give its file, name or dict"
             )
         return scene
     given = given_scene(scene, **tables)
@@ -271,13 +270,13 @@ def _together(
     """Scene of several engines or arrangements: an ordinary scene for each, and the axes of all."""
     for quantity in elasticities_in(given.output.quantities):
         raise SceneError(
-            f"{name}: [output] quantities: elasticities of '{quantity}': are of one engine; the "
+            f"{name}: [output] quantities: elasticities of '{quantity}': only for one engine; the "
             "scene has several engines or arrangements"
         )
     if given.uncertainty is not None:
         raise SceneError(
-            f"{name}: [uncertainty]: not allowed beside several engines or arrangements; each has "
-            "its own uncertain values"
+            f"{name}: [uncertainty]: not allowed with several engines or arrangements, because "
+            "each has its own uncertain values"
         )
     each: list[Beside] = []
     refused: dict[str, SceneError] = {}
@@ -410,8 +409,8 @@ def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> 
     table = values.table_of("load")
     if table != "set":
         raise SceneError(
-            f"{name}: [{table}] load: not allowed together with [indicator], whose one diagram "
-            "holds for every design"
+            f"{name}: [{table}] load: not allowed together with [indicator], whose diagram holds "
+            "for every design"
         )
     return read_indicator_table(
         given.indicator, values.engine, base, name, cycles=values.gives("recorded_cycle")

@@ -45,8 +45,8 @@ def read_reference(file: str, scene: Scene, base: Path, name: str) -> Reference:
         dimensions = tuple(d for d in scene.dimensions if d == DESIGN or d in by_axis)
     if not dimensions and (scene.dimensions or len(table.rows) > 1):
         raise SceneError(
-            f"{table.name}: {counted(len(table.rows), 'row')} cannot be told apart; "
-            f"must have a column of {' or '.join(scene.dimensions) or 'an axis, or one row'}"
+            f"{table.name}: {counted(len(table.rows), 'row')} cannot be distinguished; must have "
+            f"a column of {' or '.join(scene.dimensions) or 'an axis, or one row'}"
         )
     _check_constants(table, scene, (*by_axis, *of_design, *quantities))
     index = {axis: _axis_index(table, scene, axis) for axis in by_axis}
@@ -119,12 +119,13 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
     for quantity in quantities:
         if ALL_QUANTITIES[quantity].kind == "curve":
             raise SceneError(
-                f"{table.name}: column '{quantity}': runs over crank angle; published values must "
-                "be of quantities with one value for each design"
+                f"{table.name}: column '{quantity}': varies over crank angle; published values "
+                "must be of quantities with one value per design"
             )
     if not quantities:
         raise SceneError(
-            f"{table.name}: no column of a quantity; found {one_line(', '.join(table.header), 200)}"
+            f"{table.name}: no column for a quantity; found "
+            f"{one_line(', '.join(table.header), 200)}"
         )
     return quantities
 
@@ -202,8 +203,8 @@ def _design_index(
             hits &= own == wanted[row] if key in scene.labels else _same(wanted[row], own)
         if hits.sum() != 1:
             raise SceneError(
-                f"{table.name}, line {line}: fits {hits.sum()} of the designs by "
-                f"{', '.join(columns)}; must fit one"
+                f"{table.name}, line {line}: matches {hits.sum()} designs by "
+                f"{', '.join(columns)}; must match one"
             )
         found.append(int(np.argmax(hits)))
     return found

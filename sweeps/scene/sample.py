@@ -117,8 +117,8 @@ def with_sample(
         return dict(raw), None
     if raw.get("designs") is not None:
         raise SceneError(
-            f"{name}: [sample] and [designs]: only one of them is allowed, because the values "
-            "that [sample] draws are the designs; what else varies belongs in [axes]"
+            f"{name}: [sample] and [designs]: only one of them is allowed, because [sample] draws "
+            "the designs; other parameters that vary belong in [axes]"
         )
     where = f"{name}: [sample]"
     sample = read_sample(raw["sample"], where, words=WORDS, known=columns is not None)
@@ -184,7 +184,9 @@ def read_sample(
             f"must be at most {MOST_OF_SOBOL} (use 'latin_hypercube')"
         )
     if "number" not in raw:
-        raise SceneError(f"{where}: no number; must have the number of designs, number = 1024")
+        raise SceneError(
+            f"{where}: number is missing; give the number of designs, such as number = 1024"
+        )
     seed = raw.get("seed", 1)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 32:
         raise SceneError(

@@ -108,6 +108,6 @@ def _check_solver(
     for key, value in start.items():
         if not stepping:
             raise SceneError(
-                f"{where} {key} = {value:g}: has no effect on method '{', '.join(methods)}'; "
+                f"{where} {key} = {value:g}: has no effect with method '{', '.join(methods)}'; "
                 f"allowed with {' and '.join(STEPPING)}"
             )

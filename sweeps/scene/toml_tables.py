@@ -55,17 +55,17 @@ class Range(Strict):
 class File(Strict):
     """A file that the scene names."""
 
-    file: str = Field(description="a text: the path of a CSV file", min_length=1)
+    file: str = Field(description="a string: the path of a CSV file", min_length=1)
 
 
 class Indicator(PressureOptions):
     """A measured diagram, and how its file becomes one."""
 
     file: str = Field(
-        description="a text: the path of a recorded pressure, such as a CSV file", min_length=1
+        description="a string: the path of a recorded pressure, such as a CSV file", min_length=1
     )
     confidential: bool = Field(
-        default=False, description="true or false: archives hold the hash of the diagram alone"
+        default=False, description="true or false: archives store only the hash of the diagram"
     )
 
 
@@ -92,12 +92,12 @@ class Output(Strict):
 
     quantities: list[str] = Field(description="a list of strings; see `engine-dyn list quantities`")
     fail_on: list[str] = Field(
-        default=[], description=f"a list of outcomes out of {', '.join(FAILURES)}"
+        default=[], description=f"a list of outcomes from {', '.join(FAILURES)}"
     )
     angle_step: float = Field(default=1.0, description="a number of degrees that divides the cycle")
     highest_order: float = Field(
         default=12.0,
-        description=f"an order that the cycle has, from 1 to {LARGEST_ORDER:g}",
+        description=f"an order of the cycle, from 1 to {LARGEST_ORDER:g}",
         ge=1.0,
         le=LARGEST_ORDER,
     )
@@ -108,7 +108,8 @@ class Characteristic(Strict):
 
     kind: str | None = Field(default=None, description=f"one of {', '.join(CHARACTERISTICS)}")
     coefficients: list[float] | None = Field(
-        default=None, description="a list of two numbers: A and C of lecture 18", min_length=2,
+        default=None, description="a list of two numbers, A and C in N_e = N_max x [A + C x - "
+                                  "x^2], x = n/n_max", min_length=2,
         max_length=2,
     )  # fmt: skip
 
@@ -116,11 +117,11 @@ class Characteristic(Strict):
 class SceneFile(Strict):
     """Tables and keys of a scene, before parameters and quantities are looked at."""
 
-    title: str | None = Field(default=None, description="a text")
+    title: str | None = Field(default=None, description="a string")
     engine: str | list[str] | None = Field(
         default=None,
-        description="a text: an engine of the catalogue or the path of an engine file; several as "
-        "a list, here or in [axes] or [designs]",
+        description="a string: an engine of the catalogue or the path of an engine file; several "
+        "as a list, here or in [axes] or [designs]",
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")
@@ -133,7 +134,7 @@ class SceneFile(Strict):
     )
     uncertainty: dict[str, Any] | None = Field(
         default=None,
-        description="a table of number, seed and distributions of values that are not well known",
+        description="a table of number, seed and distributions of uncertain values",
     )
     indicator: Indicator | None = Field(
         default=None, description="a table with file = 'pressure.csv'"

@@ -47,8 +47,9 @@ def read_uncertainty(
     known = {k: item for k, item in engine.uncertainty.items() if not _given_instead(k, values)}
     if not {**known, **own}:
         raise SceneError(
-            f"{where}: nothing is uncertain: engine {engine.name} gives no ranges that the scene "
-            "leaves; give some here, such as friction_constant = { low = 0.1, high = 0.2 }"
+            f"{where}: no uncertain values: the engine file of {engine.name} gives no ranges for "
+            "values left open by the scene; give some here, such as "
+            "friction_constant = { low = 0.1, high = 0.2 }"
         )
     check_engine_ranges(engine)
     table = {"number": NUMBER, **known, **raw}

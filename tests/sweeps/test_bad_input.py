@@ -42,11 +42,11 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "no engine": (OUTPUT, ("engine", "missing")),
     "no output": ('engine = "ntua"', ("output", "missing", "quantities")),
     "no quantities": (scene(output="[output]\nangle_step = 1"), ("quantities", "missing")),
-    "table for a value": (scene("[title]\na = 1"), ("title", "must be a text")),
+    "table for a value": (scene("[title]\na = 1"), ("title", "must be a string")),
     "value for a table": (scene("set = 3"), ("set = 3", "table")),
     "array of tables": (scene("[[axes]]\ninertia = [1]"), ("axes", "table")),
-    "engine not a text": ("engine = 7\n" + OUTPUT, ("engine = 7", "must be a text")),
-    "date for a text": ("title = 1979-05-27\n" + scene(), ("title", "must be a text")),
+    "engine not a text": ("engine = 7\n" + OUTPUT, ("engine = 7", "must be a string")),
+    "date for a text": ("title = 1979-05-27\n" + scene(), ("title", "must be a string")),
     # engines
     "unknown engine": (scene(engine="ntau"), ("ntau", "did you mean 'ntua'", "diesel_105x137")),
     "missing engine file": (scene(engine="mine.toml"), ("mine.toml", "no such file")),
@@ -275,7 +275,7 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "quantity a number": (
         scene(output="[output]\nquantities = [1]"),
-        ("quantities", "list of texts"),
+        ("quantities", "list of strings"),
     ),
     "parameter as a quantity": (
         scene(output='[output]\nquantities = ["inertia"]'),

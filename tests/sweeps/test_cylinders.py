@@ -562,8 +562,8 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"axes": {"misfire": [0, 3], "cylinders": [2, 4]}}, "misfire = 3: .* one of 2 cyl"),
         ({"designs": {"misfire": [3, 3], "cylinders": [4, 2]}}, "misfire = 3: .* one of 2 cyl"),
         ({"set": {"misfire": 0.5}}, "misfire = 0.5: must be a whole number"),
-        ({"axes": {"arrangement": []}}, r"\[axes\] arrangement = \[\]: must be a list of texts"),
-        ({"axes": {"arrangement": [4]}}, "must be a list of texts such as 'V8 flat-plane'"),
+        ({"axes": {"arrangement": []}}, r"\[axes\] arrangement = \[\]: must be a list of strings"),
+        ({"axes": {"arrangement": [4]}}, "must be a list of strings such as 'V8 flat-plane'"),
         ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "duplicate 'in-line 1'"),
         ({"set": {"cylinders": 4}, "axes": {"arrangement": [V4, V4]}}, "or have different names"),
         (

@@ -457,7 +457,7 @@ def test_tables_that_do_not_cover_the_speed() -> None:
     ("tables", "words"),
     [
         ({"set": {"load_table": "none.csv"}}, "[set] load_table none.csv: no such file"),
-        ({"set": {"load_table": 3}}, "[set] load_table = 3: must be a text"),
+        ({"set": {"load_table": 3}}, "[set] load_table = 3: must be a string"),
         ({"set": {"driver_table": "own.csv"}}, "must be torque_Nm and one of speed_rpm"),
         ({"axes": {"load_table": [1, 2]}}, "[axes] load_table: must be in [set]"),
         ({"set": {"load_table": "own.csv", "gear_ratio": 0.3}},

@@ -243,8 +243,8 @@ def test_speed_at_the_start_is_not_interpolated() -> None:
             solver={"method": "thesis", "start_angle": 30.0},
         )  # fmt: skip
     assert str(told.value) == (
-        "scene: [solver] start_angle = 30: 'omega_start' is a point of the curve of the speed; "
-        "must be one of its angles, in steps of 4 degrees ([output] angle_step)"
+        "scene: [solver] start_angle = 30: 'omega_start' is a point of the speed curve; must be "
+        "one of its angles, in steps of 4 degrees ([output] angle_step)"
     )
     with pytest.raises(SceneError, match=r"\[designs\] start_angle = 2: "):
         run(

@@ -170,7 +170,7 @@ SLOW = {"speed": 2000}
          "clearance_ratio = 0.9: must be between 0 and 0.5"),
         ([{**FOUR, "step": 0.7}], "four-stroke", "step = 0.7 degree: 720 must be a multiple"),
         ([{**FOUR, **SLOW}, {**FOUR, "load": 50}], "four-stroke",
-         "number 2 speed: missing; must be given, as other diagrams have one"),
+         "number 2 speed: missing; must be given, because other diagrams have one"),
         ([{**FOUR, **SLOW}, {**FOUR, **SLOW}], "four-stroke",
          "two diagrams for 100 percent at 2000 rpm"),
         ([{**FOUR, **SLOW}, {**FOUR, **FAST}, {**FOUR, **FAST, "load": 50}], "four-stroke",

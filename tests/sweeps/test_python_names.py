@@ -193,14 +193,20 @@ def results() -> xr.Dataset:
             lambda: sweeps.export("a.nc", "a.csv"),
             "archive = 'a.nc': must be a dataset, as sweeps.r",
         ),
-        (lambda: sweeps.export(results(), "a.csv", quantities=3), "quantities = 3: must be a text"),
+        (
+            lambda: sweeps.export(results(), "a.csv", quantities=3),
+            "quantities = 3: must be a string",
+        ),
         (lambda: sweeps.best("a.nc", least="inertia"), "archive = 'a.nc': must be a dataset, as"),
         (
             lambda: sweeps.best(results(), least="inertia", within=3),
-            "within = 3: must be a text or",
+            "within = 3: must be a string or",
         ),
         (lambda: sweeps.best(results(), least=3), "'3': not in the archive. Allowed: delta"),
-        (lambda: sweeps.best(results(), least="delta", at_every=3), "at_every = 3: must be a text"),
+        (
+            lambda: sweeps.best(results(), least="delta", at_every=3),
+            "at_every = 3: must be a string",
+        ),
         (lambda: sweeps.pareto(3, "inertia", "delta"), "archive = 3: must be a dataset"),
         (lambda: sweeps.nearest(3, inertia=2), "archive = 3: must be a dataset"),
         (lambda: sweeps.run("first", threads="x"), "threads = 'x': must be a whole number"),

@@ -65,7 +65,7 @@ def _group(file: Any, wanted: str | None, label: str) -> int:
         if wanted.isdigit() and int(wanted) < len(names):
             return int(wanted)
         if wanted not in names:
-            raise SceneError(f"{label}: group '{wanted}': there is none{not_known(wanted, names)}")
+            raise SceneError(f"{label}: group '{wanted}': not found{not_known(wanted, names)}")
         return names.index(wanted)
     sizes = [int(group.channel_group.cycles_nr) for group in file.groups]
     return sizes.index(max(sizes))

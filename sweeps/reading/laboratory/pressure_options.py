@@ -30,7 +30,7 @@ class PressureOptions(ReadingChoices):
         default=None, description="'cylinders' or 'cycles': what several columns of pressure are"
     )
     unit: str | None = Field(
-        default=None, description="a text: the unit of the pressure, such as 'bar', 'kPa' or 'V'"
+        default=None, description="a string: the unit of the pressure, such as 'bar', 'kPa' or 'V'"
     )
     calibration: list[float] | None = Field(
         default=None, min_length=2, max_length=2,
@@ -52,14 +52,14 @@ class PressureOptions(ReadingChoices):
         default=None,
         description=f"{_COLUMN}: the volume of the cylinder, instead of crank angles",
     )
-    volume_unit: str | None = Field(default=None, description="a text: 'cm3', 'l', 'm3' or 'in3'")
+    volume_unit: str | None = Field(default=None, description="a string: 'cm3', 'l', 'm3' or 'in3'")
     travel_column: str | int | None = Field(
         default=None,
         description=f"{_COLUMN}: the travel of the piston from top dead centre, instead of crank "
         "angles",
     )
     travel_unit: str | None = Field(
-        default=None, description="a text: '1' or '%' of the stroke, or 'mm'"
+        default=None, description="a string: '1' or '%' of the stroke, or 'mm'"
     )
     stroke_column: str | int | None = Field(
         default=None,
@@ -162,6 +162,7 @@ class ImportOptions(PressureOptions):
     """Keys of a recorded pressure that no scene is beside."""
 
     engine: str | None = Field(
-        default=None, description="a text: an engine of the catalogue or the path of an engine file"
+        default=None,
+        description="a string: an engine of the catalogue or the path of an engine file",
     )
     two_stroke: bool = Field(default=False, description="true or false")

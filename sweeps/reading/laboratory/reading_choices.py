@@ -19,10 +19,10 @@ class ReadingChoices(Strict):
 
     separator: str | None = Field(
         default=None, min_length=1, max_length=5,
-        description="a text of one character, such as ';', or 'tab' or 'blank'",
+        description="a string of one character, such as ';', or 'tab' or 'blank'",
     )  # fmt: skip
     decimal: Literal[".", ","] | None = Field(default=None, description="'.' or ','")
-    sheet: str | None = Field(default=None, description="a text: the name of a sheet of an .xlsx")
+    sheet: str | None = Field(default=None, description="a string: the name of a sheet of an .xlsx")
     group: str | None = Field(
-        default=None, description="a text: the name of a group of channels of a .tdms or .mf4"
+        default=None, description="a string: the name of a group of channels of a .tdms or .mf4"
     )

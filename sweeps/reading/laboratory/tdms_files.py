@@ -35,7 +35,7 @@ def read(
         groups = {group.name: group for group in file.groups() if len(group.channels())}
         if choices.group is not None and choices.group not in groups:
             raise SceneError(
-                f"{label}: group '{choices.group}': there is none{not_known(choices.group, groups)}"
+                f"{label}: group '{choices.group}': not found{not_known(choices.group, groups)}"
             )
         chosen = groups if choices.group is None else {choices.group: groups[choices.group]}
         channels = [(g, c) for g, group in chosen.items() for c in group.channels()]

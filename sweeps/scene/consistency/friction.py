@@ -26,7 +26,7 @@ def check_friction_law(scene: Scene, name: str) -> None:
     if place is not None and place[0] != "set":
         raise SceneError(
             f"{name}: [{place[0]}] friction_law: must be one value, in [set] or the engine file; "
-            "scenes with other laws are compared by `engine-dyn compare`"
+            "compare scenes with different laws by `engine-dyn compare`"
         )
     by_component = friction_law(scene) == BY_COMPONENT
     asked = next((q for q in scene.quantities if q in OF_COMPONENTS), None)
@@ -35,7 +35,7 @@ def check_friction_law(scene: Scene, name: str) -> None:
         if by_component:
             what = f"friction_law = '{BY_COMPONENT}'"
         raise SceneError(
-            f"{name}: {what}: the law of Patton, Nitschke and Heywood is that of four-stroke "
+            f"{name}: {what}: the law of Patton, Nitschke and Heywood applies to four-stroke "
             f"engines; a cycle of engine {scene.engine.name} is one revolution"
         )
     if not by_component:
@@ -44,7 +44,7 @@ def check_friction_law(scene: Scene, name: str) -> None:
         if scene.gives(key):
             raise SceneError(
                 f"{name}: [{scene.table_of(key)}] {key}: not allowed together with friction_law = "
-                f"'{BY_COMPONENT}', which makes the friction of the engine's components"
+                f"'{BY_COMPONENT}', which computes the friction of the components"
             )
 
 
@@ -61,6 +61,6 @@ def check_friction_fractions(values: GivenValues, name: str) -> None:
     total = float(np.max(total + of_designs))
     if total > 1.0 + 1e-12:
         raise SceneError(
-            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
-            "together"
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: the sum must be at "
+            "most 1"
         )

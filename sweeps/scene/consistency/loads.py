@@ -48,7 +48,7 @@ def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
     if driven.load_over_speed is not None and driven.has_driver:
         raise SceneError(
             f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
-            "the balance finds; must be over an angle"
+            "follows from the torque balance; must be over an angle"
         )
 
 

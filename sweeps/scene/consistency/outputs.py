@@ -71,13 +71,13 @@ def check_output(output: Output, engine: Engine, name: str) -> None:
 def _check_quantities(output: Output, name: str) -> None:
     where = f"{name}: [output] quantities"
     if not output.quantities:
-        raise SceneError(f"{where} = []: empty; ask for at least one, such as 'delta'")
+        raise SceneError(f"{where} = []: empty; request at least one quantity, such as 'delta'")
     for i, quantity in enumerate(output.quantities):
         if quantity.removesuffix(ELASTICITY) not in ALL_QUANTITIES:
             if quantity in PARAMETERS:
                 raise SceneError(
-                    f"{where}: '{quantity}' is a parameter, not a quantity; given in [axes] or "
-                    "[designs] it is in the archive as a coordinate"
+                    f"{where}: '{quantity}' is a parameter, not a quantity; if given in [axes] or "
+                    "[designs], it is a coordinate of the archive"
                 )
             raise SceneError(
                 f"{where}: {shown(quantity)}: unknown quantity"
@@ -111,10 +111,10 @@ def check_needs(scene: Scene, name: str) -> None:
                 )
             if need in _OF_PARTS and not _parts_known(words):
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs the inertia of flywheel and "
-                    "load apart, which is not known where inertia is given whole; must be given as "
-                    "flywheel_inertia, auxiliary_inertia and load_inertia in its place, or follow "
-                    "from wanted_delta"
+                    f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
+                    "flywheel and load, which are not known if inertia is given as a whole; give "
+                    "flywheel_inertia, auxiliary_inertia and load_inertia instead, or "
+                    "wanted_delta"
                 )
             if need in seen:
                 continue
@@ -152,8 +152,8 @@ def check_start(scene: Scene, name: str) -> None:
     if off.any():
         raise SceneError(
             f"{name}: [{table}] start_angle = {angles[off][0]:g}: '{AT_START}' is a point of the "
-            f"curve of the speed; must be one of its angles, in steps of {scene.angle_step:g} "
-            "degrees ([output] angle_step)"
+            f"speed curve; must be one of its angles, in steps of {scene.angle_step:g} degrees "
+            "([output] angle_step)"
         )
 
 

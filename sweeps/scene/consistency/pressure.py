@@ -105,7 +105,7 @@ def check_cycles(scene: Scene, name: str) -> None:
     if scene.engine.cycles is None:
         raise SceneError(
             f"{where}: not allowed: engine {scene.engine.name} has diagrams that are not modelled "
-            "by the first law; must be one whose [[diagram]] are all 'first_law' or 'two_stroke'"
+            "by the first law; all [[diagram]] must be 'first_law' or 'two_stroke'"
         )
 
 
@@ -124,7 +124,7 @@ def check_diagram_count(scene: Scene, name: str) -> None:
         listed = ", ".join(f"{count} {what}" for what, count in counts.items() if count > 1)
         named = ", ".join(key for keys in varying.values() for key in keys if scene.gives(key))
         raise SceneError(
-            f"{name}: {named}: {total} diagrams ({listed}): must be at most {MOST_DIAGRAMS} where "
+            f"{name}: {named}: {total} diagrams ({listed}): must be at most {MOST_DIAGRAMS} if "
             "they change with the speed"
         )
 

@@ -221,11 +221,11 @@ WRONG: dict[str, tuple[Any, str]] = {
     "no table": (scene([1.0]), "sample"),
     "numbers as words": (
         scene({"number": 4, "arrangement": [1, 2]}),
-        "scene: [sample] arrangement = [1, 2]: must be a list of texts",
+        "scene: [sample] arrangement = [1, 2]: must be a list of strings",
     ),
     "a range of words": (
         scene({"number": 4, "arrangement": {"low": 1.0, "high": 2.0}}),
-        "scene: [sample] arrangement = {'low': 1.0, 'high': 2.0}: must be a list of texts",
+        "scene: [sample] arrangement = {'low': 1.0, 'high': 2.0}: must be a list of strings",
     ),
     "one word": (
         scene({"number": 4, "arrangement": ["in-line 1"]}),
@@ -249,7 +249,7 @@ WRONG: dict[str, tuple[Any, str]] = {
     ),
     "arrangement and cylinders": (
         scene({"number": 4, "arrangement": ["in-line 1", "in-line 2"], "cylinders": [1, 2]}),
-        "scene: [sample] cylinders: not allowed here; follows from each arrangement",
+        "scene: [sample] cylinders: not allowed here; it follows from each arrangement",
     ),
     "no engine": (
         {**scene({"number": 4, "inertia": RANGE}), "engine": None},
