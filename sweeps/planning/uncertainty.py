@@ -17,6 +17,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE, UNCERTAIN
 from sweeps.errors import SceneError
+from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.model import Scene
 from sweeps.scene.sample import drawn
 
@@ -95,27 +96,41 @@ def plan_uncertainty(
     Raises
     ------
     SceneError
-        Where no result depends on what is uncertain, and none has one number for each design.
+        Where no result depends on what is uncertain, and none has one number for each design; where
+        a draw is one that the engine cannot have.
     """
     assert scene.uncertainty is not None
     if not quantities:
         raise SceneError(
-            f"{name}: [uncertainty]: no quantity with one number for each design is asked for"
+            f"{name}: [uncertainty]: no quantity with one number per design is requested"
         )
     plain = replace(
         scene, quantities=tuple(quantities), elasticities=(), uncertainty=None, reference=None
     )
     known = drawn(scene.uncertainty)
+    for draw in range(scene.uncertainty.number):
+        _check(_with(plain, known, draw), known, name)
     unused = make_plan(_with(plain, known, 0)).unused_settings
     columns = {key: values for key, values in known.items() if key not in unused}
     if not columns:
         raise SceneError(
-            f"{name}: [uncertainty]: nothing that is asked for depends on {', '.join(known)}"
+            f"{name}: [uncertainty]: no requested quantity depends on {', '.join(known)}"
         )
     number = scene.uncertainty.number
     plans = tuple(make_plan(_with(plain, columns, draw)) for draw in range(number))
     draws = np.column_stack([*columns.values()])
     return Uncertainty(tuple(quantities), tuple(columns), draws, plans)
+
+
+def _check(scene: Scene, uncertain: Mapping[str, Floats], name: str) -> None:
+    """Check a draw as a scene with the same values in [set] is."""
+    try:
+        check_scene(scene, name)
+    except SceneError as error:
+        text = str(error)
+        for key in uncertain:
+            text = text.replace(f"[set] {key}", f"[uncertainty] {key}")
+        raise SceneError(text) from None
 
 
 def _with(scene: Scene, columns: Mapping[str, Floats], draw: int) -> Scene:

@@ -66,6 +66,15 @@ def test_draws_without_a_number_are_left_out() -> None:
 
 
 @compiled
+def test_a_parameter_with_one_value_where_there_are_numbers_has_no_share() -> None:
+    draws = np.random.default_rng(5).random((64, 2))
+    draws[:, 1] = draws[:, 1] > 0.5
+    values = np.where(draws[:, 1] == 0.0, 3.0 + 2.0 * draws[:, 0], np.nan)
+    explained, share = shares(draws, values[:, None])
+    assert np.allclose(share, [[1.0, 0.0]], atol=1e-12)
+    assert np.allclose(explained, 1.0, atol=1e-12)
+
+
 def test_bands_are_quantiles_of_a_sample() -> None:
     """Each draw is a design that could be run by itself."""
     found = sweeps.run(scene({"number": 64, "seed": 5, **RANGES}))
@@ -93,7 +102,7 @@ def test_bands_are_quantiles_of_a_sample() -> None:
 
 @compiled
 def test_known_parameters_are_not_drawn() -> None:
-    """What the scene gives is known; what nothing depends on is left out."""
+    """What the scene gives is known; what no requested quantity depends on is left out."""
     found = sweeps.run(
         engine="b112",
         set={"inertia": 0.095},
@@ -165,11 +174,24 @@ WRONG: dict[str, tuple[Any, str]] = {
     ),
     "no effect": (
         scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
-        "[uncertainty]: nothing that is asked for depends on friction_constant",
+        "[uncertainty]: no requested quantity depends on friction_constant",
+    ),
+    "not of this engine": (
+        {
+            **scene({"compression_ratio": {"low": 17.0, "high": 21.0}}, "brake_power"),
+            "engine": "b112",
+            "set": {},
+        },
+        "[uncertainty] compression_ratio: not allowed: engine b112 has diagrams that are not "
+        "modelled",
+    ),
+    "one draw is not possible": (
+        scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"),
+        "[uncertainty] load = ",
     ),
     "curves": (
         scene(RANGES, "omega"),
-        "[uncertainty]: no quantity with one number for each design is asked for",
+        "[uncertainty]: no quantity with one number per design is requested",
     ),
 }
 
