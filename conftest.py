@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -20,17 +19,14 @@ settings.load_profile("engine-dyn")
 if worker := os.environ.get("PYTEST_XDIST_WORKER"):
     # Several processes must not write to one cache of Numba (numba#4807, #10128). This runs before
     # Numba is imported, and processes that tests start inherit it.
-    caches = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / ".numba_cache")
-    os.environ["NUMBA_CACHE_DIR"] = str(caches / worker)
-    # Kernels that were compiled beforehand, by one process; .ci/run makes this folder.
-    if (caches / "seed").is_dir() and not (caches / worker).exists():
-        shutil.copytree(caches / "seed", caches / worker)
+    caches = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / ".numba_cache"
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(caches) / worker)
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Ignore implausible designs: those of tests are drawn or made up.
 
     Tests of plausibility ask for the warnings they mean. In pyproject.toml, this line would make
-    pytest import engine_dyn, and so Numba, before the folders above are known.
+    pytest import engine_dyn, and so Numba, before the folder above is named.
     """
     config.addinivalue_line("filterwarnings", "ignore::engine_dyn.ImplausibleWarning")
