@@ -126,7 +126,7 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError:
-        raise SceneError(f"{file}: exists; it is not overwritten") from None
+        raise SceneError(f"{file}: exists and is not overwritten") from None
     except (OSError, ValueError) as error:
         raise not_written(file, error) from None
     if of_engine:

@@ -90,7 +90,7 @@ def export(
     check_dataset(archive)
     opener = check_format(path)
     if path.exists() and not overwrite:
-        raise SceneError(f"{path}: exists; it is not overwritten")
+        raise SceneError(f"{path}: exists and is not overwritten")
     if head_units and path.suffix.lower() != ".csv":
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
     names = chosen_quantities(archive, quantities)

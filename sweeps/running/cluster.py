@@ -186,7 +186,7 @@ def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWork
             if found["versions"].get(name) != version
         ]
         if other:
-            raise SceneError(f"{named}: other versions than here: {', '.join(other)}")
+            raise SceneError(f"{named}: versions differ from those here: {', '.join(other)}")
         if found["threads"] != 1:
             raise SceneError(
                 f"{named}: has {found['threads']} threads; must have one (--nthreads 1, and more "
@@ -195,8 +195,8 @@ def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWork
         kind = kind_differences(first["kind"], found["kind"])
         if kind:
             raise SceneError(
-                f"{named}: another kind of machine than {first['host']}, which would give other "
-                f"last digits: {'; '.join(kind)}"
+                f"{named}: a different kind of machine from {first['host']}, which would give "
+                f"different last digits: {'; '.join(kind)}"
             )
     machines = [t["machine"] for t in answers.values()]
     return DaskWorkers(client, address, first["kind"], machines, tell)
@@ -208,7 +208,7 @@ def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: 
         answers = client.run(question, *arguments, on_error="return")
     except (OSError, TimeoutError, CancelledError) as error:
         raise SceneError(
-            f"--scheduler {address}: cannot be reached any more ({one_line(error, 200)})"
+            f"--scheduler {address}: can no longer be reached ({one_line(error, 200)})"
         ) from None
     for where, answer in answers.items():
         if isinstance(answer, ImportError):
@@ -286,7 +286,7 @@ class DaskWorkers:
         for where, wrong in seen.items():
             if wrong:
                 raise SceneError(
-                    f"--scheduler {self.address}: worker {where} {wrong}; the output must lie on a "
+                    f"--scheduler {self.address}: worker {where} {wrong}; the output must be on a "
                     "file system that all workers share"
                 )
         run = secrets.token_hex(4)
@@ -307,11 +307,13 @@ class DaskWorkers:
             heard, warned = time.monotonic(), False
             while not finished.is_empty():
                 if self.client.status != "running":
-                    raise Lost(f"{self.address}: the scheduler is gone")
+                    raise Lost(f"{self.address}: the scheduler has disappeared")
                 if not finished.has_ready():
                     time.sleep(_TICK)
                     if time.monotonic() - heard > _QUIET and not warned and not self._any_worker():
-                        self.tell(f"{self.address}: all workers are gone; waiting for others")
+                        self.tell(
+                            f"{self.address}: all workers have disappeared; waiting for others"
+                        )
                         warned = True
                     continue
                 heard, warned = time.monotonic(), False
@@ -333,7 +335,9 @@ class DaskWorkers:
         try:
             return bool(self.client.nthreads())
         except (OSError, TimeoutError, CancelledError) as error:
-            raise Lost(f"{self.address}: the scheduler is gone ({one_line(error, 200)})") from None
+            raise Lost(
+                f"{self.address}: the scheduler has disappeared ({one_line(error, 200)})"
+            ) from None
 
 
 def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
@@ -349,7 +353,9 @@ def _check(future: Any, address: str) -> None:
         try:
             word, what = future.result()
         except Exception as error:  # the answer was lost with the scheduler or a worker
-            raise Lost(f"{address}: the scheduler is gone ({one_line(error, 200)})") from None
+            raise Lost(
+                f"{address}: the scheduler has disappeared ({one_line(error, 200)})"
+            ) from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")
         if word == "os":
@@ -360,4 +366,4 @@ def _check(future: Any, address: str) -> None:
     if future.status == "error":
         cause = future.exception()
         raise Lost(f"{address}: {type(cause).__name__}: {one_line(cause, 300)}")
-    raise Lost(f"{address}: the scheduler has given up the run")
+    raise Lost(f"{address}: the scheduler has abandoned the run")

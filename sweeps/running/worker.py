@@ -111,7 +111,7 @@ def look(folder: str, key: str) -> str:
     """Look for the folder of a run; returns what is wrong with it, empty if nothing is."""
     partial = Partial(Path(folder))
     if partial.header() is None or partial.key != key:
-        return f"does not see {folder}, or another one of that name"
+        return f"does not see {folder}, or sees a different folder of that name"
     try:
         partial.try_writing()
     except OSError as error:
@@ -163,7 +163,7 @@ class _Work:
         self.partial = Partial(Path(folder))
         header = self.partial.header()
         if header is None or self.partial.key != key:
-            raise SceneError(f"does not see {folder}, or another one of that name")
+            raise SceneError(f"does not see {folder}, or sees a different folder of that name")
         threads = int(get_worker().state.nthreads)
         if threads != 1:
             raise SceneError(f"has {threads} threads; must have one (--nthreads 1)")
@@ -172,7 +172,7 @@ class _Work:
         found = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
         found += kind_differences(header["kind"], machine_kind())
         if found:
-            raise SceneError(f"is of another kind than the run: {'; '.join(found)}")
+            raise SceneError(f"is of a different kind from the run: {'; '.join(found)}")
         self.labels = describe(self.plan, single=wanted["numbers"] == "float32")
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         self.blocks = list(blocks(self.plan, lengths))

@@ -27,7 +27,9 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     values = engine.values
     loads = [float(load) for load in engine.family.loads if load > 0.0]
     lines = {
-        "title": json.dumps(f"Speed irregularity over flywheel inertia: {engine.title}"[:200]),
+        "title": json.dumps(
+            f"Coefficient of speed fluctuation over flywheel inertia: {engine.title}"[:200]
+        ),
         "engine": json.dumps(path),
         "speed": f"{values['speed']:g}                    # rpm",
         "load": f"{[float(f'{load:g}') for load in loads or [values['load']]]}    # percent",

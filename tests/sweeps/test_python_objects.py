@@ -145,7 +145,8 @@ def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
         ({"indicator": pd.DataFrame()}, "[indicator]: is empty; must have"),
         (
             {"indicator": pd.Series(PRESSURE)},
-            "[indicator] indicator_given_in_python.csv: angle_column: not clear from the columns",
+            "[indicator] indicator_given_in_python.csv: angle_column: cannot be determined from "
+            "the columns",
         ),
         (
             {"indicator": ARRAY.drop_vars("crank_angle")},

@@ -139,7 +139,7 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     found = Embedded()
     names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiub" and v.size > 0]
     for name in [str(n) for n in archive.data_vars if str(n) not in names]:
-        found.left_out.append(f"{one_line(name, 60)} is left out: it holds no numbers.")
+        found.left_out.append(f"{one_line(name, 60)} is left out, because it has no numbers.")
     numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
     curves = [n for n in names if n not in numbers]
     columns = columns_along(archive, names)
@@ -241,7 +241,9 @@ def _thinned(
         # The first of an archive are those that were asked for first; outcomes stay.
         last = next((n for n in reversed(kept) if n not in ("status", "delta")), kept[-1])
         kept.remove(last)
-        found.left_out.append(f"{last} is left out: there is no room for it; --limit gives more.")
+        found.left_out.append(
+            f"{last} is left out, because it does not fit; a larger --limit makes room."
+        )
 
 
 def _fewer(size: int, count: int, archive: xr.Dataset, dim: str) -> int:
@@ -420,7 +422,7 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
 def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:
     few, all_of_them = f"{len(places):,}", f"{archive.sizes[dim]:,}"
     if is_list(archive, dim):
-        return f"{few} of {all_of_them} designs are in this page, a random sample."
+        return f"{few} of {all_of_them} designs are in this page, as a random sample."
     return f"{few} of {all_of_them} values of {one_line(dim, 60)} are in this page."
 
 
@@ -431,7 +433,7 @@ def _coarser_text(
     return [
         f"Curves are in this page at {len(picked):,} of {archive.sizes[dim]:,} "
         f"{'designs' if is_list(archive, dim) else f'values of {one_line(dim, 60)}'}; the nearest "
-        "one is drawn, and named."
+        "one is drawn and named."
         for dim, picked in of_curves.items()
         if len(picked) < len(places[dim])
     ]

@@ -230,7 +230,7 @@ class _Explorer:
                 code = int(self.archive["status"].isel({d: self.at().get(str(d), 0) for d in dims}))
                 told = MEANINGS[code] if 0 <= code < len(MEANINGS) else str(code)
                 rows.append(("outcome", told.replace("_", " "), "", ""))
-            pane.object = pd.DataFrame(rows, columns=["quantity", "value", "unit", "what it is"])
+            pane.object = pd.DataFrame(rows, columns=["quantity", "value", "unit", "meaning"])
 
         self._watched(list(self.axes.values()), update)
         return self.panel.Column(pane, name="numbers")

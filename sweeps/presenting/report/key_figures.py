@@ -189,13 +189,13 @@ def paths(found: Embedded) -> list[Specification]:
         if "crank_angle" not in quantity["dims"]:
             continue
         if name in found.planes:
-            title = f"{_sentence(quantity['title'])}, path over the cycle"
+            title = f"{_sentence(quantity['title'])}, locus over the cycle"
             result.append({"title": title, "right": [name, 0], "up": [name, 1]})
         for (right, up), said in POLAR.items():
             load = name.removesuffix(f"_{right}")
             other = f"{load}_{up}"
             if load != name and _same_dims(found, name, other):
-                title = f"Path of the load: {load.replace('_', ' ')}, {said}"
+                title = f"Locus of the load: {load.replace('_', ' ')}, {said}"
                 result.append({"title": title, "right": [name, None], "up": [other, None]})
     return result
 

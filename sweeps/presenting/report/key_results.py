@@ -60,7 +60,7 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     told = recorded_cycle_lines(archive)
     if told:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
-    return "".join(parts) or paragraph("No quantity has one number for each design.")
+    return "".join(parts) or paragraph("No quantity has one number per design.")
 
 
 def _rows_table(found: Rows, choices: Choices) -> str:

@@ -25,68 +25,69 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
     ),
     (
         GAS,
-        "The pressure is given: it reacts neither to the speed within the cycle nor to bore, "
-        "stroke or rod. It follows the nominal speed only where the engine has diagrams, or a "
-        "table of factors, over speed.",
+        "The pressure is given: it does not respond to the speed within the cycle or to bore, "
+        "stroke or rod. It follows the nominal speed only if the engine has diagrams, or a table "
+        "of factors, over speed.",
     ),
     (
         (SPEED, TORQUE, ORDERS, ONE_CYLINDER, BEARINGS, BALANCE),
-        "The rod is two masses. What that leaves out is not part of the torque.",
+        "The rod is modelled by two masses. The torque that this neglects is not included.",
     ),
     (
         (SPEED, TORQUE, FRICTION),
-        "Friction is a mean effective pressure; its shape over the stroke, where shares of it are "
-        "given, is a model without a source for the shares, and equal for all cylinders but for "
-        "their pressure. Friction by component was fitted to warm car engines of the 1980s.",
+        "Friction is a mean effective pressure. Its shape over the stroke, if shares are given, "
+        "is a model without a published source for the shares; it is the same for all cylinders "
+        "except for their pressure. Friction by component was fitted to warm car engines of the "
+        "1980s.",
     ),
     (
         (SPEED, LOADS),
-        "Load and driver act at once: there is no governor, no electrical transient of a motor, no "
-        "slip and no play.",
+        "Load and driver respond at once: governor, electrical transients of a motor, slip of a "
+        "coupling and play are not modelled.",
     ),
     (
         GAS,
-        "A cylinder without combustion leaves out the heat and charge lost while motored, and "
-        "changes nothing in the other cylinders.",
+        "For a misfiring cylinder, heat and charge losses while motored are neglected, and the "
+        "other cylinders do not change.",
     ),
     (
         (BEARINGS,),
-        "The shaft is taken apart at its journals, rods on one pin act in its middle; there is no "
-        "oil film and no bending. Counterweights count where scene or engine gives them, those of "
-        "a throw in its middle.",
+        "The crankshaft is treated as cut at its main journals (statically determinate), and rods "
+        "on one pin act at its middle; oil film and bending are not modelled. Counterweights are "
+        "included if scene or engine gives them, those of a throw at its middle.",
     ),
     (
         (BALANCE,),
-        "Shaking forces and moments are those of a rigid engine at constant speed: mounts, a "
-        "flexible shaft and what the gas does to them are not computed.",
+        "Shaking forces and moments are those of a rigid engine at constant speed; mounts, a "
+        "flexible shaft and gas forces are not included.",
     ),
     (
         (FLYWHEEL,),
-        "The energy swing is that of the engine's torque less a load over angle; what the load "
-        "changes with the speed has no part in it.",
+        "The energy swing is that of the engine torque minus a load over angle; the "
+        "speed-dependent part of the load is not included.",
     ),
     (
         (ORDERS,),
-        "Orders of the torque are those of gas and masses, without friction over the stroke.",
+        "Orders of the torque include gas and inertia torque, but not friction over the stroke.",
     ),
-    ((SERIES,), "The coefficients of the series hold for engines without pin offset."),
+    ((SERIES,), "The coefficients of the series apply to engines without pin offset."),
 )
 """Subjects of quantities, and what holds for them."""
 
 ALWAYS = (
-    "Rods that hang on a master rod are not covered: radial engines have all rods on the pin "
-    "itself."
+    "Articulated rods on a master rod are not modelled; in radial engines all rods act on the "
+    "crank pin itself."
 )
 
 
 TWO_STROKE = (
-    "Two-stroke engines are solved by the same program; no measured two-stroke diagram has been "
-    "compared."
+    "Two-stroke engines are solved with the same equations; no comparison with a measured "
+    "two-stroke diagram has been made."
 )
 
 EULER = (
-    "Method thesis steps by one degree with Euler's explicit method, to reproduce the thesis: it "
-    "is of first order and drifts."
+    "Method thesis uses explicit Euler steps of one degree to reproduce the thesis; it is of "
+    "first order and drifts."
 )
 
 

@@ -70,7 +70,7 @@ def report(
     """
     path = Path(path)
     if path.exists() and not overwrite:
-        raise SceneError(f"{path}: exists; it is not overwritten")
+        raise SceneError(f"{path}: exists and is not overwritten")
     if isinstance(archive, str | Path):
         from sweeps.exploring.opening import open as open_any
 
@@ -102,8 +102,8 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     room = limit - used - SPARE
     if room < SPARE:
         raise SceneError(
-            f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; so much "
-            "are the texts, tables and program of this report"
+            f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
+            "tables and program of this report need this much"
         )
     template = Template(_resource("page.html"))
     while True:
@@ -136,7 +136,7 @@ def _contents() -> str:
 def _figures(data: Mapping[str, Any]) -> str:
     if data["figures"]:
         return ""
-    return paragraph("No quantity varies: there is nothing to draw.")
+    return paragraph("No quantity varies, so there is nothing to draw.")
 
 
 def _left(found: Embedded) -> str:

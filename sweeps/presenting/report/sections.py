@@ -34,13 +34,14 @@ FEW = 12
 """Values of an axis that are all told."""
 
 OUTCOMES: Mapping[str, str] = {
-    "converged": "has a steady state, to the wanted accuracy",
-    "stalled": "the crank would stop within the cycle: too little inertia for this torque and load",
-    "no_steady_state": "torque and load do not balance at any speed that was looked for",
+    "converged": "steady state found with the requested accuracy",
+    "stalled": "the crankshaft would stop within the cycle: too little inertia for this torque "
+    "and load",
+    "no_steady_state": "torque and load do not balance at any speed in the range searched",
     "not_converged": "no solution was found",
-    "invalid_input": "its numbers describe no engine",
-    "tolerance_not_met": "has numbers, but less accurate than was wanted",
-    "passes_done": "has numbers after the wanted number of cycles, not those of a steady state",
+    "invalid_input": "the input values do not describe a possible engine",
+    "tolerance_not_met": "result found, but less accurate than requested",
+    "passes_done": "result after the requested number of cycles, not a steady state",
 }
 """What an outcome means."""
 
@@ -112,18 +113,18 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
         facts.append(("computed", made[-1].replace(": ", ", ", 1)))
     parts = [table(("", ""), facts)]
     axes = [_axis_row(archive, str(d), choices) for d in archive.sizes]
-    parts += ["<h3>Axes</h3>", table(("axis", "what it is", "number", "values"), axes, (2,))]
+    parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
     columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
                if c.ndim == 1 and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
     if columns:
-        head = ("column", "what it is", "along", "values")
+        head = ("column", "meaning", "along", "values")
         parts.append(details("Columns of designs", table(head, columns)))
     quantities = [
         (name, _unit(v, choices.get(str(name))), _meaning(v),
          ", ".join(map(str, v.dims)) or "one number", v.attrs.get("references", ""))
         for name, v in archive.data_vars.items()
     ]  # fmt: skip
-    shown = table(("quantity", "unit", "what it is", "over", "source"), quantities)
+    shown = table(("quantity", "unit", "meaning", "over", "source"), quantities)
     count = f"{len(quantities)} quantities" if len(quantities) != 1 else "1 quantity"
     return "".join([*parts, details(count, shown)])
 
@@ -198,7 +199,9 @@ def outcomes(archive: xr.Dataset, choices: Choices) -> str:
     """How many designs had which outcome, and where the others failed."""
     counts = outcome_counts(archive)
     if not counts:
-        return paragraph("These quantities need no solution: no design can fail.")
+        return paragraph(
+            "No design can fail, because these quantities need no solution of the speed."
+        )
     all_of_them = sum(counts.values())
     body = [
         (
@@ -212,13 +215,13 @@ def outcomes(archive: xr.Dataset, choices: Choices) -> str:
     parts = [table(("outcome", "designs", "share", "meaning"), body, (1, 2))]
     failed = sum(n for name, n in counts.items() if not has_numbers(MEANINGS.index(name)))
     if not failed:
-        return "".join([*parts, paragraph("Every design has numbers.")])
+        return "".join([*parts, paragraph("Every design has a result.")])
     found = failures(archive, choices)
     parts += [
         "<h3>Where designs failed</h3>",
-        table(("axis or column", "designs without numbers", "all designs", "failed"), found.where),
-        "<h3>Designs without numbers</h3>" if failed <= FIRST_ROWS
-        else f"<h3>{FIRST_ROWS} of {failed:,} designs without numbers</h3>",
+        table(("axis or column", "designs without a result", "all designs", "failed"), found.where),
+        "<h3>Designs without a result</h3>" if failed <= FIRST_ROWS
+        else f"<h3>{FIRST_ROWS} of {failed:,} designs without a result</h3>",
         table(found.head, found.first),
     ]  # fmt: skip
     return "".join(parts)
@@ -228,7 +231,7 @@ def warned(archive: xr.Dataset, choices: Choices) -> str:
     """Warnings that the archive holds."""
     lines = str(archive.attrs.get("warnings", "")).splitlines()
     if not lines:
-        return paragraph("No value was outside of what engines usually have.")
+        return paragraph("All values are within the ranges usual for engines.")
     shown, more = _limited(lines, "warnings")
     return listed(shown) + more
 
@@ -237,7 +240,7 @@ def assumed(archive: xr.Dataset, choices: Choices) -> str:
     """What was assumed because the sources of the engine do not give it, and all parameters."""
     found, more = _limited(list(_flat(members(archive, "engine_assumed"))), "assumptions")
     parts = (
-        [paragraph("The sources of the engine do not give these; they are assumed."),
+        [paragraph("These values are assumed, because the sources of the engine do not give them."),
          table(("assumed", "why"), found), more]
         if found
         else [paragraph("No value of the engine is marked as assumed.")]
@@ -245,7 +248,7 @@ def assumed(archive: xr.Dataset, choices: Choices) -> str:
     given, more = _limited(list(_flat(members(archive, "parameters"))), "parameters")
     if given:
         body = [(key, value, *_about(key)) for key, value in given]
-        shown = table(("parameter", "value", "unit", "what it is"), body, (1,)) + more
+        shown = table(("parameter", "value", "unit", "meaning"), body, (1,)) + more
         parts.append(details("Values of all parameters that do not vary", shown))
     return "".join(parts)
 
@@ -264,7 +267,7 @@ def limited(archive: xr.Dataset, choices: Choices) -> str:
         two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
         methods=map(str, methods) if isinstance(methods, list) else (),
     )
-    return listed(found) if found else paragraph("No limit of the model is known for these.")
+    return listed(found) if found else paragraph("No model limits are known for these quantities.")
 
 
 # ---- provenance ----------------------------------------------------------------------------------
@@ -304,7 +307,7 @@ def cited(archive: xr.Dataset, choices: Choices) -> str:
     lines = [line for line in str(archive.attrs.get("references", "")).splitlines() if line.strip()]
     if lines:
         shown, more = _limited(lines, "sources")
-        parts += [paragraph("And the sources of the engine's data:"), listed(shown), more]
+        parts += [paragraph("Sources of the engine data:"), listed(shown), more]
     return "".join(parts)
 
 

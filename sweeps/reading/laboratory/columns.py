@@ -77,7 +77,7 @@ def signals_of(recording: Recording, options: PressureOptions) -> Signals:
     as_cycles = options.columns_are
     if as_cycles is None and len(pressures) > 2 and all(map(_CYCLE.match, pressures)):
         as_cycles = "cycles"
-        said.append(f"{len(pressures)} columns of pressure taken for cycles")
+        said.append(f"{len(pressures)} columns of pressure, taken as cycles")
     if as_cycles == "cycles" and len(pressures) > 1:
         name = f"{pressures[0]} to {pressures[-1]}"
         numbers = {name: np.array(_equally_long(numbers, recording))}
@@ -140,7 +140,7 @@ def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> s
     if not good and len(columns) == 2 and all(n.startswith("column ") for n in columns):
         good = [n for n in columns if _looks_like_angles(columns[n].values)][:1]
     if len(good) == 1:
-        said.append(f"column '{good[0]}' taken for the crank angle")
+        said.append(f"column '{good[0]}' taken as the crank angle")
         return good[0]
     _unclear(recording, "angle_column", good)
 
@@ -179,7 +179,7 @@ def _pressures(
         _unclear(recording, "pressure_column", good)
     names = ", ".join(f"'{n}'" for n in good)
     what = "column" if len(good) == 1 else "columns"
-    said.append(one_line(f"{what} {names} taken for the cylinder pressure", 300))
+    said.append(one_line(f"{what} {names} taken as the cylinder pressure", 300))
     return good
 
 
@@ -198,10 +198,8 @@ def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoRet
     """
     which = candidates or list(recording.columns)
     listed = one_line(", ".join(f"'{name}'" for name in which[:20]), 300)
-    what = "several columns may be meant" if candidates else "not clear from the columns"
-    raise SceneError(
-        f"{recording.label}: {key}: {what} ({listed}); must be the name of one, or its number"
-    )
+    what = "ambiguous" if candidates else "cannot be determined from the columns"
+    raise SceneError(f"{recording.label}: {key}: {what} ({listed}); give the name or number of one")
 
 
 def _is_wide(recording: Recording, options: PressureOptions) -> bool:
@@ -217,7 +215,7 @@ def _is_wide(recording: Recording, options: PressureOptions) -> bool:
 def _rows_of_cycles(recording: Recording, options: PressureOptions) -> Signals:
     """Cycles that are rows, below a row of angles or without angles."""
     columns = list(recording.columns.values())
-    said = ["each row taken for a cycle"]
+    said = ["each row taken as a cycle"]
     try:
         names = np.array([float(c.name) for c in columns[1:]])
     except ValueError:
@@ -232,7 +230,7 @@ def _rows_of_cycles(recording: Recording, options: PressureOptions) -> Signals:
             angles, first = None, 0
         elif len(top) > 1 and (np.all(np.diff(top) > 0.0) or np.all(np.diff(top) < 0.0)):
             angles, first = top, 1
-            said.append("the first row taken for the crank angle")
+            said.append("the first row taken as the crank angle")
         else:
             raise SceneError(
                 f"{recording.label}: {len(columns)} columns, and no angle among them; must have an "

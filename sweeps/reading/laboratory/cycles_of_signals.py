@@ -103,7 +103,9 @@ def crank_angles(
     steps = np.diff(angles)
     usual = float(np.median(steps)) if len(steps) else 0.0
     if usual == 0.0:
-        raise SceneError(f"{recording.label}: the crank angle does not rise; is it another column?")
+        raise SceneError(
+            f"{recording.label}: the crank angle does not rise; is this the right column?"
+        )
     falls = usual < 0.0
     if falls:
         said.append("angles fall from row to row")
@@ -265,7 +267,9 @@ def cut_into_cycles(
         for place, (cut, _) in ((0, cycles[0]), (-1, cycles[-1])):
             if cut[-1] - cut[0] + (1.5 * usual if regular else LONGEST) < period:
                 cycles.pop(place)
-                said.append(f"the {'first' if place == 0 else 'last'} cycle is not whole, left out")
+                said.append(
+                    f"the {'first' if place == 0 else 'last'} cycle is incomplete and left out"
+                )
     if not cycles:
         raise SceneError(f"{where}: has no whole cycle of {period:g} degree")
     grids = [grid for grid, _ in cycles]
@@ -335,4 +339,4 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         )
     if not np.all(steps > 0.0):
         at = int(np.argmin(steps))
-        raise SceneError(f"{where}: the angle {angle[at]:g} degree is there twice")
+        raise SceneError(f"{where}: the angle {angle[at]:g} degree occurs twice")

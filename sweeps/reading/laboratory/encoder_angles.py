@@ -47,7 +47,7 @@ def with_encoder_angles(
         In one line: missing keys, times that are not even, a signal without the pattern.
     """
     if options.encoder_column is None or options.wheel is None:
-        raise SceneError(f"{recording.label}: encoder_column and wheel: both are needed, or none")
+        raise SceneError(f"{recording.label}: encoder_column and wheel: give both or neither")
     encoder = named_column(recording, options.encoder_column, "encoder_column")
     signal = recording.numbers(encoder)
     used = {encoder}
@@ -75,8 +75,8 @@ def with_encoder_angles(
         raise SceneError(
             f"{recording.label}: gap_angle: missing; must be the crank angle in degree at which "
             f"{which} passes, from a drawing or measured on the engine; or read a motored "
-            "recording with 0, and take the angle of its largest pressure times -1, less the loss "
-            "angle (usually 0.4 to 1 degree)"
+            "recording with gap_angle = 0 and use the negative of the angle of its largest "
+            "pressure, minus the thermodynamic loss angle (usually 0.4 to 1 degree)"
         )
     times: Floats = np.asarray(interval * np.arange(len(signal)), np.float64)
     angle = found.teeth.angle_at(times, options.gap_angle * DEGREE)
@@ -88,7 +88,7 @@ def with_encoder_angles(
     if options.edge is None:
         said.append(
             f"the {found.crossings.edge} edge was chosen, because its intervals repeat best; if "
-            "gap_angle is that of the other one, which lies a tooth's width away, give edge"
+            "gap_angle refers to the other edge, one tooth width away, give edge"
         )
     said += [f"signal of the wheel: {remark}" for remark in found.remarks[:MOST_REMARKS]]
     rest = {
@@ -117,7 +117,7 @@ def _time_column(
     if len(good) != 1:
         return None
     if options.sample_rate is None:
-        said.append(f"column '{good[0]}' taken for the time")
+        said.append(f"column '{good[0]}' taken as the time")
     return good[0]
 
 
@@ -129,6 +129,7 @@ def _interval(recording: Recording, name: str) -> float:
     interval = float(times[-1] - times[0]) / max(count, 1)
     if count < 8 or interval <= 0.0 or np.ptp(np.diff(times)) > 0.5 * interval:
         raise SceneError(
-            f"{recording.label}, column '{name}': times must rise in even steps; is it another?"
+            f"{recording.label}, column '{name}': times must rise in even steps; is this the "
+            "right column?"
         )
     return interval * scale

@@ -73,7 +73,7 @@ def evaluated(
         If pressures are no numbers, or a cycle has fewer than 16 samples.
     """
     if not (np.abs(cycles.pressure) < LARGEST).all():
-        raise ValueError("pressure: has values that are no numbers")
+        raise ValueError("pressure: has values that are not numbers")
     if len(cycles.angle) < LEAST_SAMPLES:
         raise ValueError(
             f"a cycle has {len(cycles.angle)} samples; must be {LEAST_SAMPLES} or more"
@@ -114,7 +114,8 @@ def evaluated(
          "indicated mean effective pressure of the gas exchange", bar, r"p_{i,pump}"),
         ("imep_variation", variation, "coefficient of variation of imep", "1", ""),
         ("loss_angle", -at.mean() / DEGREE if motored else np.nan,
-         "angle of the largest pressure before dead centre, nothing burns", "degree", ""),
+         "thermodynamic loss angle, of the largest pressure before dead centre when motored",
+         "degree", ""),
     ):  # fmt: skip
         if np.isfinite(value):
             data[name] = _named((), np.float64(value), said, unit, symbol)

@@ -72,9 +72,9 @@ class ImportedPressure:
         first = members[0]
         if first.cycles > 1:
             raise SceneError(
-                f"{self.file}: has {first.cycles} cycles, and one diagram is wanted: their average "
-                "must be asked for (--average, or average = true), or one of them (--cycle 7, or "
-                "cycle = 7, say)"
+                f"{self.file}: has {first.cycles} cycles, but one diagram is needed: request "
+                "their average (--average, or average = true) or one of them (such as --cycle 7, "
+                "or cycle = 7)"
             )
         pressure = np.mean([values_on(first.angle, member) for member in members], axis=0)
         return RecordedCycles(first.angle, np.asarray(pressure)[None, :], first.period)

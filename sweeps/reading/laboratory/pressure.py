@@ -227,17 +227,15 @@ def _cycles(
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
     if MOTORED[0] < sign < REVERSED and peak > MOTORED[1]:
-        said.append(
-            "the cycles take work, and their largest pressure lies at dead centre: nothing burns"
-        )
+        said.append("the cycles consume work and their largest pressure is at dead centre: motored")
     elif sign < REVERSED and options.direction is None and not late:
         if _falls(angles):
-            said.append("expansion comes before compression otherwise")
+            said.append("otherwise expansion would come before compression")
             other = options.model_copy(update={"direction": "backward"})
             return _cycles(recording, other, degrees, engine, angle, said, warnings)
         warnings.append(
             "the pressure is higher on compression than on expansion: is the angle counted "
-            "backward (direction = 'backward'), or is this no engine?"
+            "backward (direction = 'backward'), or is this not an engine?"
         )
     return {
         name: cut_into_cycles(
@@ -269,7 +267,7 @@ def _pascal(
         text = "V"
     if not text:
         hint = _looks_like(float(np.percentile(values, 99.9)))
-        raise SceneError(f"{where}: states no unit{hint}; must have unit = 'bar', say")
+        raise SceneError(f"{where}: no unit stated{hint}; must have unit = 'bar', say")
     unit = pressure_unit(text, recording.label)
     if unit is None:
         raise SceneError(
@@ -327,7 +325,7 @@ def _correction(options: PressureOptions, said: list[str]) -> float:
     moved = options.shift
     if options.zero == "BDC":
         moved -= 180.0
-        said.append("zero is bottom dead centre: 180 degree taken off")
+        said.append("zero is bottom dead centre: 180 degree subtracted")
     if options.delay and options.speed is not None:
         late = options.delay * options.speed * 6.0
         moved -= late
@@ -361,7 +359,7 @@ def _firing_angles(
     peaks = [is_half_a_cycle_late(crank, p, period)[1] for p in pressures.values()]
     apart = [(peak - peaks[0]) % period for peak in peaks]
     if all(min(a, period - a) < 15.0 for a in apart):
-        said.append("each cylinder counts from its own dead centre")
+        said.append("crank angle of each cylinder counted from its own dead centre")
         return [0.0] * count
     interval = period / count
     guessed = [round(a / interval) * interval % period for a in apart]
@@ -369,14 +367,14 @@ def _firing_angles(
         off = [abs((a - f + 0.5 * period) % period - 0.5 * period)
                for a, f in zip(apart, found, strict=True)]  # fmt: skip
         if max(off) < 30.0:
-            said.append(f"cylinders fire at {_listed(found)} degree, as the engine says")
+            said.append(f"cylinders fire at {_listed(found)} degree, from the engine file")
             return found
     if len(set(guessed)) < count:
         raise SceneError(
             f"{recording.label}: the largest pressures of the cylinders are {_listed(apart)} "
-            "degree apart, which is no even firing; give firing_angles"
+            "degree apart, which is not even firing; give firing_angles"
         )
-    said.append(f"cylinders fire at {_listed(guessed)} degree, by their largest pressures")
+    said.append(f"cylinders fire at {_listed(guessed)} degree, judged from their largest pressures")
     return guessed
 
 
@@ -392,18 +390,18 @@ def _at_firing(
     first = next(iter(found.pressures.values()))
     if period > 360.0 and options.dead_centre == "gas exchange":
         crank = crank + 360.0
-        said.append("zero is the dead centre of the gas exchange: 360 degree added")
+        said.append("zero is the gas-exchange dead centre: 360 degree added")
     late, peak = is_half_a_cycle_late(crank - firing[0], first, period)
     if period > 360.0 and late and (options.dead_centre is None or found.rolls_over == 360.0):
         crank = crank + 360.0
-        said.append("the largest pressure lies 360 degree later: firing dead centre moved there")
+        said.append("the largest pressure is 360 degree later: firing dead centre moved there")
         late, peak = is_half_a_cycle_late(crank - firing[0], first, period)
     for fires, (name, values) in zip(firing, found.pressures.items(), strict=True):
         _, at = is_half_a_cycle_late(crank - fires, values, period)
         if abs(at) > 60.0:
             warnings.append(
-                f"the largest pressure of '{one_line(name, 60)}' lies at {at:g} degree, near no "
-                "firing dead centre; check zero, shift and firing_angles"
+                f"the largest pressure of '{one_line(name, 60)}' lies at {at:g} degree, not near "
+                "a firing dead centre; check zero, shift and firing_angles"
             )
     return crank, abs(peak) > 60.0
 
@@ -426,8 +424,7 @@ def _say_crank_ratio(
     """Tell an assumed crank ratio."""
     if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
         said.append(
-            f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for works; crank_ratio or engine gives "
-            "it"
+            f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
         )
 
 
@@ -476,7 +473,7 @@ def _describe(
             before = ", coefficient of variation" if motored else ","
             varies += f"{before} of the largest pressure {coefficient_of_variation(peak):.2%}"
         if motored:
-            varies += f"; nothing burns, loss angle {-float(at.mean()) / DEGREE:.3g} degree"
+            varies += f"; motored, loss angle {-float(at.mean()) / DEGREE:.3g} degree"
         said.append(
             f"'{one_line(name, 60)}': imep {works[name]:.4g} bar, largest pressure "
             f"{highest[name]:.4g} bar at {float(at.mean()) / DEGREE:.3g} degree{varies}"

@@ -27,7 +27,7 @@ class PressureOptions(ReadingChoices):
         default=None, description=f"{_COLUMN}, or a list of them, one for each cylinder"
     )
     columns_are: Literal["cylinders", "cycles"] | None = Field(
-        default=None, description="'cylinders' or 'cycles': what several columns of pressure are"
+        default=None, description="'cylinders' or 'cycles': meaning of several columns of pressure"
     )
     unit: str | None = Field(
         default=None, description="a string: the unit of the pressure, such as 'bar', 'kPa' or 'V'"
@@ -38,7 +38,7 @@ class PressureOptions(ReadingChoices):
     )  # fmt: skip
     ambient_pressure: float = Field(
         default=1.01325, gt=0.0, le=2.0,
-        description="a number in bar, up to 2: what is added to gauge pressures",
+        description="a number in bar, up to 2: added to gauge pressures",
     )  # fmt: skip
     angle_unit: str | None = Field(default=None, description="'deg', 'rad' or 'rev'")
     angle_start: float | None = Field(
@@ -77,8 +77,8 @@ class PressureOptions(ReadingChoices):
     )
     gap_angle: float | None = Field(
         default=None, ge=-720.0, le=720.0,
-        description="a number in degree, -720 to 720: the crank angle at which the edge that is "
-        "used of the first tooth after the longest gap passes",
+        description="a number in degree, -720 to 720: the crank angle at which the first tooth "
+                    "after the longest gap passes (with the edge that is used)",
     )  # fmt: skip
     edge: Literal["rising", "falling"] | None = Field(
         default=None, description="'rising' or 'falling': the edge of the teeth that is used"
@@ -103,7 +103,7 @@ class PressureOptions(ReadingChoices):
     )
     delay: float = Field(
         default=0.0, ge=0.0, le=0.1,
-        description="a number in seconds, up to 0.1: by which the measuring chain is late",
+        description="a number in seconds, up to 0.1: delay of the measuring chain",
     )  # fmt: skip
     speed: float | None = Field(
         default=None, gt=0.0, le=1e5, description="a number in rpm, for delay and time_constant"
@@ -114,34 +114,40 @@ class PressureOptions(ReadingChoices):
     )  # fmt: skip
     crank_ratio: float | None = Field(
         default=None, gt=0.0, le=0.5,
-        description="a number above 0 and up to 0.5: crank radius over rod length, for works",
+        description="a number above 0 and up to 0.5: crank radius over rod length, for the imep",
     )  # fmt: skip
     compression_ratio: float | None = Field(
         default=None, gt=1.0, le=50.0, description="a number above 1 and up to 50"
     )
     pegging: Literal["inlet", "compression"] | None = Field(
-        default=None, description="'inlet' or 'compression': how the absolute pressure is found"
+        default=None,
+        description="'inlet' or 'compression': pegging, how the absolute pressure is determined",
     )
     inlet_pressure: float | None = Field(
         default=None, gt=0.0, le=20.0, description="a number in bar, absolute"
     )
     pegging_angle: float = Field(
         default=-180.0, ge=-360.0, le=360.0,
-        description="a number in degree: where the pressure is that of the inlet",
+        description="a number in degree: where the cylinder pressure equals the inlet pressure",
     )  # fmt: skip
     polytropic_exponent: float | None = Field(
-        default=None, ge=1.0, le=1.7, description="a number from 1 to 1.7, of the compression"
+        default=None,
+        ge=1.0,
+        le=1.7,
+        description="a number from 1 to 1.7: polytropic exponent of the compression",
     )
     average: bool = Field(default=False, description="true or false")
-    cycle: int | None = Field(default=None, ge=1, description="a whole number: the cycle to take")
+    cycle: int | None = Field(default=None, ge=1, description="a whole number: the cycle to use")
     smoothing: Literal["savitzky_golay", "low_pass"] | None = Field(
         default=None, description="'savitzky_golay' or 'low_pass'"
     )
     smoothing_width: float = Field(
-        default=4.0, gt=0.0, le=90.0, description="a number in degree, of 'savitzky_golay'"
+        default=4.0, gt=0.0, le=90.0, description="a number in degree: window of 'savitzky_golay'"
     )
     highest_order: float = Field(
-        default=60.0, gt=0.0, description="a number: what 'low_pass' keeps, orders of the turn"
+        default=60.0,
+        gt=0.0,
+        description="a number: the highest order, per revolution, that 'low_pass' keeps",
     )
     time_constant: float = Field(
         default=0.0, ge=0.0, le=0.1,

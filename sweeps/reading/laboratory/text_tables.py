@@ -66,7 +66,8 @@ def read(
     if form is None:
         raise SceneError(
             f"{label}: no table of numbers in its first {counted(len(head), 'line')}; must be "
-            "rows of numbers with one separator (give separator and decimal if they were not found)"
+            "rows of numbers with one separator (give separator and decimal if they are not "
+            "recognised)"
         )
     rows = [_fields(line, form.separator) for line in head[: form.first]]
     names, units = names_and_units(rows, form.width)

@@ -202,7 +202,7 @@ def _travel(
     plain = unit.strip().lower().replace("³", "3").replace("^", "").replace("**", "")
     if not plain and not over_volume:
         plain = "1"
-        said.append(f"'{one_line(name, 60)}' taken for parts of the stroke")
+        said.append(f"'{one_line(name, 60)}' taken as fractions of the stroke")
     if plain not in known:
         unit_key = source.key.replace("column", "unit")
         raise SceneError(
@@ -237,7 +237,7 @@ def _inside(travel: Floats, source: _Source, said: list[str]) -> Floats:
     if beyond[worst] > SAME:
         said.append(
             f"{counted(int((beyond > SAME).sum()), 'point')} beyond a dead centre, by up to "
-            f"{beyond[worst]:.2g} of the stroke, taken to be there"
+            f"{beyond[worst]:.2g} of the stroke, moved to the dead centre"
         )
     return np.asarray(np.clip(travel, 0.0, 1.0))
 
@@ -268,9 +268,9 @@ def _pressure_columns(recording: Recording, options: PressureOptions, used: set[
     rest = [name for name in recording.columns if name not in used]
     if len(rest) != 1:
         raise SceneError(
-            f"{recording.label}: pressure_column: not clear from the columns "
-            f"({one_line(', '.join(repr(name) for name in rest[:20]), 300)}); must be the name of "
-            "one, or its number"
+            f"{recording.label}: pressure_column: cannot be determined from the columns "
+            f"({one_line(', '.join(repr(name) for name in rest[:20]), 300)}); give the name or "
+            "number of one"
         )
     return rest
 
@@ -287,7 +287,7 @@ def _by_turning(travel: Floats, source: _Source, reversed_rows: bool) -> _Loop:
     signs = np.where(np.abs(steps) <= SAME, 0.0, np.sign(steps))
     moving = np.flatnonzero(signs)
     if not len(moving):
-        raise SceneError(f"{source}: the piston does not move; is it another column?")
+        raise SceneError(f"{source}: the piston does not move; is this the right column?")
     # Points of one travel belong to the move before them, until it is known where that turns back.
     last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(count - 1), -1))
     sense = np.where(last >= 0, signs[last], signs[moving[0]])
@@ -397,9 +397,9 @@ def _merged(
         if high[worst] - low[worst] > ALIKE * most:
             raise SceneError(
                 f"{source.recording.label}, '{one_line(name, 60)}': two pressures, "
-                f"{low[worst]:.4g} and {high[worst]:.4g}, at one place of the piston near crank "
-                f"angle {angle[np.argmax(group == worst)]:.4g} degree; must be alike within "
-                f"{ALIKE:.0%} of the largest"
+                f"{low[worst]:.4g} and {high[worst]:.4g}, at one piston position near crank angle "
+                f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within {ALIKE:.0%} "
+                "of the largest"
             )
         found[name] = np.bincount(group, weights=values) / size
     return angle[new], found

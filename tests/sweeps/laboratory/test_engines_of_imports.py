@@ -114,6 +114,6 @@ def test_heads_with_quantity_over_unit(tmp_path: Path) -> None:
     text = "Phi/°KW;Druck/bar;n/1/min\n" + rows(angle, pressure, 0 * angle + 1500, separator=";")
     (tmp_path / "din.csv").write_bytes(text.encode("cp1252"))
     found = read_pressure(tmp_path / "din.csv")
-    assert "column 'Phi' taken for the crank angle" in found.steps
-    assert "column 'Druck' taken for the cylinder pressure" in found.steps
+    assert "column 'Phi' taken as the crank angle" in found.steps
+    assert "column 'Druck' taken as the cylinder pressure" in found.steps
     assert np.allclose(found.mean.pressure[0] / 1e5, pressure, atol=1e-4)

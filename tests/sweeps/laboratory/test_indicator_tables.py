@@ -38,7 +38,7 @@ def test_a_scene_takes_what_import_writes_and_what_it_reads(tmp_path: Path) -> N
     made = command("import", tmp_path / "excel.csv", "-o", tmp_path / "pressure.csv",
                    "--engine", "ntua")  # fmt: skip
     assert made.exit_code == 0, made.output
-    assert "column 'Kurbelwinkel' taken for the crank angle" in made.stdout
+    assert "column 'Kurbelwinkel' taken as the crank angle" in made.stdout
     raw = sweeps.read_scene(scene(tmp_path, 'file = "excel.csv"'))
     done = sweeps.read_scene(scene(tmp_path, 'file = "pressure.csv"'))
     assert raw.indicator is not None and done.indicator is not None

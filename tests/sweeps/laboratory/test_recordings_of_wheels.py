@@ -62,7 +62,7 @@ def test_each_edge_has_its_own_gap_angle(edge: str, gap_angle: float, raw: Path)
     assert f"the {edge} edge of the first tooth after the longest gap at {gap_angle:g}" in told
     assert f"({edge} edge; the signal swings from 0 to 5)" in told
     assert "was chosen" not in told
-    assert "column 'Time' taken for the time" in told
+    assert "column 'Time' taken as the time" in told
 
 
 def test_the_other_edge_is_a_tooth_away(raw: Path) -> None:
@@ -110,5 +110,5 @@ def test_a_motored_recording_shows_the_gap_angle(tmp_path: Path) -> None:
 def test_columns_of_times(head: str, tmp_path: Path) -> None:
     write(tmp_path / "run.csv", head)
     told = read_pressure(tmp_path / "run.csv", gap_angle=RISING, **KEYS).steps
-    assert any(f"column '{head[:4].split('/')[0].split(' ')[0]}' taken for the time" in step
+    assert any(f"column '{head[:4].split('/')[0].split(' ')[0]}' taken as the time" in step
                for step in told)  # fmt: skip

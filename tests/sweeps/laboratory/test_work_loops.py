@@ -95,7 +95,7 @@ def test_travel_alone_needs_no_engine(ntua: Any, tmp_path: Path) -> None:
     path.write_text("x,p_bar\n" + rows(travel, *lists(ntua, "pressure")))
     read = read_pressure(path, travel_column="x", crank_ratio=0.09 / 0.35)
     assert np.degrees(read.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
-    assert "'x' taken for parts of the stroke" in read.steps
+    assert "'x' taken as fractions of the stroke" in read.steps
 
 
 def offset_engine(folder: Path) -> Path:
@@ -309,7 +309,7 @@ def test_two_pressures_at_one_place(tmp_path: Path) -> None:
     travel.insert(100, travel[100])
     pressure.insert(100, pressure[100] + 5.0)
     path = loop(tmp_path, travel, pressure)
-    with pytest.raises(sweeps.SceneError, match="at one place of the piston near crank angle"):
+    with pytest.raises(sweeps.SceneError, match="at one piston position near crank angle"):
         read_pressure(path, travel_column="x", crank_ratio=0.25)
 
 
