@@ -13,6 +13,7 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES
@@ -55,8 +56,8 @@ OUTCOMES = {
         "parameters do not make a modelled cycle, a table does not cover the speeds of the "
         "solution, the diagrams do not reach the torque of the full-load curve, or method "
         "`closed` is used at an exponent other than 0 and 2.",
-        'With `inertia_model = "variable"`, raise `inertia`: the reciprocating masses are too heavy '
-        "for it. Extend the table over the speeds from `omega_min` to `omega_max`, lower "
+        'With `inertia_model = "variable"`, raise `inertia`: the reciprocating masses are too '
+        "heavy for it. Extend the table over the speeds from `omega_min` to `omega_max`, lower "
         "`rated_power`, or leave `method` at auto.",
     ),
     "tolerance_not_met": (
@@ -82,23 +83,44 @@ def keys() -> str:
     """Keys of scenes and of an engine file's [values]."""
     rows = []
     called = _other_names()
-    scene, engine = scene_schema()["properties"], engine_schema()["properties"]["values"]
-    of_engine = {*engine["properties"], *PATTERNS}
-    places = {"[set]": scene["set"], "[axes]": scene["axes"], "[designs]": scene["designs"],
-              "[sample]": scene["sample"], "[solver]": scene["solver"]}  # fmt: skip
+    scene = scene_schema()
+    free, columns = (_keys_of(scene, scene["properties"][name]) for name in ("set", "designs"))
+    engine = engine_schema()
+    of_engine = _keys_of(engine, engine["properties"]["values"])
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
     for name, node in nodes.items():
         one = name.replace("_N", "_2")
-        where = [t for t, schema in places.items() if one in schema.get("properties", {})]
-        if one in of_engine or name in of_engine:
+        where = ["scene"] if one in free else ["`[solver]`", "`[designs]`"]
+        if one not in columns:
+            raise ValueError(f"{name}: no column of [designs]")
+        if name in of_engine:
             where.append("engine file")
         unit = "" if node.unit == "1" else node.unit
         rule = allowed(node).replace(f" [{node.unit}]", "").removeprefix("a finite number").strip()
-        without = "" if node.unless_given is None else f"{node.unless_given:.6g}"
+        words = {value: f"`{word}`" for word, value in node.named}
+        if node.whole and words:
+            rule = f"one of {', '.join(words.values())}"
+        elif words:
+            rule += f", or a name such as {next(iter(words.values()))}"
+        # A value outside the range says that there is none.
+        given = node.unless_given
+        without = ""
+        if given is not None and (
+            node.low < given < node.high or (given == node.low and node.low_included)
+        ):
+            without = words.get(given, f"{given:.6g}")
         rows.append([f"`{name}`", unit, node.long_name, called.get(name, ""), rule or "any number",
                      without, ", ".join(where)])  # fmt: skip
     heads = ["key", "unit", "meaning", "also called", "allowed", "without it", "stands in"]
     return table(heads, rows)
+
+
+def _keys_of(schema: Mapping[str, Any], table: Mapping[str, Any]) -> set[str]:
+    """Keys that a table may have by a JSON schema."""
+    if "$ref" in table:
+        table = schema["$defs"][table["$ref"].rpartition("/")[2]]
+    found = set(table.get("properties", ()))
+    return found.union(*(_keys_of(schema, one) for one in table.get("anyOf", ())))
 
 
 def _other_names() -> dict[str, str]:
@@ -130,25 +152,31 @@ def _quantity_table(names: Iterable[str]) -> str:
     for name in sorted(names):
         node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
-        over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in _dimensions(name))
+        symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
+        over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
         rows.append([
-            f"`{name}`", f"${node.symbol}$" if node.symbol else "", "" if unit == "1" else unit,
+            f"`{name}`", f"${symbol}$" if symbol else "", "" if unit == "1" else unit,
             over, node.long_name, OTHER_WORDS.get(name, ""), node.source,
         ])  # fmt: skip
     heads = ["quantity", "symbol", "unit", "over", "meaning", "also called", "source"]
     return table(heads, rows)
 
 
-def _dimensions(name: str) -> set[str]:
+def dimensions(name: str) -> set[str]:
     """Dimensions that a quantity has beside the axes of a scene; `sweeps.planning` adds those."""
     if name in DIMENSIONS:
         return {name}
     node = NODES[name][0]
-    found = set(node.adds)
+    found = {*node.adds, "crank_angle"} if node.kind == "curve" else set(node.adds)
     for need in node.needs:
         # Stages take curves whole: only their results name the dimension.
-        found |= set() if node.kind == "stage" else _dimensions(need)
+        found |= set() if node.kind == "stage" else dimensions(need)
     return found - set(node.removes)
+
+
+def sources() -> str:
+    """Full citations of the sources that quantities and keys name in short."""
+    return table(["name", "source"], SOURCES.items())
 
 
 def outcomes() -> str:
