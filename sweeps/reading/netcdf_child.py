@@ -2,7 +2,8 @@
 
 The libraries of netCDF and HDF5 may run for ever on a damaged file, deaf to Ctrl-C, or end the
 process. In a child with limits of time and memory that does no harm: only what the child has read
-is opened here. On Windows, which has no such limits, time alone is limited.
+is opened here. Time alone is limited on Windows, which has no such limits, and on macOS, which
+refuses one of memory.
 """
 
 from __future__ import annotations
@@ -79,6 +80,8 @@ def limit(seconds: float, memory: int = MEMORY) -> None:
         (resource.RLIMIT_AS, memory or resource.RLIM_INFINITY),
         (resource.RLIMIT_CORE, 0),
     ):
+        if sys.platform == "darwin" and what == resource.RLIMIT_AS:
+            continue  # not run: macOS is said to refuse less than a process maps
         _, hard = resource.getrlimit(what)
         if most != resource.RLIM_INFINITY and hard != resource.RLIM_INFINITY:
             most = min(most, hard)
