@@ -336,11 +336,12 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
 
 def allowed(node: Node) -> str:
     """Return the physical range of a parameter in words: 'a number above 0 and below 1 [m]'."""
-    parts = []
-    if node.low is not None and math.isfinite(node.low):
-        parts.append(f"{node.low:g} or more" if node.low_included else f"above {node.low:g}")
-    if node.high is not None and math.isfinite(node.high):
-        parts.append(f"at most {node.high:g}" if node.high_included else f"below {node.high:g}")
+    low = f"{node.low:g} or more" if node.low_included else f"above {node.low:g}"
+    high = f"at most {node.high:g}" if node.high_included else f"below {node.high:g}"
+    parts = [low] if math.isfinite(node.low) else []
+    parts += [high] if math.isfinite(node.high) else []
+    if len(parts) == 2 and node.low_included and node.high_included:
+        parts = [f"from {node.low:g} to {node.high:g}"]
     kind = "an even number" if node.even else "a whole number" if node.whole else "a finite number"
     unit = f" [{node.unit}]" if node.unit != "1" else ""
     return f"{kind} {' and '.join(parts)}".rstrip() + unit

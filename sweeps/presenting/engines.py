@@ -26,7 +26,7 @@ def engine_text(engine: Engine) -> str:
     if engine.firing_order is not None:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
-        lines.append(f"  {engine.own_cylinders.solved}")
+        lines.append(f"  part of the cycle that is solved: {engine.own_cylinders.solved}")
     for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
         if table is not None:
             lines.append(f"  {what}_table: {table}")

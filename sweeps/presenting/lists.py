@@ -68,9 +68,9 @@ def _keys() -> Lines:
 
 
 def _classes() -> Lines:
-    source = "Kakaitsas section 3.2.1; road vehicle: Power units, lecture 18"
+    thesis, lecture = "Kakaitsas (2015), section 3.2.1", "Power units, lecture 18"
     return [
-        (name, f"delta {ratio_text(limit)} ({source})")
+        (name, f"delta {ratio_text(limit)} ({lecture if 'road' in name else thesis})")
         for name, limit in PARAMETERS["wanted_delta"].named
     ]
 

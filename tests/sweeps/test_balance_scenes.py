@@ -140,7 +140,7 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     ("scene", "quantity", "message"),
     [
         ({"set": {"counterweight_fraction": 1.2}}, "shaking_force_max",
-         "counterweight_fraction = 1.2: must be a finite number 0 or more and at most 1"),
+         "counterweight_fraction = 1.2: must be a finite number from 0 to 1"),
         ({"set": {"counterweight_radius": 0}}, "counterweight_required",
          "counterweight_radius = 0: must be a finite number above 0"),
         ({"set": {"balance_shaft_radius": 0, "balance_shaft_mass": 1}}, "shaking_force_max",

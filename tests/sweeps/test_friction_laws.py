@@ -213,7 +213,7 @@ def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
          r"\[set\] friction_law = 'heywood': must be a finite number without quotes or unit, or "
          r"one of 'chen_flynn', 'patton_nitschke_heywood'"),
         ({"set": {"friction_law": 3}},
-         r"\[set\] friction_law = 3: must be a whole number 1 or more and at most 2"),
+         r"\[set\] friction_law = 3: must be a whole number from 1 to 2"),
         ({"axes": {"friction_law": [1, 2]}}, r"\[axes\] friction_law: must be one value, in \[set"),
         ({"designs": {"friction_law": [1, 2]}}, r"\[designs\] friction_law: must be one value"),
         ({"set": {"valve_train": "desmodromic"}}, r"\[set\] valve_train = 'desmodromic': .*'ohv'"),
