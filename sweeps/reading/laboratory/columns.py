@@ -10,6 +10,7 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.laboratory.headers import split_unit
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.units import is_angle_unit, pressure_unit
@@ -110,7 +111,7 @@ def _one_row(angles: Floats, recording: Recording, name: str) -> Floats:
 
 
 def named_column(recording: Recording, wanted: str | int, key: str) -> str:
-    """Name of a column that is given by its name or number.
+    """Name of a column that is given by its name, with or without its unit, or by its number.
 
     Raises
     ------
@@ -120,6 +121,10 @@ def named_column(recording: Recording, wanted: str | int, key: str) -> str:
     names = list(recording.columns)
     if isinstance(wanted, str) and wanted in recording.columns:
         return wanted
+    if isinstance(wanted, str):
+        name, unit = split_unit(wanted)  # as it stands in the file
+        if unit and name in recording.columns and recording.columns[name].unit == unit:
+            return name
     number = int(wanted) if str(wanted).isascii() and str(wanted).isdigit() else 0
     if 1 <= number <= len(names):
         return names[number - 1]

@@ -84,9 +84,11 @@ def test_from_angle_to_travel_and_back(
     path = tmp_path / "loop.csv"
     path.write_text(f"{column},p [bar]\n" + rows(travel, *lists(data, "pressure")))
     more = {} if unit is None else {"travel_unit": unit}
-    read = read_pressure(path, travel_column=1, engine=engine, **more)
-    assert np.degrees(read.mean.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
-    assert read.mean.period == pytest.approx(2 * math.pi if engine != "ntua" else 4 * math.pi)
+    # By number, and by its name as it stands in the file, unit and all.
+    for wanted in (1, column):
+        read = read_pressure(path, travel_column=wanted, engine=engine, **more)
+        assert np.degrees(read.mean.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
+        assert read.mean.period == pytest.approx(2 * math.pi if engine != "ntua" else 4 * math.pi)
 
 
 def test_travel_alone_needs_no_engine(ntua: Any, tmp_path: Path) -> None:
@@ -246,6 +248,7 @@ def changed(at: int, value: float) -> list[float]:
     ("travel", "keys", "message"),
     [
         (TRAVEL, {"travel_column": "y"}, r"travel_column = 'y': no such column"),
+        (TRAVEL, {"travel_column": "x [mm]"}, r"travel_column = 'x \[mm\]': no such column"),
         (TRAVEL, {"volume_column": 1}, r"travel_column: only one of them"),
         (TRAVEL, {"angle_column": 1}, r"travel_column and angle_column: only one of them"),
         (TRAVEL, {"zero": "BDC"}, r"travel_column and zero: only one of them"),
