@@ -140,7 +140,7 @@ def _friction(diagram: Diagram, speed: float) -> float:
 
 
 def _delta(row: dict[str, Any], diagram: Diagram) -> float:
-    """Degree of irregularity of a row of the scene `thesis`, as published."""
+    """Coefficient of speed fluctuation of a row of the scene `thesis`, as published."""
     speed = row["speed"] * RPM
     return periodic_speed(
         diagram,

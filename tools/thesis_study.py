@@ -424,7 +424,7 @@ class Drift:
     cycles : list of int
         Cycles marched.
     mean, delta : list of float
-        Mean speed [rad/s] and degree of irregularity of the last one.
+        Mean speed [rad/s] and coefficient of speed fluctuation of the last one.
     predicted : list of float
         Mean speed by the energy that the steps add.
     """

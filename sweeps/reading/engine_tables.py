@@ -87,6 +87,6 @@ class EngineFile(Strict):
     )
     uncertainty: dict[str, Any] = Field(
         default={},
-        description="a table with a range or distribution for each value that is not well known",
+        description="a table with a range or distribution for each uncertain value",
     )
     source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
