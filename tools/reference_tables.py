@@ -8,6 +8,7 @@ between is replaced. Run it from the project's root: `python tools/reference_tab
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import sys
 import tomllib
@@ -26,6 +27,7 @@ from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes
+from sweeps.scene.schema_parts import Schema
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -113,6 +115,74 @@ def keys() -> str:
                      without, ", ".join(where)])  # fmt: skip
     heads = ["key", "unit", "meaning", "also called", "allowed", "without it", "stands in"]
     return table(heads, rows)
+
+
+def scene_tables() -> str:
+    """Every table of a scene with its keys, from the schema that editors check scenes with."""
+    return _tables(scene_schema(), "scene")
+
+
+def engine_tables() -> str:
+    """Every table of an engine file with its keys, from its schema."""
+    return _tables(engine_schema(), "engine file")
+
+
+def _tables(schema: Schema, what: str) -> str:
+    top = _resolved(schema, schema)
+    parts = [f"### At the top of the {what}\n\n{_schema_table(schema, top)}\n"]
+    for name, given in top["properties"].items():
+        one = _resolved(schema, given)
+        listed = "items" in one
+        choices = [one["items"]] if listed else [one]
+        choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
+        brackets = f"[[{name}]]" if listed else f"[{name}]"
+        for choice in (_resolved(schema, c) for c in choices):
+            if rows := _schema_table(schema, choice):
+                kind = choice["properties"].get("kind", {}).get("const")
+                head = f"`{brackets}`" + (f" of kind `{kind}`" if kind else "")
+                parts.append(f"### {head}\n\n{rows}\n")
+            for inner in ("throws", "cylinders"):
+                if name == "arrangement" and inner in choice.get("properties", {}):
+                    items = _resolved(schema, choice["properties"][inner]["items"])
+                    rows = _schema_table(schema, items)
+                    parts.append(f"### `{inner}` of `{brackets}`\n\n{rows}\n")
+    return "\n".join(parts)
+
+
+def _resolved(schema: Schema, part: Schema) -> Schema:
+    """A part of a schema with what it refers to; of several choices, those with keys."""
+    while "$ref" in part:
+        rest = {key: value for key, value in part.items() if key != "$ref"}
+        part = {**schema["$defs"][part["$ref"].rpartition("/")[2]], **rest}
+    if "properties" in part:
+        return part
+    choices = [_resolved(schema, one) for one in part.get("anyOf", ())]
+    tables = [one for one in choices if "properties" in one]
+    if len(tables) > 1:  # either these keys or those: none is required
+        return {"properties": {k: v for one in tables for k, v in one["properties"].items()}}
+    return tables[0] if tables else part
+
+
+def _schema_table(schema: Schema, part: Schema) -> str:
+    """Keys of a table that are not those of keys.md; nothing where there are none."""
+    rows = []
+    varied = len(set(part.get("properties", ())) & set(PARAMETERS)) > len(PARAMETERS) / 3
+    for key, given in part.get("properties", {}).items():
+        one = {**_resolved(schema, given), **given}
+        if (varied and key in PARAMETERS) or "const" in one:
+            continue
+        about = str(one.get("description", ""))
+        if any(word not in about for word in one.get("enum", ())):
+            about += f"; one of {', '.join(f'`{word}`' for word in one['enum'])}"
+        default = one.get("default")
+        shown = (
+            ""
+            if default in (None, [], {}) or isinstance(default, dict)
+            else f"`{json.dumps(default)}`"
+        )
+        needed = "required" if key in part.get("required", ()) else shown
+        rows.append([f"`{key}`", about.replace("|", "\\|"), needed])
+    return table(["key", "what it is", "without it"], rows) if rows else ""
 
 
 def _keys_of(schema: Mapping[str, Any], table: Mapping[str, Any]) -> set[str]:
@@ -225,7 +295,8 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {"keys": keys},
     DOCS / "quantities.md": {"quantities": quantities, "sources": sources},
     DOCS / "status_codes.md": {"outcomes": outcomes},
-    DOCS / "engine_files.md": {"engines": engines},
+    DOCS / "engine_files.md": {"engines": engines, "engine tables": engine_tables},
+    DOCS / "scene_files.md": {"scene tables": scene_tables},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "plausibility.md": {"ranges": ranges},
 }

@@ -67,7 +67,11 @@ def scene_schema() -> Schema:
         {
             **{name: _axis(name) for name in free},
             "arrangement": {**several, "description": CYLINDER_KEYS["arrangement"]},
-            "engine": {**list_of(text_schema(ENGINE_TEXT)), "uniqueItems": True},
+            "engine": {
+                "description": "a list of engines of the catalogue or paths of engine files",
+                **list_of(text_schema(ENGINE_TEXT)),
+                "uniqueItems": True,
+            },
         }
     )
     properties["designs"] = {
@@ -82,7 +86,13 @@ def scene_schema() -> Schema:
                 **closed(
                     {
                         **{name: list_of(reference(name)) for name in PARAMETERS},
-                        **{name: list_of({"type": "string"}) for name in LABELS},
+                        **{
+                            name: {
+                                "description": f"a list of strings: the {name} of each design",
+                                **list_of({"type": "string"}),
+                            }
+                            for name in LABELS
+                        },
                     }
                 ),
                 "type": "object",
@@ -97,9 +107,23 @@ def scene_schema() -> Schema:
             {
                 **{name: _distribution(name) for name in PARAMETERS},
                 **{name: _texts(name) for name in WORDS},
-                "method": {"enum": list(METHODS), "default": "sobol"},
-                "number": {"type": "integer", "minimum": 2, "maximum": LARGEST},
-                "seed": {"type": "integer", "minimum": 0, "default": 1},
+                "method": {
+                    "description": "how designs are drawn",
+                    "enum": list(METHODS),
+                    "default": "sobol",
+                },
+                "number": {
+                    "description": "number of designs; of points, with method 'saltelli'",
+                    "type": "integer",
+                    "minimum": 2,
+                    "maximum": LARGEST,
+                },
+                "seed": {
+                    "description": "seed of the random numbers",
+                    "type": "integer",
+                    "minimum": 0,
+                    "default": 1,
+                },
             }
         ),
         "type": "object",
