@@ -1,4 +1,4 @@
-"""Write docs/data_sheet.md: from a data sheet to the coefficient of speed fluctuation, as a user would.
+"""Write docs/data_sheet.md: from a data sheet to delta, as a user would.
 
 Every command of the document is run in an empty folder, as a process of its own. Run it from the
 project's root: `python tools/data_sheet.py`; `--no-figures` leaves the figure alone.
