@@ -361,7 +361,7 @@ def _print_numbers(plan: Plan, output: Path) -> None:
             for line in recorded_cycle_lines(dataset):
                 say(f"over the recorded cycles: {line}")
     if plan.designs > SHOWN:
-        click.echo(f"numbers: engine-dyn show {shlex.quote(str(output))}")
+        click.echo(f"values: engine-dyn show {shlex.quote(str(output))}")
         return
     from sweeps.exploring.columns import has_single_numbers
     from sweeps.exploring.rows import rows

@@ -281,9 +281,9 @@ class EveryPoint:
         `equal` is how many designs are equally good.
         """
         what = " and ".join(map(str, self.conditions))
-        verb = "fulfil" if what else "have numbers"
+        verb = "fulfil" if what else "have results"
         if self.fulfilling == 1:
-            verb = "fulfils" if what else "has numbers"
+            verb = "fulfils" if what else "has results"
         parts = [
             f"{self.fulfilling} of {counted(self.designs, 'design')} "
             f"{f'{verb} {what}'.rstrip()} {self._everywhere}"
@@ -308,11 +308,11 @@ class EveryPoint:
         ]
         if self.unsolved:
             each.append(
-                f"{self.unsolved} lack numbers at some point, such as an engine at idle: see the "
+                f"{self.unsolved} have no result at some point, such as an engine at idle: see the "
                 "outcomes, and not_counted (--not-counted)"
             )
         if self.without:
-            each.append(f"{self.without} have no point that counts")
+            each.append(f"{self.without} have no point that is counted")
         told = "; ".join([*each, *self._left_out()])
         return (
             f"no design meets all conditions {self._everywhere}; of "

@@ -212,8 +212,8 @@ class _Search:
 
     def nothing(self) -> str:
         """Why no design was found, in words."""
-        solved = f"{counted(self.solved, 'design')} of {math.prod(self.shape)} with numbers"
+        solved = f"{self.solved} of {counted(math.prod(self.shape), 'design')} have a result"
         if not self.conditions:
             return f"no design has a value of {' and '.join(self.names)}"
-        each = ", ".join(f"{c} by {n}" for c, n in zip(self.conditions, self.alone, strict=True))
-        return f"no design meets all conditions; of {solved}, {each}"
+        each = ", ".join(f"{n} with {c}" for c, n in zip(self.conditions, self.alone, strict=True))
+        return f"no design meets all conditions; {solved}, {each}"

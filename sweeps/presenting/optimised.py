@@ -102,7 +102,7 @@ def _front(
 
 def _nothing(about: Mapping[str, Any]) -> list[str]:
     """Why no design was found."""
-    each = [f"{c} alone by {n}" for c, n in zip(about["within"], about["alone"], strict=True)]
+    each = [f"{n} meet {c}" for c, n in zip(about["within"], about["alone"], strict=True)]
     if about["lacking"]:
         each.append(
             f"{about['lacking']} have no result at some point, such as an engine at idle (see the "
@@ -131,9 +131,11 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
     }
     lines.append(certain[about["exact"]])
     at = f" at {counted(about['points'], 'point')} each" if about["points"] > 1 else ""
-    fulfil = f"{about['fulfilling']} fulfil" if about["fulfilling"] != 1 else "1 fulfils"
-    what = "the conditions" if about["within"] else "all conditions"
-    lines.append(f"{counted(about['designs'], 'design')} computed{at}, {fulfil} {what}")
+    some = about["fulfilling"] != 1
+    verb = ("meet" if some else "meets") if about["within"] else "have" if some else "has"
+    what = "the conditions" if about["within"] else "a result"
+    met = f"{about['fulfilling']} {verb} {what}"
+    lines.append(f"{counted(about['designs'], 'design')} computed{at}, {met}")
     if about["lacking"] and about["fulfilling"]:
         lines.append(f"{counted(about['lacking'], 'design')} without a result at some point")
     restarts = about["restarts"]

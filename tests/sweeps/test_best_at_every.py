@@ -61,7 +61,7 @@ def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
     with pytest.raises(SceneError) as told:
         sweeps.best(archive, **condition, at_every=["load", "speed"])
     assert "delta <= 1/1000 holds at every load and speed for 0" in str(told.value)
-    assert "4 lack numbers at some point" in str(told.value)
+    assert "4 have no result at some point" in str(told.value)
     found = sweeps.best(
         archive, **condition, at_every=["load", "speed"], not_counted="no_steady_state"
     )

@@ -267,7 +267,7 @@ def test_what_best_and_pareto_refuse(whole: xr.Dataset) -> None:
         (lambda: sweeps.best(whole, least="dleta"), "did you mean 'delta'"),
         (lambda: sweeps.best(whole, least="load_torque"), "over crank_angle"),
         (lambda: sweeps.best(whole, least="delta", within="lod < 1"), "not in the archive"),
-        (lambda: sweeps.best(whole, least="delta", within="delta < 0"), "by 0"),
+        (lambda: sweeps.best(whole, least="delta", within="delta < 0"), "0 with delta < 0"),
         (lambda: sweeps.pareto(whole, "delta", "delta"), "is given twice"),
         (lambda: sweeps.pareto(whole, "delta", "imep", most="inertia"), "must be delta or imep"),
     ):

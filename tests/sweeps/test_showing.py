@@ -169,7 +169,7 @@ def test_run_shows_few_numbers_and_says_where_many_are(tmp_path: Path) -> None:
         assert f"{float(data.delta.values.ravel()[0]):.4g}"[:5] in told
     (tmp_path / "many.toml").write_text(scene.format(list(range(10, 90, 5))))
     told = ok("run", tmp_path / "many.toml", "-o", tmp_path / "many.nc")
-    assert f"numbers: engine-dyn show {tmp_path / 'many.nc'}" in told
+    assert f"values: engine-dyn show {tmp_path / 'many.nc'}" in told
 
 
 def test_names_stand_for_designs_that_do_not_fit() -> None:
