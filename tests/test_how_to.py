@@ -40,7 +40,7 @@ def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     printed: list[str] = []
     for language, text in blocks(page):
         if language in FILES:
-            (name,) = re.findall(rf"\A# ([\w.]+\.\w+)", text)
+            (name,) = re.findall(r"\A# ([\w.]+\.\w+)", text)
             (tmp_path / name).write_text(text, encoding="utf-8")
         elif language == "console":
             for line in text.splitlines():
