@@ -220,7 +220,7 @@ def _in_process(number: int, rounds: int, folder: str, own: bool, queue: Any) ->
             try:
                 sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
             except sweeps.SceneError as error:
-                if own or "another run is writing it" not in str(error):
+                if own or "another run is writing to it" not in str(error):
                     wrong.append(f"process {number}: {error}")
                 refused += 1
                 continue

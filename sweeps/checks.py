@@ -256,7 +256,7 @@ def known_key(
         if key in ALL_QUANTITIES:
             raise SceneError(
                 f"{where} {key}: unknown key: this is a computed quantity, not a parameter. "
-                f"Allowed: see `engine-dyn list keys`"
+                "Allowed: see `engine-dyn list keys`"
             )
         raise SceneError(
             f"{where} {key}: unknown key{not_known(key, known, command='engine-dyn list keys')}"

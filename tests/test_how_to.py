@@ -1,4 +1,4 @@
-"""docs/how_to: every scene, command and piece of Python runs, and prints what the page shows."""
+"""docs/how_to and README: scenes, commands and Python run, and print what the page shows."""
 
 from __future__ import annotations
 
@@ -8,23 +8,34 @@ from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
+from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs" / "how_to"
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "docs" / "how_to"
 PAGES = {path.stem: path.read_text("utf-8") for path in sorted(FOLDER.glob("*.md"))}
+README = (ROOT / "README.md").read_text("utf-8")
 FILES = ("csv", "ini", "toml")
 """Languages of blocks that are files; the first line is a comment with the file's name."""
 
 
-def blocks(page: str) -> list[tuple[str, str]]:
-    """Language and text of all code blocks of a page, in order."""
+def blocks(text: str) -> list[tuple[str, str]]:
+    """Language and text of all code blocks, in order."""
     return [
-        (language, text)
-        for language, text in re.findall(r"^```(.*?)\n(.*?)^```", PAGES[page], re.S | re.M)
+        (language, block)
+        for language, block in re.findall(r"^```(.*?)\n(.*?)^```", text, re.S | re.M)
         if not language.startswith("{")
     ]
+
+
+def run_line(line: str) -> str:
+    """What a line of a block prints that succeeds."""
+    program, *arguments = shlex.split(line, comments=True)
+    assert program == "engine-dyn", line
+    return ok(*arguments)
 
 
 def trimmed(text: str) -> str:
@@ -38,15 +49,13 @@ def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     matplotlib.use("agg")
     space: dict[str, object] = {}
     printed: list[str] = []
-    for language, text in blocks(page):
+    for language, text in blocks(PAGES[page]):
         if language in FILES:
             (name,) = re.findall(r"\A# ([\w.]+\.\w+)", text)
             (tmp_path / name).write_text(text, encoding="utf-8")
         elif language == "console":
             for line in text.splitlines():
-                program, *arguments = shlex.split(line, comments=True)
-                assert program == "engine-dyn", line
-                printed.append(trimmed(ok(*arguments)))
+                printed.append(trimmed(run_line(line)))
         elif language == "python":
             exec(text, space)
         else:
@@ -54,6 +63,37 @@ def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
             assert language == "text"
             assert trimmed(text) in printed
     plt.close("all")
+
+
+@pytest.mark.compiled
+def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its scene and its Python are run by test_documents; `make` is what runs the tests."""
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    found = blocks(README)
+    (scene,) = (text for language, text in found if language == "toml")
+    (tmp_path / "flywheel.toml").write_text(scene, encoding="utf-8")
+    diagram = load_engine("si_four_87x101", Path()).family.diagrams[-1]
+    recorded = np.column_stack([np.degrees(diagram.angle), diagram.pressure / 1e5])
+    heads = "Crank angle [deg],PCYL1 [bar]"
+    np.savetxt("recording.csv", recorded, delimiter=",", header=heads, comments="")
+
+    commands = [text.splitlines() for language, text in found if language == "console"]
+    make, flywheel, own, scene_of_own = commands
+    assert make == ["make demo", "make test"]
+    for line in [*flywheel, *own]:
+        run_line(line)
+    assert any((tmp_path / "flywheel").glob("*.png"))
+    # What is filled in by hand, and the comment marks of values and diagram.
+    engine = (tmp_path / "my_engine.toml").read_text("utf-8")
+    head, values, rest = re.split(r"(?=# What follows may be)|(?=# For the pressures)", engine)
+    diagram_text = re.search(r"# (\[\[diagram\]\](?:.*\n)+?# file = \S+)", rest)
+    assert diagram_text
+    filled = head + re.sub(r"^# (\w+ = )", r"\1", values, flags=re.M)
+    filled += diagram_text[1].replace("\n# ", "\n")
+    (tmp_path / "my_engine.toml").write_text(filled, encoding="utf-8")
+    for line in [*scene_of_own, "engine-dyn plan my_scene.toml"]:
+        run_line(line)
 
 
 @pytest.mark.parametrize("page", sorted(PAGES))

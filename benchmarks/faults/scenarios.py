@@ -87,7 +87,7 @@ SCENARIOS = {
         Scenario(
             "extend", LITTLE, ("extend", "out.nc", "--axis", "speed=1100,1700", "--threads", "1"),
             ("extend", "out.nc", "--axis", "speed=1100,1700", "--threads", "1"),
-            before=((*RUN, "-o", "out.nc"),), afterwards="is on the axis already",
+            before=((*RUN, "-o", "out.nc"),), afterwards="is already on the axis",
         ),
         Scenario(
             "merge", LITTLE, ("merge", "1.nc", "2.nc", "-o", "out.nc"),

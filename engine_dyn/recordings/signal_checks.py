@@ -204,7 +204,7 @@ def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findi
         yield Finding(
             "noise",
             f"the standard deviation of the noise is {size / BAR:.3g} bar, {size / span:.2%} of "
-            f"the range; usual is up to 0.3 %; smooth, or average over cycles",
+            "the range; usual is up to 0.3 %; smooth, or average over cycles",
             size / BAR, "bar",
         )  # fmt: skip
 

@@ -239,7 +239,7 @@ def _scene_tables(
         if cut == (DESIGN if table == "designs" else key):
             raise SceneError(
                 f"{archive.path}: is a shard with only its own values of {key}; merge all shards "
-                f"first"
+                "first"
             )
         return np.asarray(known[key])
 
@@ -286,7 +286,7 @@ def with_confidential(archive: Contents, path: Path) -> Contents:
     if not archive.confidential:
         raise SceneError(
             f"{archive.path}: its diagram is stored in it; --indicator is only for "
-            f"an archive without its diagram"
+            "an archive without its diagram"
         )
     with reading(str(path), "the confidential diagram of an archive"):
         data = regular_bytes(path, MOST_BYTES)

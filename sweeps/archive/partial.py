@@ -110,8 +110,8 @@ class Partial:
         """
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
             raise SceneError(
-                f"{self.path}: exists, but is not a folder; a run needs this name "
-                f"for the folder of its finished blocks"
+                f"{self.path}: exists, but is not a folder of its own; a run needs this name "
+                "for the folder of its finished blocks"
             )
         while True:
             made_folder(self.path)
@@ -126,7 +126,7 @@ class Partial:
                     raise SceneError(
                         f"{output}: only one run can write to an output at a time, and another "
                         f"run is writing to it ({who or 'it holds the lock'}); wait until it "
-                        f"ends, or choose another output"
+                        "ends, or choose another output"
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue

@@ -135,7 +135,7 @@ def new_points(text: str) -> tuple[str, list[float]]:
     if name.strip() in (ENGINE, ARRANGEMENT):
         raise SceneError(
             f"--axis {name.strip()}: {name.strip()} cannot be added to an archive; run a scene "
-            f"with all of them"
+            "with all of them"
         )
     if not name.strip() or not found or not all(math.isfinite(value) for value in found):
         raise SceneError(

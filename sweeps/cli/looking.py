@@ -243,7 +243,7 @@ def export(
         return
     if done.left_out:
         say(
-            f"not in the table, because they do not have one number per design: "
+            "not in the table, because they do not have one number per design: "
             f"{', '.join(done.left_out)}",
             err=True,
         )

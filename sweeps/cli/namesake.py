@@ -34,6 +34,6 @@ def replacing() -> str:
         return ""
     return (
         f"package '{NAMESAKE}' {other.version} is installed beside engine-dyn, and both install a "
-        f"module sweeps: that package no longer works here, and uninstalling it breaks engine-dyn; "
+        "module sweeps: that package no longer works here, and uninstalling it breaks engine-dyn; "
         f"{_PAGE}"
     )

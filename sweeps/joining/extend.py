@@ -190,7 +190,7 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
     if sample.method == "latin_hypercube":
         raise SceneError(
             f"{where}: a Latin hypercube cannot be extended, because its points depend on their "
-            f"total number; only 'sobol' and 'saltelli' samples can"
+            "total number; only 'sobol' and 'saltelli' samples can"
         )
     if number == sample.number and partial.added.exists():
         return had  # killed when all was done but the removal of the folder
@@ -206,7 +206,7 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
         if not np.array_equal(columns[key][:count], values):
             raise SceneError(
                 f"{where}: the installed SciPy or SALib draws different values of {key} from "
-                f"those in the archive; install the versions it was made with"
+                "those in the archive; install the versions it was made with"
             )
     plan = plan_of(replace(old, source=source), coordinates={**old.values, **columns})
     total = plan.sizes[DESIGN]
@@ -225,7 +225,7 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
             raise
         raise SceneError(
             f"{partial.path}: contains another interrupted extension ({error}); complete that "
-            f"first, or use --overwrite to discard it"
+            "first, or use --overwrite to discard it"
         ) from None
     both = [old, read_contents(partial.added)]
     joined = Joined(longer.plan, longer.axis, both, [longer.before, longer.new])

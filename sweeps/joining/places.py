@@ -151,7 +151,7 @@ def _of_axis(archives: list[Contents]) -> Joined:
     if len(differing) > 1:
         raise SceneError(
             f"archives differ in more than one axis ({', '.join(differing)}); merge along one "
-            f"axis at a time"
+            "axis at a time"
         )
     axis = differing[0] if differing else next(iter(axes), "")
     for other in archives[1:]:

@@ -124,7 +124,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
         "inverse of all": "exact: every combination of the other parameters was computed, each "
         "with the least inertia, which follows from the limit of delta",
         "all": f"all {counted(about['designs'], 'design')} that are possible were computed, so "
-        f"there is no better one",
+        "there is no better one",
         "inertia": "the inertia of every design follows exactly from the limit of delta; the "
         "other parameters were searched, so a better design may exist",
         "": "the best of all computed designs; a better one may exist",

@@ -80,7 +80,7 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
         found = one_line(", ".join(file.variables) or "none", 200)
         raise SceneError(
             f"{name}: no variable is named as a parameter; found: {found}; allowed: see "
-            f"`engine-dyn list keys`"
+            "`engine-dyn list keys`"
         )
     known_columns(list(variables), name, "variable")  # an unknown name is told before a wrong shape
     first, expected = "", ""

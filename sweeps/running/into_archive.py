@@ -200,7 +200,7 @@ class _Run:
             if found:
                 raise SceneError(
                     f"{self.partial.path}: cannot be resumed, because it belongs to a different "
-                    f"run: "
+                    "run: "
                     f"{'; '.join(found)}; use --overwrite instead of --resume to start again"
                 )
             return header
@@ -208,7 +208,7 @@ class _Run:
             return None
         raise SceneError(
             f"{self.partial.path}: contains an interrupted run; use --resume to complete it, or "
-            f"--overwrite to start again"
+            "--overwrite to start again"
         )
 
     def _cut(self, header: dict[str, Any] | None) -> tuple[dict[str, int], float]:
@@ -225,7 +225,7 @@ class _Run:
             raise SceneError(
                 f"{self.partial.path}: cannot be resumed with --memory "
                 f"{size_text(options.memory)}: its blocks are larger; use at least the memory "
-                f"limit of the first run"
+                "limit of the first run"
             )
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         known = lengths.keys() <= self.plan.sizes.keys()
@@ -233,7 +233,7 @@ class _Run:
             raise SceneError(
                 f"{self.partial.path}: run.json is damaged: it has blocks of "
                 f"{shown(header['lengths'])}, which are not {header['blocks']} of this scene; use "
-                f"--overwrite to start again"
+                "--overwrite to start again"
             )
         return lengths, limit
 
@@ -428,7 +428,7 @@ class _Run:
         if self.output.exists() and not self.options.overwrite:
             raise SceneError(
                 f"{self.output}: has been created in the meantime; move it and use --resume, or "
-                f"use --resume --overwrite"
+                "use --resume --overwrite"
             )
         netcdf.publish(self.partial.archive, self.output)
 

@@ -214,7 +214,7 @@ def _places(
             return {DESIGN: np.arange(count, dtype=float)}
         raise SceneError(
             f"{where} at: missing; give the value of an axis for each of the {files} files, such "
-            f"as "
+            "as "
             "at = { load = [0, 50, 100] }"
         )
     found = {}

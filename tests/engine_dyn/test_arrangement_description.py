@@ -190,8 +190,8 @@ def cylinders(*angles: float, throws: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[C
         ),
         (
             {"cylinders": cylinders(0, 540, 180, 0)},
-            r"firing intervals 0, 180, 360, 180 degree: uneven; uneven = true says that they are "
-            r"meant",
+            r"firing intervals 0, 180, 360, 180 degree: uneven; if this is intended, set uneven "
+            r"= true",
         ),
     ],
 )

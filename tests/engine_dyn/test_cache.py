@@ -86,7 +86,7 @@ def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.split()) == (0, ["3.0", "2.0"])
     first, second = done.stderr.splitlines()
     assert first == COMPILING
-    assert second.startswith(f"compiled kernels cannot be kept in {tmp_path / 'cache'}")
+    assert second.startswith(f"compiled kernels cannot be cached in {tmp_path / 'cache'}")
     assert second.endswith("(File too large): later runs will compile them again")
 
 

@@ -150,7 +150,7 @@ def test_what_is_no_cycle_touches_no_other(table: CycleTable) -> None:
     assert mixed.known(place).tolist() == [True, False, True]
     assert np.isfinite(mixed.peak_between(place)).all()
     assert mixed.peak_between(place)[0] == table.peak_between(place[:1])[0]
-    assert "heat = 150 bar: must be less, the gas becomes hotter" in mixed.refusal(1)
+    assert "heat = 150 bar: must be lower; the gas would become hotter" in mixed.refusal(1)
     assert not mixed.diagrams_known(np.array([1])).any()
 
 

@@ -567,7 +567,7 @@ def test_wrong_sets_of_a_batch_are_left_out() -> None:
 
 
 def test_too_hot() -> None:
-    with pytest.raises(ValueError, match=r"heat = 100 bar: must be less, .* hotter than 4000 K"):
+    with pytest.raises(ValueError, match=r"heat = 100 bar: must be lower; .* hotter than 4000 K"):
         case("spark, adiabatic", heat=100.0).points()
     model = case("spark, adiabatic")
     found = tabulate(FourStrokeCycle, {**si(model), "heat": np.array([14.0, 100.0]) * BAR})

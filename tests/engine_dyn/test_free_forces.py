@@ -217,14 +217,16 @@ def test_every_layout_that_needs_no_order_is_in_the_table() -> None:
      "boxer 12", "in-line 9", "in-line 12"],
 )  # fmt: skip
 def test_layouts_of_which_no_built_engine_is_known_need_an_order(text: str) -> None:
-    with pytest.raises(ValueError, match="the firing order must be given: cylinders 1 to ") as one:
+    with pytest.raises(ValueError, match="so it must be given: cylinders 1 to ") as one:
         arrangement_from_text(text)
     assert "\n" not in str(one.value)
 
 
 @pytest.mark.parametrize("text", ["in-line 8", "V4 90", "V8 63.5", "boxer 8"])
 def test_two_stroke_layouts_of_which_no_built_engine_is_known_need_an_order(text: str) -> None:
-    with pytest.raises(ValueError, match="the firing order must be given"):
+    with pytest.raises(
+        ValueError, match="no firing order is known for this layout, so it must be given"
+    ):
         arrangement_from_text(text, TURN)
 
 

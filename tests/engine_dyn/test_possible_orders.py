@@ -207,7 +207,9 @@ def test_words_that_are_no_crank() -> None:
 
 
 def test_a_diagram_that_is_none_is_told_in_one_line() -> None:
-    with pytest.raises(ValueError, match=r"^diagram = 3: must be a Diagram, such as diagram_from"):
+    with pytest.raises(
+        ValueError, match=r"^diagram = 3: must be a Diagram, as returned by diagram_from"
+    ):
         engine_dyn.periodic_speed(
             3, bore=0.1, stroke=0.1, crank_ratio=0.3, reciprocating_mass=1.0, inertia=1.0,
             speed=100.0,

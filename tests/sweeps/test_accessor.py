@@ -103,8 +103,8 @@ def test_every_kind_of_figure_is_a_method(archive: xr.Dataset) -> None:
     for kind in KINDS:
         method = getattr(plot, kind.name)
         assert method.__name__ == kind.name and kind.shows in method.__doc__
-    assert "torque_and_speed" in repr(plot).partition("not of this archive")[0]
-    assert "bearing_polar" in repr(plot).partition("not of this archive")[2]
+    assert "torque_and_speed" in repr(plot).partition("not available for this archive")[0]
+    assert "bearing_polar" in repr(plot).partition("not available for this archive")[2]
 
 
 def test_figures_are_those_of_matplotlib(archive: xr.Dataset) -> None:

@@ -63,7 +63,7 @@ def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) 
     """Its scene is run again from what the archive contains; the catalogue is not asked."""
     result = invoke("rerun", old, "-o", tmp_path / "now.nc")
     assert result.exit_code == 0, result.output
-    assert "made differently" in result.stderr and "file ntua.toml" not in result.stderr
+    assert "made in a different way" in result.stderr and "file ntua.toml" not in result.stderr
     ok("compare", old, tmp_path / "now.nc", "--tolerance", "1e-9")
     with sweeps.open(tmp_path / "now.nc") as archive:
         assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
@@ -71,7 +71,7 @@ def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) 
 
 def test_an_archive_of_version_0_1_is_not_extended(old: Path) -> None:
     line = refused("extend", old, "--axis", "speed=1200")
-    assert "was made differently than it would be now: version of kernels" in line
+    assert "would be made in a different way now: version of kernels" in line
     assert "`engine-dyn rerun` computes it again" in line
 
 
@@ -80,7 +80,9 @@ def test_a_merged_archive_tells_the_versions_that_computed_it(old: Path, tmp_pat
     with sweeps.open(tmp_path / "both.nc") as both, sweeps.open(old) as one:
         assert json.loads(both.attrs["identity"]) == json.loads(one.attrs["identity"])
         xr.testing.assert_equal(both, one)
-    assert "made differently" in refused("extend", tmp_path / "both.nc", "--axis", "speed=1200")
+    assert "made in a different way" in refused(
+        "extend", tmp_path / "both.nc", "--axis", "speed=1200"
+    )
 
 
 @pytest.mark.parametrize("version", [1, ARCHIVE_FORMAT])

@@ -137,10 +137,10 @@ def test_conditions_by_name(archive):
     ("options", "words"),
     [
         ({"at_every": "lod"}, "at every 'lod': not an axis; did you mean 'load'"),
-        ({"at_every": "inertia"}, "is what is wanted least or most itself"),
+        ({"at_every": "inertia"}, "is the axis to be minimised or maximised itself"),
         ({"at_every": "load", "not_counted": "idle"}, "not counted: 'idle': unknown"),
         ({"at_every": "load", "not_counted": "converged"}, "not counted: 'converged': unknown"),
-        ({"not_counted": "stalled"}, "not_counted is for at_every"),
+        ({"not_counted": "stalled"}, "not_counted is only used with at_every"),
     ],
 )
 def test_refused(archive, options, words):

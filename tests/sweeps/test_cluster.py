@@ -287,7 +287,7 @@ def test_resume_after_the_client_was_killed(
     monkeypatch.setattr(worker, "block", slow_block)
     result = invoke("run", scene, "-o", tmp_path / "out.nc", "--resume", "--scheduler", scheduler)
     assert result.exit_code == 0, result.output
-    said = re.search(r"\((\d+) of 12 blocks were there\)", result.stdout)
+    said = re.search(r"\((\d+) of 12 blocks had been computed before\)", result.stdout)
     assert said and int(said[1]) >= len(kept)
     again = {f"block-{number:06d}.bin" for word, number, _ in diary(tmp_path) if word == "begun"}
     assert not again & set(kept)
@@ -333,7 +333,7 @@ def test_addresses_that_are_none(bad: str, tmp_path: Path) -> None:
 
 def test_threads_and_scheduler(tmp_path: Path) -> None:
     arguments = ("run", "first", "-o", tmp_path / "out.nc", "--threads", "2")
-    assert "--threads: not with" in refused(*arguments, "--scheduler", "local:2")
+    assert "--threads: not allowed with" in refused(*arguments, "--scheduler", "local:2")
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
@@ -400,7 +400,7 @@ def test_workers_that_do_not_see_the_folder(
 ) -> None:
     monkeypatch.setattr(worker, "look", instead)
     text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
-    assert "does not see" in text and "must lie on a file system that all workers share" in text
+    assert "does not see" in text and "must be on a file system that all workers share" in text
     assert list(tmp_path.iterdir()) == []
 
 
@@ -421,7 +421,7 @@ def test_workers_of_another_kind_than_the_first(
     monkeypatch.setattr(worker, "about", other_kind)
     text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
     assert re.search(
-        r"another kind of machine than .*: processor \(was .*instructions \(with", text
+        r"a different kind of machine from .*: processor \(was .*instructions \(with", text
     ), text
     assert list(tmp_path.iterdir()) == []
 
@@ -574,7 +574,7 @@ def test_resume_on_another_kind_of_machine_is_refused(
         patch.setattr(into_archive, "machine_kind", lambda: now)
         result = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
         assert result.exit_code == 2, result.output
-        assert f"cannot be resumed, it is a run of something else: {key} (" in result.stderr
+        assert f"cannot be resumed, because it belongs to a different run: {key} (" in result.stderr
     assert len(Partial.of(output).finished()) == 3
     assert into_archive.run(plan, output, Options(resume=True)).before == 3
 

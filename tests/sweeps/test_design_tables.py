@@ -166,7 +166,7 @@ def test_what_every_format_refuses(name: str, tmp_path: Path) -> None:
     write(path, {"intertia": [1.0]})
     refused(path, "intertia", "did you mean 'inertia'")
     write(path, {"case": ["a"]})
-    with pytest.raises(SceneError, match="no column of a parameter"):
+    with pytest.raises(SceneError, match="no column for a parameter"):
         read_scene(
             {"engine": "ntua", "designs": {"file": str(path)}, "output": {"quantities": ["delta"]}}
         )
@@ -202,7 +202,7 @@ def test_two_dimensions_are_refused(tmp_path: Path) -> None:
     xr.Dataset({"inertia": 1.0}).to_netcdf(path, engine="netcdf4")
     refused(path, "inertia", "none")
     xr.Dataset(coords={"design": [1]}).to_netcdf(path, engine="netcdf4")
-    refused(path, "no variable of a parameter")
+    refused(path, "no variable is named as a parameter")
     table = pa.table({"inertia": pa.array([[1.0, 2.0], [3.0]])})
     pq.write_table(table, tmp_path / "table.parquet")
     refused(tmp_path / "table.parquet", "inertia", "list", "must be numbers")

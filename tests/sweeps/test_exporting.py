@@ -158,7 +158,7 @@ def test_what_is_refused(
         assert told in refused("export", source, *arguments)
     assert "no such file" in refused("export", tmp_path / "no.nc", "-o", tmp_path / "t.csv")
     assert not (tmp_path / "t.csv").exists()
-    with pytest.raises(SceneError, match="no quantity has one number a design"):
+    with pytest.raises(SceneError, match="no quantity has one number per design"):
         sweeps.export(archive[["load_torque"]], tmp_path / "t.csv")
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     text = refused("export", source, "-o", tmp_path / "t.parquet")

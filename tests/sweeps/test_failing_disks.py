@@ -97,7 +97,7 @@ def test_a_failure_after_the_first_block_says_how_to_go_on(
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
     assert result.exit_code == 1
     assert "cannot be written (Interrupted system call; " in result.stderr
-    assert "; 1 of " in result.stderr and "; to go on: " in result.stderr
+    assert "; 1 of " in result.stderr and "; to continue: " in result.stderr
 
 
 @pytest.mark.compiled
@@ -113,7 +113,7 @@ def test_an_archive_that_is_finished_is_called_finished(
     assert "out.nc: is finished; " in result.stderr
     assert "out.nc.partial beside it cannot be removed (Input/output error)" in result.stderr
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
-    assert result.exit_code == 0 and "complete already" in result.stdout
+    assert result.exit_code == 0 and "already complete" in result.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
 
 

@@ -112,7 +112,7 @@ def test_an_axis_of_one_of_them_is_cut_where_it_has_the_others_value() -> None:
 
 
 def test_archives_without_common_quantities_are_refused() -> None:
-    with pytest.raises(SceneError, match="no quantity in common"):
+    with pytest.raises(SceneError, match="no common quantity"):
         beside(study()[["delta"]], study()[["imep"]])
 
 

@@ -160,12 +160,12 @@ REFUSED = [
     (("ntua",), {"arrangement": "in-line 6", "crank": "both"}, r"^crank = 'both': must be"),
     (("ntua",), {"arrangement": "in-line 6 1-2"}, r"^arrangement = 'in-line 6 1-2': order"),
     (("ntua",), {"arrangement": "in-line 12 1-7-5-11-3-9-6-12-2-8-4-10", "crank": "any"},
-     r"39,916,800 firing orders; at most 1,000 are computed: take another crank \(own"),
+     r"39,916,800 firing orders; at most 1,000 are computed: choose another crank \(own"),
     (("ntua",), {"arrangement": "in-line 6", "crank": "any"}, r"cylinder_spacing \[m\] must be"),
     (("ntua",), {"arrangement": "in-line 6", "sample": 1}, r"^sample = 1: must be"),
     (("ntua",), {"arrangement": "in-line 6", "by": "imep"}, r"^by imep: is the same"),
     (("ntua",), {"arrangement": "in-line 6", "by": "imepp"}, r"'imepp': unknown quantity"),
-    (("thesis",), {}, r"^thesis: \[designs\]: not allowed where all firing orders"),
+    (("thesis",), {}, r"^thesis: \[designs\]: not allowed when all firing orders"),
     (("i4_v6_i6",), {}, r"^i4_v6_i6: the scene has several engines or arrangements"),
 ]  # fmt: skip
 

@@ -350,5 +350,5 @@ def test_a_throw_is_reduced_to_the_crank_pin() -> None:
     assert float(found["rotating_mass"]) == pytest.approx(float(own["rotating_mass"]))
     with pytest.raises(SceneError, match="'crank_mass_at_pin' needs throw_radius"):
         read_scene(scene(["crank_mass_at_pin"], set={"throw_mass": 2.0}))
-    with pytest.raises(SceneError, match="both give the mass of a crank throw"):
+    with pytest.raises(SceneError, match="both determine the mass of a crank throw"):
         read_scene(scene(["crank_mass_at_pin"], set={**throw, "crank_mass": 1.0}))

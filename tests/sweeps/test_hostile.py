@@ -74,7 +74,7 @@ def test_references_stay_in_the_folder_of_the_scene(key: str, way: str, tmp_path
     text = SCENE.replace('"ntua"', f'"{named}"') if key == "engine" else SCENE
     (folder / "scene.toml").write_text(text + REFERENCES[key].format(named))
     told = refused("plan", folder / "scene.toml")
-    assert "leads out of the folder" in told and str(secret) in told and "password" not in told
+    assert "leads outside the folder" in told and str(secret) in told and "password" not in told
     # Said in full, it is read, and is what it is.
     text = SCENE.replace('"ntua"', f'"{secret}"') if key == "engine" else SCENE
     (folder / "scene.toml").write_text(text + REFERENCES[key].format(secret))

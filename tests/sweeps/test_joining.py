@@ -178,7 +178,7 @@ def test_conflicts_are_errors(tmp_path: Path) -> None:
     ):
         run(other, tmp_path / "other.nc", overwrite=True)
         text = refused("merge", one, tmp_path / "other.nc", "-o", tmp_path / "no.nc")
-        assert "of another scene" in text and said in text
+        assert "its scene differs from that of" in text and said in text
     run({**scene, "axes": {"speed": [1500]}}, tmp_path / "other.nc", overwrite=True, single=True)
     assert "numbers" in refused("merge", one, tmp_path / "other.nc", "-o", tmp_path / "no.nc")
     grid = {"speed": [1000, 1200], "inertia": [1, 2]}
@@ -271,7 +271,7 @@ def test_an_extension_that_is_refused_leaves_nothing(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(sound_archive())  # whose numbers nobody computed
     told = refused("extend", path, "--axis", "inertia=3")
-    assert f"{path}: the new points do not belong to it" in told
+    assert f"{path}: the new points do not fit it" in told
     assert [p.name for p in tmp_path.iterdir()] == ["a.nc"]
     assert path.read_bytes() == sound_archive()
 
@@ -282,7 +282,7 @@ def test_extend_refuses(tmp_path: Path) -> None:
     run(tmp_path / "scene.toml", path)
     before = path.read_bytes()
     for axis, said in (
-        ("speed=1200", "on the axis already"),
+        ("speed=1200", "already on the axis"),
         ("speed=1300,1300", "twice"),
         ("speed=-1", "must be a finite number above 0"),
         ("load=50", "not an axis; must be one of speed, inertia"),
@@ -388,9 +388,9 @@ def test_the_same_command_goes_on_with_an_extension(
     # Nothing else takes it away.
     assert "exists" in refused("run", tmp_path / "scene.toml", "-o", path)
     ok("run", tmp_path / "scene.toml", "-o", path, "--resume")
-    assert "on the axis already" in refused("extend", path, "--axis", "speed=1000")
+    assert "already on the axis" in refused("extend", path, "--axis", "speed=1000")
     text = refused("extend", path, "--axis", "speed=1950")
-    assert "holds another extension, which was interrupted" in text and "--overwrite" in text
+    assert "contains another interrupted extension" in text and "--overwrite" in text
     seen = counting_blocks(monkeypatch)
     ok("extend", path, "--axis", EXTENSION)
     count = len(seen) + 3

@@ -99,5 +99,5 @@ def test_bad_input(tables: dict[str, Any], says: str) -> None:
 
 def test_both_laws_in_one_engine_file_are_refused(tmp_path: Path) -> None:
     engine = engine_file(tmp_path, "load_linear = 2.0\nload_exponent = 1.0")
-    with pytest.raises(SceneError, match="each is a law of the load over speed"):
+    with pytest.raises(SceneError, match="each defines the load over speed"):
         sweeps.read_scene({**scene(), "engine": engine})

@@ -353,7 +353,11 @@ def test_parameters_of_the_cycle_as_designs_and_setting(tmp_path: Path) -> None:
         ("mine", {"axes": {"combustion_duration": [-5.0]}}, "combustion_duration = -5"),
         ("mine", {"axes": {"combustion_start": [-5.0, 80.0]}, "set": {"combustion_duration": 1.0}},
          "combustion_duration = 1"),
-        ("mine", {"set": {"heat": 199.0}}, "heat = 199 bar: must be less, the gas becomes hotter"),
+        (
+            "mine",
+            {"set": {"heat": 199.0}},
+            "heat = 199 bar: must be lower; the gas would become hotter",
+        ),
     ],
 )  # fmt: skip
 def test_cycles_that_are_refused(
@@ -408,5 +412,5 @@ def test_a_single_combination_that_is_no_cycle_is_refused(tmp_path: Path) -> Non
     ):
         with pytest.raises(SceneError) as caught:
             run(path, **scene)
-        assert "heat = 150 bar: must be less, the gas becomes hotter" in str(caught.value)
+        assert "heat = 150 bar: must be lower; the gas would become hotter" in str(caught.value)
         assert "\n" not in str(caught.value)

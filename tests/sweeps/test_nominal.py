@@ -57,7 +57,7 @@ def test_a_grid_without_the_engines_value(archive: Path) -> None:
         with pytest.raises(SceneError, match="speed = 1200, the engine's own value, is not on"):
             rows(part, relative_to="nominal")
         without = found.assign_attrs(engine_values="{}")
-        with pytest.raises(SceneError, match="the archive tells no value of the engine for it"):
+        with pytest.raises(SceneError, match="the archive has no value of the engine for it"):
             rows(without, relative_to="nominal")
 
 

@@ -138,7 +138,7 @@ def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
         (tmp_path / "none.nc", "no such file"),
         (tmp_path, "is not a file"),
         (text, "not a netCDF archive"),
-        (foreign, "not an archive that `run` wrote"),
+        (foreign, "not an archive written by `run`"),
         ([paths[0], tmp_path / "none.nc"], "no such file"),
         ([paths[0], foreign], "foreign.nc"),
         (paths[:2], "shards are missing"),
@@ -174,7 +174,7 @@ def test_nearest_by_words() -> None:
         ({"stroke": 0.2}, "not an axis"),
         ({"load": "high"}, "finite number"),
         ({"load": float("nan")}, "finite number"),
-        ({"case": "design 7", "design": 3}, "cut twice"),
+        ({"case": "design 7", "design": 3}, "selected twice"),
     ):
         with pytest.raises(SceneError, match=told):
             sweeps.nearest(table, **wrong)
@@ -262,8 +262,8 @@ def test_what_is_no_condition(text: str, whole: xr.Dataset) -> None:
 
 def test_what_best_and_pareto_refuse(whole: xr.Dataset) -> None:
     for call, told in (
-        (lambda: sweeps.best(whole), "one of least and most"),
-        (lambda: sweeps.best(whole, least="delta", most="imep"), "one of least and most"),
+        (lambda: sweeps.best(whole), "either least or most"),
+        (lambda: sweeps.best(whole, least="delta", most="imep"), "either least or most"),
         (lambda: sweeps.best(whole, least="dleta"), "did you mean 'delta'"),
         (lambda: sweeps.best(whole, least="load_torque"), "over crank_angle"),
         (lambda: sweeps.best(whole, least="delta", within="lod < 1"), "not in the archive"),

@@ -152,7 +152,7 @@ def test_the_command(path: Path) -> None:
         (("--quantities", "imep"), "'imep': not a quantity of the archive"),
         (("--select", "load"), "--select load: must be AXIS=VALUE"),
         (("--relative-to", "load"), "--relative-to load: must be AXIS=VALUE"),
-        (("--relative-to", "load=50"), "is no single design"),
+        (("--relative-to", "load=50"), "not a single design"),
         (("--units", "delta=kW"), "does not fit"),
         (("--units", "foo=kW"), "--units foo: no column"),
     ],

@@ -161,7 +161,7 @@ def test_columns_of_designs():
     assert sweeps.nearest(found, engine="ntua")["case"].values.tolist() == ["A", "C"]
     both = sweeps.nearest(found, engine="ntua", arrangement="in-line 2")
     assert both["case"].item() == "C"
-    with pytest.raises(SceneError, match="no design has this beside the others"):
+    with pytest.raises(SceneError, match="no design has this value together with the others"):
         sweeps.nearest(found, engine="ntua", arrangement="in-line 6")
 
 

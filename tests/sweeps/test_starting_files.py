@@ -104,7 +104,9 @@ def test_a_scene_names_an_engine_file_from_its_own_folder(tmp_path: Path) -> Non
 
 def test_what_new_refuses(tmp_path: Path) -> None:
     assert "unknown engine" in refused("new", "--for", "nothing")
-    assert "--for: not together with --engine" in refused("new", "--engine", "--for", "ntua")
+    assert "--for: not allowed together with --engine" in refused(
+        "new", "--engine", "--for", "ntua"
+    )
     assert "nowhere.toml" in refused("new", "--for", tmp_path / "nowhere.toml")
 
 

@@ -227,12 +227,12 @@ def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
     plan = plan_of(tmp_path)
     folder = tmp_path / "out.nc.partial"
     folder.write_text("mine")
-    with pytest.raises(sweeps.SceneError, match="in the way"):
+    with pytest.raises(sweeps.SceneError, match="exists, but is not a folder of its own"):
         into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
     folder.unlink()
     (tmp_path / "elsewhere").mkdir()
     folder.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(sweeps.SceneError, match="in the way"):
+    with pytest.raises(sweeps.SceneError, match="exists, but is not a folder of its own"):
         into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
     folder.unlink()
     folder.mkdir()
@@ -268,7 +268,7 @@ def test_resume_computes_nothing_but_what_is_missing(
     (tmp_path / "out.nc.partial" / "run.json").write_text(
         json.dumps({**header, "block_bytes": 30e6})
     )
-    with pytest.raises(sweeps.SceneError, match="as much as the first time"):
+    with pytest.raises(sweeps.SceneError, match="at least the memory limit of the first run"):
         into_archive.run(plan, output, Options(resume=True, memory=100e6))
     for wrong in ({"lengths": {"": 3}}, {"lengths": {"speed": 1}}, {"blocks": 1}):
         (tmp_path / "out.nc.partial" / "run.json").write_text(json.dumps({**header, **wrong}))
@@ -285,7 +285,7 @@ def test_resume_computes_nothing_but_what_is_missing(
     seen.clear()
     before = output.stat()
     again = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
-    assert again.exit_code == 0 and "complete already" in again.stdout
+    assert again.exit_code == 0 and "already complete" in again.stdout
     assert f"converged {6000}" in again.stdout
     assert not seen and output.stat().st_mtime_ns == before.st_mtime_ns
 
@@ -593,7 +593,7 @@ def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) ->
     text, errors = again.communicate()
     assert again.returncode == 0, errors
     if finished:
-        assert f"({len(finished)} of " in text or "complete already" in text
+        assert f"({len(finished)} of " in text or "already complete" in text
     assert_same(output, whole)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
 

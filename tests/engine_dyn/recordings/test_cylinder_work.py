@@ -115,7 +115,7 @@ def test_torque_of_combustion_does_the_work() -> None:
     expected = extra(ANGLE[at]) * float(geometry.volume_slope(ANGLE[at])) / imep
     assert found[at] == pytest.approx(expected, rel=1e-9)
     assert found.mean() * PERIOD == pytest.approx(geometry.swept_volume, rel=1e-12)
-    with pytest.raises(ValueError, match="no more work than the motored one"):
+    with pytest.raises(ValueError, match="no more work than the motored pressure"):
         combustion_torque(ANGLE, motored, motored, geometry)
 
 

@@ -57,7 +57,7 @@ def test_diagrams_that_are_yet_to_be_written_are_not_read(tmp_path: Path) -> Non
 def test_firing_angles_come_from_the_file(tmp_path: Path) -> None:
     four_cylinders(tmp_path / "four.csv")
     told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
-    assert "cylinders fire at 0, 540, 180, 360 degree, as the engine says" in told
+    assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
 
 
 def test_the_compression_ratio_is_that_of_all_diagrams(tmp_path: Path) -> None:

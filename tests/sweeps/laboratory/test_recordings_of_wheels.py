@@ -73,7 +73,7 @@ def test_the_other_edge_is_a_tooth_away(raw: Path) -> None:
 
 def test_an_edge_that_was_chosen_is_told(raw: Path) -> None:
     told = "\n".join(read_pressure(raw, gap_angle=RISING, **KEYS).steps)
-    assert "edge was chosen" in told and "a tooth's width away" in told
+    assert "edge was chosen" in told and "one tooth width away" in told
 
 
 def test_threshold_and_hysteresis_are_those_given(raw: Path) -> None:

@@ -233,7 +233,7 @@ def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
         assert f"\n  {key}" in told
     engine = load_engine(output)
     assert engine.family.loads.tolist() == [50.0, 100.0]
-    assert "The power, 36.4 kW, is that of the file ([data_sheet])" in told
+    assert "The power, 36.4 kW, is from the file ([data_sheet])" in told
     again = ("-o", output, "--overwrite", "--loads", "50")
     assert "of the file (" not in ok("calibrate", path, "--power", "36 kW", *again)
     assert "exists" in refused("calibrate", path, "-o", output)
@@ -318,7 +318,7 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("bore = 0.087", "bore = -1", "[values] bore = -1"),
         ("four-stroke", "two-stroke", "cycle = 'two-stroke': must be 'four-stroke'"),
         ("bore = 0.087", "bore = 87", "[values] bore = 87: must be below 3 m"),
-        ("cylinders = 4", "cylinders = 4\nfriction_constant = 90", "made: friction takes"),
+        ("cylinders = 4", "cylinders = 4\nfriction_constant = 90", "reached: friction consumes"),
         ("cylinders = 4", "cylinders = 4\nload = 3", "load = 3: must be within the loads"),
         ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed; belongs to a [[diagram]]"),
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npowr = 3", "unknown key; did you mean"),

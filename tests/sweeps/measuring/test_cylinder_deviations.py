@@ -242,7 +242,7 @@ def test_cycles_that_never_follow_each_other_are_refused(faulty: Path) -> None:
     path = faulty.with_name("torn.csv")
     torn = [line for number, line in enumerate(lines) if number == 0 or (number - 1) % 232 != 150]
     path.write_text("\n".join(torn) + "\n")
-    with pytest.raises(SceneError, match="no two whole cycles follow each other"):
+    with pytest.raises(SceneError, match="no two consecutive complete cycles"):
         sweeps.cylinder_deviations(scene(path))
 
 

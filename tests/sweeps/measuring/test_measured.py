@@ -134,7 +134,7 @@ def test_curves_over_the_crank_angle(compared: xr.Dataset) -> None:
 
 def test_gap_and_first_turn_are_found(compared: xr.Dataset) -> None:
     assert compared.attrs["gap_angle"] == pytest.approx(GAP, abs=0.5)
-    assert "found, not measured" in compared.attrs["gap_angle_from"]
+    assert "estimated, not measured" in compared.attrs["gap_angle_from"]
 
 
 def test_tooth_errors_are_found(compared: xr.Dataset) -> None:
@@ -271,12 +271,12 @@ def test_another_mean_speed_is_told(teeth: Path, computed: xr.Dataset) -> None:
         ({"kind": "speed"}, "not allowed with kind = 'speed'"),
         ({"kind": "sound"}, "kind"),
         ({"file": "none.csv"}, "none.csv"),
-        ({"file": "../teeth.csv"}, "leads out of the folder"),
+        ({"file": "../teeth.csv"}, "leads outside the folder"),
         ({"at": {}}, "varies load"),
         ({"at": {"load": 30}}, "must be among them"),
         ({"at": {"inertia": 30}}, "not an axis"),
         ({"at": {"load": [20, 50]}}, "2 values for 1 files"),
-        ({"tooth_errors": "others"}, "there is one file"),
+        ({"tooth_errors": "others"}, "there is only one file"),
         ({"tooth_errors": "some"}, "must be one of others, all, none"),
         ({"tooth_errors": [0.1]}, "must be 58"),
         ({"column": 3}, "must be 1 to 1"),
@@ -355,7 +355,7 @@ def test_the_command_writes_an_archive(teeth: Path, tmp_path: Path) -> None:
     output = tmp_path / "out" / "compared.nc"
     said = ok("measured", path, "-o", output)
     assert said.splitlines()[0].split()[0] == "recording"
-    assert "found, not measured" in said
+    assert "estimated, not measured" in said
     assert "exists" in refused("measured", path, "-o", output)
     assert "read by the scene" in refused("measured", path, "-o", teeth / FILES[1], "--overwrite")
     assert "3 designs" in ok("info", output)

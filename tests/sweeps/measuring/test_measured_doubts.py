@@ -22,7 +22,7 @@ GAP = 78.0
 PERIOD = 4 * np.pi
 SINGLE, FOUR = "ntua", "si_four_87x101"
 BACKWARDS = "are they reversed in time"
-HARDLY = "hardly alike"
+HARDLY = "hardly agree"
 GAP_WRONG = "is gap_angle wrong"
 EVENLY = "fires evenly"
 

@@ -172,7 +172,9 @@ def test_a_recording_that_begins_later_is_put_in_its_place(
 
 def test_without_a_measured_speed_the_mean_is_the_nominal_one(recorded: Recorded) -> None:
     found = sweeps.follow_cycles(recorded.scene(measured=False))
-    assert "its mean cycle has run for ever" in found.attrs["first_speed_and_load_from"]
+    assert (
+        "starts from the steady state of the mean cycle" in found.attrs["first_speed_and_load_from"]
+    )
     mean = found["omega_mean_followed"].values.mean()
     assert mean == pytest.approx(NOMINAL * RPM, rel=1e-10)
     assert "omega_raw" not in found
@@ -206,7 +208,7 @@ def test_equal_cycles_need_no_jump(recorded: Recorded, tmp_path: Path) -> None:
             {"axes": {"recorded_cycle": [1, 2, 3], "crank_mass": [1.0, 2.0]}},
             "also varies crank_mass",
         ),
-        ({"axes": {"recorded_cycle": [1, 3]}}, "numbers that follow each other"),
+        ({"axes": {"recorded_cycle": [1, 3]}}, "consecutive numbers"),
         ({"axes": {"recorded_cycle": [2]}}, "at least 2 numbers"),
         ({"set": {"pin_offset": 0.001}}, "pin_offset and crank_offset must be 0"),
         (

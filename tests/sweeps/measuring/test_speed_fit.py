@@ -154,9 +154,9 @@ def test_parameters_are_refused(change: dict[str, float], told: str) -> None:
 
 
 def test_recordings_are_refused() -> None:
-    with pytest.raises(ValueError, match="one cycle has no spread"):
+    with pytest.raises(ValueError, match="one cycle has no scatter"):
         MeasuredCycles("half", np.ones((1, 4)), np.ones(4))
     with pytest.raises(ValueError, match="positive numbers"):
         MeasuredCycles("half", np.zeros((2, 4)), np.ones(4))
-    with pytest.raises(ValueError, match="116 intervals are no turns of 57"):
+    with pytest.raises(ValueError, match="116 intervals are not whole turns of 57"):
         fit_speeds(model, PARAMETERS, exact(), teeth=57)

@@ -20,7 +20,7 @@ BASE: dict[str, Any] = {
 }
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "nothing wanted": ({"least": ()}, "least and most: neither is given"),
+    "nothing wanted": ({"least": ()}, "neither least nor most is given"),
     "unknown": ({"least": "dleta"}, "'dleta': not computed; did you mean 'delta'?"),
     "unknown in a condition": (
         {"within": "shaft_stress <= 1"},
@@ -32,7 +32,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "have a limit; take torque_max",
     ),
     "a curve in a condition": ({"within": "omega <= 10"}, "omega: not one number a design"),
-    "an outcome": ({"least": "status"}, "status: is an outcome"),
+    "an outcome": ({"least": "status"}, "status: an outcome cannot be"),
     "twice": ({"least": ["delta", "delta"]}, "delta is given twice"),
     "least and most": ({"most": "delta"}, "delta is given twice"),
     "an axis": (
@@ -131,7 +131,7 @@ def test_what_does_not_fit_into_memory_is_refused(monkeypatch: pytest.MonkeyPatc
 
 def test_a_scene_that_is_read_is_refused() -> None:
     scene = sweeps.read_scene("first")
-    with pytest.raises(SceneError, match="is read already"):
+    with pytest.raises(SceneError, match="a Scene is not accepted here"):
         sweeps.optimise(scene, least="delta")
 
 

@@ -53,7 +53,7 @@ def test_the_least_inertia_is_found_exactly() -> None:
     inertia = float(found(archive)["inertia"].item())
     assert 0.005 * (1.0 - 3e-6) < float(archive["delta"].max()) <= 0.005
     assert delta_with(inertia) <= 0.005 < delta_with(0.999 * inertia)
-    assert "found exactly: the inertia follows" in optimised_text(archive)
+    assert "exact: the inertia follows" in optimised_text(archive)
     assert "best found" not in optimised_text(archive)
 
 

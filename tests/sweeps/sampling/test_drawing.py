@@ -212,7 +212,7 @@ WRONG: dict[str, tuple[Any, str]] = {
     ),
     "far tail": (
         scene({"number": 4, "inertia": {**RANGE, "mean": 9.0, "deviation": 0.5}}),
-        "lies more than 6 standard deviations from mean = 9",
+        "is more than 6 standard deviations away from mean = 9",
     ),
     "mode outside": (
         scene({"number": 4, "inertia": {**RANGE, "mode": 3.0}}),

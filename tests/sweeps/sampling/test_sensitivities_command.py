@@ -57,7 +57,7 @@ def test_bad_input(archive: Path, tmp_path: Path) -> None:
     assert "--confidence high: must be a number" in refused(
         "sensitivities", archive, "--confidence", "high"
     )
-    assert "not a quantity of the archive" in refused(
+    assert "not a quantity in the archive" in refused(
         "sensitivities", archive, "--quantities", "detla"
     )
     assert refused("sensitivities", tmp_path / "none.nc")

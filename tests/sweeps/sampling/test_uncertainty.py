@@ -155,7 +155,7 @@ def test_the_command_and_its_table(tmp_path: Path) -> None:
         share = found.delta_share
         main = str(found.uncertain_parameter.values[int(share.values.argmax())])
     assert f"({low:.5f} to {high:.5f})" in text
-    assert f"uncertain mostly from {main}" in " ".join(text.split())
+    assert f"uncertainty mostly from {main}" in " ".join(text.split())
     assert "delta_low" not in text  # stands in brackets
 
 
@@ -219,5 +219,5 @@ def test_ranges_of_engine_files_are_checked(tmp_path: Path) -> None:
 
 def test_several_engines_are_refused() -> None:
     raw = {**scene(RANGES), "engine": ["ntua", "b112"]}
-    with pytest.raises(SceneError, match="not allowed beside several engines"):
+    with pytest.raises(SceneError, match="not allowed with several engines"):
         read_scene(raw)
