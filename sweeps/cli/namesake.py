@@ -21,8 +21,8 @@ def replaced() -> str:
     what = f"another package's, {module.__file__}" if module.__file__ else "gone"
     return (
         f"engine-dyn's module sweeps is {what}: packages '{NAMESAKE}' and 'engine-dyn' exclude "
-        f"each other. Run: pip uninstall {NAMESAKE}, then install engine-dyn with --force-reinstall; "
-        f"{_PAGE}"
+        f"each other. Run: pip uninstall {NAMESAKE}, then install engine-dyn with "
+        f"--force-reinstall; {_PAGE}"
     )
 
 
