@@ -177,8 +177,10 @@ def test_citation_and_changelog_have_the_version_and_its_date() -> None:
     assert list(zip(versions, dates, strict=True)) == [newest] * 2
 
 
-def test_the_page_on_installing_names_every_extra() -> None:
+def test_the_page_on_installing_names_every_extra_and_the_wheel() -> None:
     page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    wheels = re.findall(r"engine_dyn-([\d.]+)-py3-none-any\.whl", page)
+    assert wheels and set(wheels) == {PROJECT["version"]}
     of_developers = {"test", "docs", "lint", "release", "bench"}
     rows = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
     assert sorted(rows) == sorted(set(PROJECT["optional-dependencies"]) - of_developers)
