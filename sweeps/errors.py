@@ -34,7 +34,17 @@ MOST_LISTED = 40
 
 
 class SceneError(ValueError):
-    """Bad input of a person: one line that names file, key, value and what is allowed."""
+    """Bad input of a person: one line that names file, key, value and what is allowed.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> try:
+    ...     sweeps.run(engine="ntua", output={"quantities": ["delt"]})
+    ... except sweeps.SceneError as error:
+    ...     print("delta" in str(error))
+    True
+    """
 
     def __init__(self, message: str) -> None:
         # A name in the input may contain line ends and may have any length.

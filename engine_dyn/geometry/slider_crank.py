@@ -139,6 +139,13 @@ def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLi
     docs/method.md (7) with an offset and (8) without; Kakaitsas (2015), eq. 1.4; Mosakowski, eq. 1
     (there measured from the crank's axis). Neither form has a difference of nearly equal numbers,
     so small lambda and small angles lose no digits.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> engine_dyn.position(np.radians([0, 90, 180]), 0.25).round(4)
+    array([0.   , 1.127, 2.   ])
     """
     crank = _crank(phi, crank_ratio, offset)
     ratio, sine, root = crank.ratio, crank.sine, crank.root
@@ -156,6 +163,13 @@ def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLi
 
     Parameters and errors as `position`. docs/method.md (9); Kakaitsas (2015), eq. 1.6; Mosakowski,
     eq. 2 (opposite sign there).
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> engine_dyn.velocity(np.radians([0, 90, 180]), 0.25).round(4)
+    array([0., 1., 0.])
     """
     ratio, offset, sine, cosine, root = _crank(phi, crank_ratio, offset)
     return sine * (1.0 + ratio * cosine / root) - offset * (ratio * cosine / root)
@@ -168,6 +182,13 @@ def acceleration(
 
     Positive towards bottom dead centre. Parameters and errors as `position`. docs/method.md (10);
     Kakaitsas (2015), eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> engine_dyn.acceleration(np.radians([0, 90, 180]), 0.25).round(4)
+    array([ 1.25  , -0.2582, -0.75  ])
     """
     ratio, offset_ratio, sine, cosine, root = _crank(phi, crank_ratio, offset)
     s2 = sine * sine  # products: a power of 4 takes ten times as long
@@ -186,6 +207,13 @@ def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayL
     Positive while the big end stands on the side on which the crank pin goes down:
     sin(beta) = lambda (sin(theta) - e/r), docs/method.md (2). Parameters and errors as `position`.
     Kakaitsas (2015), eq. 1.3.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> np.degrees(engine_dyn.rod_angle(np.radians([0, 90, 180]), 0.25)).round(2)
+    array([ 0.  , 14.48,  0.  ])
     """
     ratio, offset, sine, _, _ = _crank(phi, crank_ratio, offset)
     return np.arcsin(ratio * (sine - offset))

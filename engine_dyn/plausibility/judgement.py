@@ -48,7 +48,32 @@ SI_UNITS: Mapping[str, tuple[str, float]] = {
 
 
 class ImplausibleWarning(UserWarning):
-    """A value that engines do not have: often another unit. The computation goes on."""
+    """A value that engines do not have: often another unit. The computation goes on.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     found = engine_dyn.periodic_speed(
+    ...         diagram,
+    ...         bore=0.1,
+    ...         stroke=0.12,
+    ...         crank_ratio=0.25,
+    ...         reciprocating_mass=1.5,
+    ...         inertia=1.0,
+    ...         speed=1500.0,  # in rpm; speed is in rad/s
+    ...     )
+    >>> caught[0].category is engine_dyn.ImplausibleWarning
+    True
+    """
 
 
 @dataclass(frozen=True)
@@ -71,6 +96,13 @@ class Implausible:
         How many values are outside, out of how many.
     place : tuple of int
         Where the worst is, in the shape of the values together.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> (found,) = engine_dyn.implausible(bore=80.0)  # in mm; bore is in m
+    >>> found.value, found.check.unit
+    (80.0, 'm')
     """
 
     check: Check
@@ -139,6 +171,13 @@ def implausible(
     tuple of Implausible
         One for each measure that is outside its range; `str` makes a line of it. A parameter whose
         value is questioned is not looked at in further measures.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> (found,) = engine_dyn.implausible(bore=80.0)  # in mm; bore is in m
+    >>> found.key
+    'bore'
     """
     found: list[Implausible] = []
     values = {n: v if isinstance(v, float | int) else _array(n, v) for n, v in values.items()}

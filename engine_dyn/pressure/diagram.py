@@ -50,6 +50,20 @@ class Diagram:
         4 pi (four-stroke) or 2 pi (two-stroke).
     motored : callable, optional
         Makes the diagram without combustion, where that is known: see `pressure.motored`.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> diagram.angle.size
+    23
+    >>> round(float(diagram(np.radians(730))) / 1e5, 1)  # periodic: 730 degrees is 10
+    56.0
     """
 
     angle: Floats
@@ -250,6 +264,18 @@ def diagram_from_points(
         that is not positive (also between the points) or above 500 bar, or nowhere above 0.01 bar,
         ends that differ by more than 2 % of p_max, a peak outside -30..60 degrees, pressure that
         does not rise through the compression.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> round(float(diagram(np.radians(10))) / 1e5, 1)
+    56.0
     """
     phi, p = checked_points(angle, pressure, period)
     diagram = Diagram(phi, p, periodic_spline_slopes(phi, p, period), period)

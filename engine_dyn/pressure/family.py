@@ -157,6 +157,20 @@ class Family(RowsOfDiagrams):
         Loads [percent], strictly ascending.
     diagrams : tuple of Diagram
         One for each load, all with the same knots and period.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> light = engine_dyn.diagram_from_points(np.radians(degrees), 0.8e5 * np.array(bar))
+    >>> family = engine_dyn.family_from_diagrams([50, 100], [light, diagram])
+    >>> len(family.diagrams)
+    2
     """
 
     loads: Floats
@@ -291,6 +305,20 @@ def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) ->
     ValueError
         For unequal lengths, loads that do not ascend, are negative or not finite, different
         periods, or peaks of neighbouring loads more than 60 degrees apart.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> light = engine_dyn.diagram_from_points(np.radians(degrees), 0.8e5 * np.array(bar))
+    >>> family = engine_dyn.family_from_diagrams([50, 100], [light, diagram])
+    >>> family.loads
+    array([ 50., 100.])
     """
     values = given_array("loads", loads).copy()
     if values.ndim != 1 or len(values) == 0 or len(values) != len(diagrams):

@@ -53,6 +53,28 @@ class PeriodicSpeed:
         Number of cycles, or of passes of the iteration.
     crank_angle, omega : ndarray
         Angles [rad] and the speed there [rad/s]; empty unless asked for.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> found = engine_dyn.periodic_speed(
+    ...     diagram,
+    ...     bore=0.1,
+    ...     stroke=0.12,
+    ...     crank_ratio=0.25,
+    ...     reciprocating_mass=1.5,
+    ...     inertia=1.0,
+    ...     speed=150.0,
+    ...     crank_angle=np.radians([0, 180]),
+    ... )
+    >>> bool(found.omega_min < found.omega_mean < found.omega_max)
+    True
     """
 
     status: int
@@ -186,6 +208,32 @@ def periodic_speed(
         For values that engines do not have, which often are in another unit; see
         `engine_dyn.implausible`, which looks at arrays. Once where they are all meant so:
         ``warnings.simplefilter("ignore", engine_dyn.ImplausibleWarning)``.
+
+    Examples
+    --------
+    >>> import engine_dyn
+    >>> import numpy as np
+    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
+    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> found = engine_dyn.periodic_speed(
+    ...     diagram,
+    ...     bore=0.1,
+    ...     stroke=0.12,
+    ...     crank_ratio=0.25,
+    ...     reciprocating_mass=1.5,
+    ...     inertia=1.0,
+    ...     speed=150.0,
+    ...     crank_angle=np.radians([0, 180]),
+    ... )
+    >>> found.status
+    0
+    >>> round(found.delta, 3)
+    0.037
+    >>> found.omega.round(1)
+    array([146.2, 151.7])
     """
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()

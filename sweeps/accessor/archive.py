@@ -29,9 +29,18 @@ class ArchiveAccessor:
 
     Examples
     --------
-    >>> archive = sweeps.run("first")  # doctest: +SKIP
-    >>> archive.dyn.best(least="inertia", within="delta <= 1/50")  # doctest: +SKIP
-    >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")  # doctest: +SKIP
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> archive.dyn.outcomes
+    {'converged': 6}
+    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50")
+    >>> float(found.inertia)
+    20.0
+    >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")
     """
 
     def __init__(self, archive: xr.Dataset) -> None:
@@ -54,6 +63,17 @@ class ArchiveAccessor:
         ------
         SceneError
             For an archive of which no design can fail: it has no `status`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.status_words.values[0].tolist()
+        ['converged', 'converged']
         """
         from engine_dyn.status import MEANINGS
 
@@ -68,7 +88,19 @@ class ArchiveAccessor:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """Number of designs of each outcome; empty where no design can fail."""
+        """Number of designs of each outcome; empty where no design can fail.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.outcomes
+        {'converged': 6}
+        """
         from sweeps.presenting.archives import outcome_counts
 
         return outcome_counts(self._archive)
@@ -78,7 +110,19 @@ class ArchiveAccessor:
         within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
         not_counted: str | Sequence[str] = (),
     ) -> xr.Dataset:  # fmt: skip
-        """Find the design with the least, or most, of a quantity; see `sweeps.best`."""
+        """Find the design with the least, or most, of a quantity; see `sweeps.best`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> float(archive.dyn.best(least="delta", within="inertia <= 20").speed)
+        1500.0
+        """
         from sweeps.exploring.search import best
 
         return best(
@@ -91,7 +135,19 @@ class ArchiveAccessor:
         within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
         not_counted: str | Sequence[str] = (),
     ) -> xr.Dataset:  # fmt: skip
-        """Find the designs that no other beats in all quantities; see `sweeps.pareto`."""
+        """Find the designs that no other beats in all quantities; see `sweeps.pareto`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.pareto("inertia", "delta").inertia.values
+        array([ 5., 20., 40.])
+        """
         from sweeps.exploring.search import pareto
 
         return pareto(
@@ -100,7 +156,19 @@ class ArchiveAccessor:
         )  # fmt: skip
 
     def nearest(self, **values: float | str) -> xr.Dataset:
-        """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`."""
+        """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> float(archive.dyn.nearest(speed=1400).speed)
+        1500.0
+        """
         from sweeps.exploring.slices import nearest
 
         return nearest(self._archive, **values)
@@ -129,6 +197,18 @@ class ArchiveAccessor:
         ------
         SceneError
             For names that the archive does not have.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> table = archive.dyn.table(sort="delta", limit=2)
+        >>> table["inertia"].tolist()
+        [40.0, 40.0]
         """
         from sweeps.exploring.rows import rows
 
@@ -147,6 +227,21 @@ class ArchiveAccessor:
 
         The parameters are those of `table`; `units` are those of columns, such as
         ``{"brake_power": "hp"}`` or ``"archive"`` for those of the archive.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.show(select={"speed": 1500}, quantities="delta")
+        ... # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
+        at speed = 1500
+        ...
+        inertia 5 20 40 kg m² ...
+        delta 0.02381 0.005941 0.002970 ...
         """
         from sweeps.exploring.rows import rows
         from sweeps.presenting.tables import rows_text
@@ -169,6 +264,17 @@ class ArchiveAccessor:
         ------
         SceneError
             For a path that does not end with .xlsx, and as `sweeps.export`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.to_excel("archive.xlsx", quantities="delta").rows
+        6
         """
         from sweeps.checks import a_path
 
@@ -180,7 +286,19 @@ class ArchiveAccessor:
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
         overwrite: bool = False, head_units: bool = False,
     ) -> Exported:  # fmt: skip
-        """Write a table in .csv, .parquet or .xlsx; see `sweeps.export`."""
+        """Write a table in .csv, .parquet or .xlsx; see `sweeps.export`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.export("table.csv", head_units=True).rows
+        6
+        """
         from sweeps.exploring.export import export
 
         return export(
@@ -191,7 +309,19 @@ class ArchiveAccessor:
         self, path: str | Path, *, limit: float = 20e6,
         units: str | Mapping[str, str] | None = None, overwrite: bool = False,
     ) -> Path:  # fmt: skip
-        """Write one HTML file with tables, figures and an explorer; see `sweeps.report`."""
+        """Write one HTML file with tables, figures and an explorer; see `sweeps.report`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.report("report.html").name
+        'report.html'
+        """
         from sweeps.checks import a_path
         from sweeps.presenting.report.page import report
 
@@ -211,6 +341,16 @@ class ArchiveAccessor:
         ------
         SceneError
             Where Panel is not installed, for units that do not fit, and without numbers.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> explorer = archive.dyn.explore(units={"torque_mean": "kN m"})
         """
         from sweeps.presenting.report.explore import explore
 

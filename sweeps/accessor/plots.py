@@ -47,6 +47,19 @@ class Plots:
     """Figures of an archive: each kind is a method, and ``archive.dyn.plot()`` draws all.
 
     Its text lists what this archive gives, and what the other kinds need.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> figure = archive.dyn.plot.numbers(quantities="delta", target="delta=1/50")
+    >>> figure.axes[0].get_xlabel().startswith("Moment of inertia")
+    True
+    >>> figure.savefig("delta.svg")
     """
 
     def __init__(self, archive: xr.Dataset) -> None:
@@ -104,6 +117,17 @@ class Plots:
         """Draw all figures, or all of some kinds; by the names that their files would have.
 
         The keywords are those of the single kinds.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> sorted(archive.dyn.plot("numbers", size="160x100"))
+        ['delta_inertia', 'torque_mean_speed']
         """
         from sweeps.figures import figures, options_of
 

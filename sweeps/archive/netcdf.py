@@ -89,6 +89,14 @@ def open_archive(path: str | Path) -> xr.Dataset:
     SceneError
         If it is an archive of a newer format than this version reads; later, where values that are
         used cannot be read.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> done = sweeps.stream("first", "first.nc")
+    >>> with sweeps.open_archive("first.nc") as archive:
+    ...     print(dict(archive.sizes))
+    {'load': 3, 'inertia': 25}
     """
     from sweeps.archive.stored_values import dataset_from
 

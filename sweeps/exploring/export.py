@@ -85,6 +85,20 @@ def export(
         Parquet without pyarrow, Excel without openpyxl, and more rows than a sheet has.
     OSError
         Where the table cannot be written.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> sweeps.export(archive, "table.csv", quantities="delta").rows
+    6
+    >>> with open("table.csv") as file:
+    ...     print(file.readline().strip())
+    inertia,speed,delta
     """
     path = a_path(path, "path")
     check_dataset(archive)

@@ -120,9 +120,9 @@ def firing_orders(
     Examples
     --------
     >>> import sweeps
-    >>> found = sweeps.firing_orders("ntua", arrangement="in-line 6")  # doctest: +SKIP
-    >>> found.sortby("rank")["firing_order"].values[0]  # doctest: +SKIP
-    '1-4-2-6-3-5'
+    >>> found = sweeps.firing_orders("ntua", arrangement="in-line 4", by="torque_after_throw_range")
+    >>> sorted(map(str, found.firing_order.values))
+    ['1-2-4-3', '1-3-4-2']
     """
     from sweeps.running.in_memory import run
 

@@ -50,6 +50,14 @@ def open(  # the name that a person looks for
     SceneError
         Where a file is missing, is no archive that `run` wrote, or does not belong to the others;
         later, where values that are used are damaged.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> done = sweeps.stream("first", "first.nc")
+    >>> with sweeps.open("first.nc") as archive:
+    ...     print(dict(archive.sizes))
+    {'load': 3, 'inertia': 25}
     """
     with apart_first(untrusted):
         return _open(path)

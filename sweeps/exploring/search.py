@@ -67,16 +67,17 @@ def best(
 
     Examples
     --------
+    >>> import sweeps
     >>> archive = sweeps.run(
-    ...     {
-    ...         "engine": "ntua",
-    ...         "axes": {"inertia": [5, 20, 40], "load": [50, 90], "speed": [1200, 1500]},
-    ...         "output": {"quantities": ["delta"]},
-    ...     }
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "load": [50, 90], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta"]},
     ... )
     >>> found = sweeps.best(
-    ...     archive, least="inertia", within="delta <= 1/200", at_every=["load", "speed"]
+    ...     archive, least="inertia", within="delta <= 1/50", at_every=["load", "speed"]
     ... )
+    >>> float(found.inertia)
+    20.0
     """
     check_dataset(archive)
     if (least is None) == (most is None):
@@ -131,6 +132,20 @@ def pareto(
     ------
     SceneError
         As `best`.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> front = sweeps.pareto(archive, "inertia", "delta")
+    >>> front.inertia.values
+    array([ 5., 20., 40.])
+    >>> front.speed.values
+    array([1500., 1500., 1500.])
     """
     check_dataset(archive)
     names = [str(name) for name in (first, second, *more)]

@@ -130,8 +130,14 @@ def sensitivities(
     Examples
     --------
     >>> import sweeps
-    >>> archive = sweeps.open("study.nc")  # doctest: +SKIP
-    >>> sweeps.sensitivities(archive, "delta").delta_total  # doctest: +SKIP
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [2, 4, 8], "speed": [1200, 1300], "bore": [0.139, 0.141]},
+    ...     output={"quantities": ["delta"]},
+    ... )
+    >>> indices = sweeps.sensitivities(archive, "delta")
+    >>> str(indices.parameter.values[indices.delta_total.values.argmax()])
+    'inertia'
     """
     import xarray as xr
 

@@ -40,6 +40,18 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     ------
     SceneError
         For a name that is no axis, and for values that are neither numbers nor words of the axis.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> one = sweeps.nearest(archive, inertia=18, speed=1510)
+    >>> float(one.inertia), float(one.speed)
+    (20.0, 1500.0)
     """
     check_dataset(archive)
     places: dict[str, list[int]] = {}

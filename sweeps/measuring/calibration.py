@@ -89,6 +89,27 @@ def calibrate(
     SceneError
         With one line, for bad input and for a data sheet that the model cannot reach, with what it
         could.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> text = '''title = "Car engine"
+    ... cycle = "four-stroke"
+    ... [values]
+    ... cylinders = 4
+    ... bore = 0.0875
+    ... stroke = 0.101
+    ... rod_length = 0.151
+    ... reciprocating_mass = 0.65
+    ... inertia = 0.15
+    ... '''
+    >>> with open("engine.toml", "w") as file:
+    ...     written = file.write(text)
+    >>> made = sweeps.calibrate(
+    ...     "engine.toml", power=110, speed=5200, kind="spark-ignition", loads=[100]
+    ... )
+    >>> "[[diagram]]" in made.text
+    True
     """
     sheet = read_data_sheet(a_path(engine, "engine"))
     given = published(

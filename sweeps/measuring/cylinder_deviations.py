@@ -170,6 +170,28 @@ def cylinder_deviations(
     SceneError
         One line: a scene without [measured], speed over angle, fewer than two cylinders, engines
         whose cylinders differ, recordings that cannot be read or are too short.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sweeps
+    >>> computed = sweeps.run(
+    ...     engine="si_four_87x101",
+    ...     set={"speed": 2000, "misfire": 2},
+    ...     output={"quantities": ["omega"]},
+    ... )
+    >>> step = np.tile(np.pi / 180 / computed.omega.values, 20)  # seconds a degree, of 20 cycles
+    >>> teeth = np.concatenate([np.arange(turn, turn + 343, 6) for turn in range(0, 14400, 360)])
+    >>> times = np.append(0.0, np.cumsum(step))[teeth]
+    >>> np.savetxt("teeth.csv", times, header="time [s]", comments="")
+    >>> found = sweeps.cylinder_deviations(
+    ...     engine="si_four_87x101",
+    ...     set={"speed": 2000},
+    ...     output={"quantities": ["delta"]},
+    ...     measured={"file": "teeth.csv", "kind": "teeth", "wheel": "60-2", "gap_angle": 360},
+    ... )
+    >>> found.dead.values
+    array([[0., 1., 0., 0.]])
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")

@@ -119,6 +119,26 @@ def identify(
         One line: no recordings, single cycles, unknown parameters, parameters that the speed
         cannot tell apart (docs/identification.md says which these are), a start without a steady
         speed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sweeps
+    >>> computed = sweeps.run(engine="ntua", set={"inertia": 2.5}, output={"quantities": ["omega"]})
+    >>> cycles = np.tile(computed.omega[::4], 10) * 30 / np.pi
+    >>> cycles *= 1 + 0.001 * np.random.default_rng(1).standard_normal(cycles.size)
+    >>> table = np.column_stack([4.0 * np.arange(cycles.size) - 360, cycles])
+    >>> heads = "crank angle [deg],speed [rpm]"
+    >>> np.savetxt("speed.csv", table, delimiter=",", header=heads, comments="")
+    >>> fit = sweeps.identify(
+    ...     engine="ntua",
+    ...     solver={"closure": "cycle_time"},
+    ...     output={"quantities": ["delta"]},
+    ...     measured={"file": "speed.csv", "kind": "speed"},
+    ...     vary=["inertia"],
+    ... )
+    >>> bool(fit.value_low[0] < 2.5 < fit.value_high[0])
+    True
     """
     given = read_scene(scene, **tables)
     wanted = dict(vary) if isinstance(vary, Mapping) else {key: Varied() for key in vary}

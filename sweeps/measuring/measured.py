@@ -148,6 +148,22 @@ def measured(
     SceneError
         One line: a scene without [measured], recordings that cannot be read or do not fit the
         wheel, and a scene whose designs the recordings do not tell apart.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sweeps
+    >>> computed = sweeps.run(engine="ntua", output={"quantities": ["omega"]})
+    >>> table = np.column_stack([computed.crank_angle, computed.omega * 30 / np.pi])
+    >>> heads = "crank angle [deg],speed [rpm]"
+    >>> np.savetxt("speed.csv", table, delimiter=",", header=heads, comments="")
+    >>> found = sweeps.measured(
+    ...     engine="ntua",
+    ...     output={"quantities": ["delta"]},
+    ...     measured={"file": "speed.csv", "kind": "speed"},
+    ... )
+    >>> found.correlation.values.round(3)
+    array([1.])
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")

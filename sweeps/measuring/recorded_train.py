@@ -132,6 +132,26 @@ def follow_cycles(
     SceneError
         One line: no recorded cycles or several designs, engines and loads that are not followed,
         cycles that do not drive their load, and speeds that do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sweeps
+    >>> loads = [60, 70, 50, 60]  # of four cycles in a row
+    >>> cycles = sweeps.run(
+    ...     engine="ntua", axes={"load": [50, 60, 70]}, output={"quantities": ["pressure"]}
+    ... ).sel(load=loads)
+    >>> heads = ";".join(f"{angle:g}" for angle in cycles.crank_angle.values)
+    >>> table = np.column_stack([[1, 2, 3, 4], cycles.pressure])
+    >>> np.savetxt("cycles.csv", table, delimiter=";", header=f"cycle;{heads}", comments="")
+    >>> train = sweeps.follow_cycles(
+    ...     engine="ntua",
+    ...     axes={"recorded_cycle": [1, 2, 3, 4]},
+    ...     indicator={"file": "cycles.csv", "unit": "bar"},
+    ...     output={"quantities": ["delta"]},
+    ... )
+    >>> int(train.imep.values.argmin()) + 1
+    3
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")

@@ -101,6 +101,15 @@ class Plan:
         What is computed for bands of uncertain values; their variables are there too.
     afterwards : frozenset of str
         Outputs of both, which no stage computes: they follow from the results of several plans.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> plan = sweeps.plan("first")
+    >>> plan.sizes["inertia"], plan.sizes["load"]
+    (25, 3)
+    >>> "delta" in plan.outputs
+    True
     """
 
     scene: Scene

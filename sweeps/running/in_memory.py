@@ -82,10 +82,14 @@ def run(
     >>> import sweeps
     >>> archive = sweeps.run(
     ...     engine="ntua",
-    ...     set={"speed": 1500.0, "load": 90.0},
-    ...     axes={"inertia": [2.0, 4.0]},
+    ...     set={"speed": 1500, "load": 90},
+    ...     axes={"inertia": [2, 4]},
     ...     output={"quantities": ["delta"]},
-    ... )  # doctest: +SKIP
+    ... )
+    >>> archive.delta.dims
+    ('inertia',)
+    >>> archive.delta.values.round(4)
+    array([0.0814, 0.0405])
     """
     from sweeps.archive.labels import label
 

@@ -91,13 +91,14 @@ def stream(
     Examples
     --------
     >>> import sweeps
-    >>> sweeps.stream("first", "first.nc")  # doctest: +SKIP
-    >>> sweeps.stream(
+    >>> finished = sweeps.stream(
     ...     archive="delta.nc",
     ...     engine="ntua",
-    ...     axes={"inertia": [2.0, 4.0]},
+    ...     axes={"inertia": [2, 4]},
     ...     output={"quantities": ["delta"]},
-    ... )  # doctest: +SKIP
+    ... )
+    >>> finished.outcomes
+    {'converged': 2}
     """
     given: dict[str, Any] = dict(tables)
     if isinstance(output, Mapping):

@@ -121,6 +121,15 @@ class Scene(GivenValues):
     beside : tuple of Beside
         The ordinary scenes that a scene of several engines or arrangements consists of; empty for
         an ordinary one. Then `engine` is the first of them.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> scene = sweeps.read_scene("first")
+    >>> scene.dimensions
+    ('load', 'inertia')
+    >>> scene.settings
+    {'speed': 1200.0}
     """
 
     title: str

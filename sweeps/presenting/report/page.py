@@ -66,7 +66,14 @@ def report(
 
     Examples
     --------
-    >>> sweeps.report("first.nc", "first.html")  # doctest: +SKIP
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> sweeps.report(archive, "report.html").name
+    'report.html'
     """
     path = Path(path)
     if path.exists() and not overwrite:

@@ -92,8 +92,16 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
 
     Examples
     --------
-    >>> recorded = sweeps.read_pressure("run12.csv", unit="kPa", average=True)  # doctest: +SKIP
-    >>> recorded.write("pressure.csv")  # doctest: +SKIP
+    >>> import numpy as np
+    >>> import sweeps
+    >>> computed = sweeps.run(engine="ntua", output={"quantities": ["pressure"]})
+    >>> table = np.column_stack([computed.crank_angle, computed.pressure * 100])
+    >>> np.savetxt("run12.csv", table, delimiter=";", header="angle [deg];p [kPa]", comments="")
+    >>> recorded = sweeps.read_pressure("run12.csv", engine="ntua")
+    >>> recorded.write("pressure.csv")
+    >>> with open("pressure.csv") as file:
+    ...     "crank_angle_deg,pressure_bar" in file.read()
+    True
     """
     path = a_path(path, "path")
     given = dict(options)
