@@ -114,7 +114,8 @@ def test_the_million_designs_of_the_readme() -> None:
 
 
 def test_first_scene(folder: Path) -> None:
-    (first,) = blocks("toml", "first_scene.md")
+    page = DOCUMENTS["tutorials/first_scene.md"]
+    (first,) = re.findall(r"^%%writefile my_scene.toml\n(.*?)```", page, re.DOTALL | re.MULTILINE)
     (every_table,) = blocks("toml", "scene_files.md")
     (folder / "my_scene.toml").write_text(first, encoding="utf-8")
     archive = sweeps.run("my_scene.toml")
@@ -122,8 +123,7 @@ def test_first_scene(folder: Path) -> None:
     assert set(archive.data_vars) >= {"delta", "omega_max", "omega_min", "torque_mean"}
     assert (archive["status"] == 0).all()
     # What varies and what is set is explained line by line.
-    page = DOCUMENTS["first_scene.md"]
-    explained = page[page.index("| line | says |") : page.index("engine-dyn plan my_scene")]
+    explained = page[page.index("| line | meaning |") : page.index("engine-dyn run my_scene")]
     for table in tomllib.loads(first).values():
         for key in table if isinstance(table, dict) else ():
             assert key in explained
