@@ -14,6 +14,7 @@ __all__ = [
     "EXPLAINED",
     "FAILED_DRAWS",
     "FOUND",
+    "FULFILLING",
     "GENERATION",
     "HIGH",
     "INERTIA_MODEL",
@@ -67,11 +68,11 @@ are, as JSON."""
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""
 
-GENERATION, RESTART, FOUND = "generation", "restart", "found"
-"""Columns of designs that a search computed: when it came to each, and whether it is what was
-found."""
+GENERATION, RESTART, FOUND, FULFILLING = "generation", "restart", "found", "fulfilling"
+"""Columns of designs that a search computed: when it came to each, whether it is what was found,
+and whether it fulfils the conditions."""
 
-SEARCHED = (GENERATION, RESTART, FOUND)
+SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""

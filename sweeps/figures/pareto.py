@@ -16,10 +16,11 @@ from engine_dyn import status as outcome
 from engine_dyn.types import Floats, Integers
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import free_scale, log_ticks, x_label, y_label
+from sweeps.figures.searched_front import is_searched, searched_fronts, searched_names
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study, design_text, parameters_of
 from sweeps.figures.views import MOST_LINES, View, is_words, pick
-from sweeps.figures.wording import axis_label, name_of
+from sweeps.figures.wording import axis_label, middle_of_sentence, name_of
 from sweeps.fronts import front_of, unbeaten
 
 if TYPE_CHECKING:
@@ -89,9 +90,11 @@ def pareto_names(view: View) -> list[str]:
 
     An axis is taken only when it is asked for: over a grid, the front of what falls along an axis
     is that line again. A list of designs that differ from a nominal one in one parameter each is no
-    choice either.
+    choice either. Of a search it is what was wanted of it.
     """
     asked = view.options.quantities
+    if is_searched(view) and not asked:
+        return searched_names(view)
     if view.nominal and len(asked) != 2:
         return []
     wanted = asked if len(asked) == 2 else [name for name in GOALS if name not in view.data.sizes]
@@ -117,6 +120,9 @@ def _is_goal(view: View, name: str) -> bool:
 
 def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the fronts of pairs that pull against each other, at most a few."""
+    if is_searched(study.view) and not study.view.options.quantities:
+        yield from searched_fronts(study, names)
+        return
     drawn = 0
     for pair in combinations(names, 2):
         found = front(study.view, pair)
@@ -199,15 +205,11 @@ def _figure(view: View, names: Sequence[str], found: Front) -> Figure:
     labels = [_label(view, name) for name in names]
     x_label(panel, labels[0], 4.5)
     y_label(panel, labels[1], 3.2)
-    words = [_middle(name_of(view.array(name), name)) for name in names]
+    words = [middle_of_sentence(name_of(view.array(name), name)) for name in names]
     return finish(
         figure, f"Pareto front of {words[0]} and {words[1]}", view.notes(names), entries,
         caption=view.caption,
     )  # fmt: skip
-
-
-def _middle(text: str) -> str:
-    return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 def _label(view: View, name: str) -> str:
@@ -232,7 +234,7 @@ def _named(panel: Axes, view: View, found: Front, entries: Entries) -> None:
         at = np.unravel_index(int(found.places[which]), shape)
         said = []
         for dim, index in zip(found.dims, at, strict=True):
-            if dim == "design" and not view.axis(dim).words:
+            if dim == "design" and "case" not in view.data.variables:
                 said += [
                     design_text(view.data, key, int(index)) for key in parameters_of(view.data)
                 ]
@@ -246,4 +248,5 @@ def _named(panel: Axes, view: View, found: Front, entries: Entries) -> None:
         (handle,) = panel.plot(
             [], [], linestyle="none", marker=f"${number}$", markersize=6.0, color=rc("text.color")
         )
-        entries[", ".join(said)] = handle
+        text = ", ".join(said)
+        entries[text if text not in entries else f"{text} ({number})"] = handle

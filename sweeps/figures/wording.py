@@ -179,6 +179,11 @@ def unit_in_brackets(variable: xr.Variable) -> str:
     return f"{HARD_SPACE}({unit_text(str(variable.attrs['units'])) or EN_DASH})"
 
 
+def middle_of_sentence(text: str) -> str:
+    """A name as it stands within a sentence."""
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text
+
+
 def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
     """One value of a parameter: symbol = number unit."""
     said = with_unit(variable, value, digits)

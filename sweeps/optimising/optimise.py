@@ -15,7 +15,7 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.types import Booleans, Integers
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.checks import thread_count
-from sweeps.dimensions import DESIGN, FOUND
+from sweeps.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.errors import SceneError, shown
 from sweeps.fronts import front_of
 from sweeps.optimising.evaluation import Designs, Judgement
@@ -102,7 +102,8 @@ def optimise(
     Dataset
         All designs that were computed, along `design`, with the parameters that were searched, what
         the scene asks for and what the search is about; `generation` and `restart` say when each
-        was computed, and `found` is 1 for the best one, or for those of the front. The attribute
+        was computed, `found` is 1 for the best one, or for those of the front, and
+        `fulfilling` is 1 where the conditions hold. The attribute
         `optimisation` tells the search as JSON. `best`, `pareto` and figures take it as any
         archive.
 
@@ -278,7 +279,18 @@ class _Search:
             "flag_values": np.array([0, 1], dtype=np.int8),
             "flag_meanings": "computed found",
         }
-        archive = archive.assign_coords({FOUND: xr.Variable((DESIGN,), found, attributes)})
+        fulfils = {
+            "long_name": "whether the design meets all conditions at every point",
+            "units": "1",
+            "flag_values": np.array([0, 1], dtype=np.int8),
+            "flag_meanings": "no yes",
+        }
+        archive = archive.assign_coords(
+            {
+                FOUND: xr.Variable((DESIGN,), found, attributes),
+                FULFILLING: xr.Variable((DESIGN,), judged.fulfilling.astype(np.int8), fulfils),
+            }
+        )
         archive.attrs[ATTRIBUTE_OF_SEARCH] = json.dumps(about, ensure_ascii=False)
         return archive
 
