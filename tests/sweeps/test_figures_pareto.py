@@ -127,5 +127,5 @@ def test_an_axis_is_a_goal_only_when_asked_for() -> None:
 def test_curves_are_no_goals() -> None:
     data = choices()[["delta"]]
     curve = 100.0 + data["delta"] * xr.DataArray([0.0, 1.0], dims="crank_angle")
-    with pytest.raises(SceneError, match="pareto: the archive does not give it"):
+    with pytest.raises(SceneError, match="pareto: not available for this archive"):
         figure(data.assign(omega=curve), "pareto", options_of(quantities="delta,omega"))

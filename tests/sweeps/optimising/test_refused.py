@@ -28,16 +28,16 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a curve": (
         {"least": "torque"},
-        "torque: not one number a design, it is over crank_angle: nothing that can be least or "
-        "have a limit; take torque_max",
+        "torque: not one number per design, because it varies over crank_angle, so it cannot be "
+        "minimised or limited; use torque_max",
     ),
-    "a curve in a condition": ({"within": "omega <= 10"}, "omega: not one number a design"),
+    "a curve in a condition": ({"within": "omega <= 10"}, "omega: not one number per design"),
     "an outcome": ({"least": "status"}, "status: an outcome cannot be"),
     "twice": ({"least": ["delta", "delta"]}, "delta is given twice"),
     "least and most": ({"most": "delta"}, "delta is given twice"),
     "an axis": (
         {"least": ["delta", "speed"]},
-        "speed: is an axis of the scene, at all values of which the conditions must hold; search "
+        "speed: is an axis of the scene, at whose every value the conditions must hold; search "
         "it instead",
     ),
     "not searched": (
@@ -64,14 +64,17 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"not_counted": "idle"},
         "not counted: 'idle': unknown",
     ),
-    "nothing to search": ({"over": None}, "scene: nothing to search: no [sample]"),
+    "nothing to search": ({"over": None}, "scene: nothing to search: the scene has no [sample]"),
     "an empty range": ({"over": "inertia = 2 to 2"}, "over inertia: low = 2 and high = 2"),
     "reversed": ({"over": "inertia = 8 to 2"}, "over inertia: low = 8 and high = 2: low must be"),
     "outside": ({"over": "inertia = -1 to 2"}, "over inertia low = -1: must be a finite number"),
     "one value": ({"over": "inertia = 2"}, "over inertia = [2]: must have at least two values"),
     "no range": ({"over": "inertia = two to 8"}, "over 'inertia = two to 8': must be 'inertia ="),
     "an unknown key": ({"over": "inertai = 2 to 8"}, "over inertai: unknown key; did you mean"),
-    "a quantity": ({"over": "delta = 1 to 2"}, "over delta: unknown key: is a quantity"),
+    "a quantity": (
+        {"over": "delta = 1 to 2"},
+        "over delta: unknown key: this is a computed",
+    ),
     "not in the sample": (
         {"over": "inertia"},
         "over 'inertia': not in [sample] of scene; give a range to search it too, such as "

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import sweeps
+from sweeps.figures.drawing import figure
 from sweeps.optimising.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.presenting.optimised import optimised_text
 from tests.support.commands import invoke, ok, refused
@@ -137,7 +138,7 @@ def test_what_is_found_is_what_best_finds() -> None:
     best = sweeps.best(archive, least="delta", within="inertia <= 40", at_every="load")
     assert float(best["inertia"]) == float(found(archive)["inertia"].item())
     text = optimised_text(archive)
-    assert text.startswith("best found: least delta = ") and "nothing says that" in text
+    assert text.startswith("best found: least delta = ") and "a better one may exist" in text
     assert "optim" not in text
 
 
@@ -183,7 +184,7 @@ def test_a_space_that_can_be_counted_is_computed_whole() -> None:
     good = worst["delta"].where(worst["torque_range"] <= 4000.0)
     assert 1 < int(good.notnull().sum()) < 12
     assert float(found(archive)["delta"].max()) == pytest.approx(float(good.min()), rel=1e-9)
-    assert "all 12 designs that there are were computed" in optimised_text(archive)
+    assert "all 12 designs that are possible were computed" in optimised_text(archive)
 
 
 def test_words_and_whole_numbers_are_searched_with_ranges() -> None:
@@ -253,6 +254,24 @@ def test_a_front_is_that_of_all_designs(names: list[str]) -> None:
     text = optimised_text(archive)
     assert f"front of {front.sizes['front']} designs" in text
     assert text.count("\n") < 30
+
+
+def test_the_figure_of_a_search_shows_what_was_found() -> None:
+    """The front is that under the conditions; of each design the worst value counts."""
+    archive = sweeps.optimise(
+        engine="ntua", axes=LOADS, least=["delta", "torque_range"], within="inertia <= 40",
+        over=["inertia = 10 to 60", "rod_length = 0.36 to 0.5"], silenced_warnings=QUIET, **SMALL,
+    )  # fmt: skip
+    assert np.array_equal(archive["fulfilling"] == 1, archive["inertia"] <= 40.0)
+    drawn = figure(archive, "pareto")
+    legend = [text.get_text().replace("\n", " ") for text in drawn.legends[0].get_texts()]
+    assert legend[:2] == ["Designs that fail a condition", "Designs that meet all conditions"]
+    failing, meeting, front = drawn.axes[0].lines[:3]
+    best = found(archive)
+    worst = np.sort(best["delta"].max("load").values)
+    assert np.array_equal(front.get_xdata(), worst) and worst.size > 1
+    assert len(meeting.get_xdata()) == int(archive["fulfilling"].sum())
+    assert len(failing.get_xdata()) == int((archive["fulfilling"] == 0).sum()) > 0
 
 
 def test_a_front_of_most_and_least() -> None:

@@ -160,7 +160,7 @@ def test_the_command_and_its_table(tmp_path: Path) -> None:
 
 
 WRONG: dict[str, tuple[Any, str]] = {
-    "nothing": (scene({}), "[uncertainty]: nothing is uncertain: engine ntua gives no ranges"),
+    "nothing": (scene({}), "[uncertainty]: no uncertain values: the engine file of ntua"),
     "an axis": (
         scene(RANGES, axes={"inertia": [1.0, 2.0]}),
         "[uncertainty] inertia: varies in [axes]; give it in one place",

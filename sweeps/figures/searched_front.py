@@ -1,0 +1,133 @@
+"""Pareto fronts of searches (`engine-dyn optimise`): what was wanted, under its conditions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.types import Booleans, Floats, Integers
+from sweeps.dimensions import DESIGN, FOUND, FULFILLING
+from sweeps.figures.marks import shade
+from sweeps.figures.scales import free_scale, x_label, y_label
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.figures.study import Study, design_text
+from sweeps.figures.views import View, pick
+from sweeps.figures.wording import axis_label, middle_of_sentence, name_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["is_searched", "searched_fronts", "searched_names"]
+
+NAMED = 5
+"""Designs of a front that the legend names."""
+
+MOST_POINTS = 20_000
+"""Designs that are drawn; what was found is drawn whole."""
+
+
+def is_searched(view: View) -> bool:
+    """Whether the archive is one of a search, with the design or the front that it found."""
+    columns = {FOUND, FULFILLING}
+    return "optimisation" in view.data.attrs and columns <= set(view.data.variables)
+
+
+def searched_names(view: View) -> list[str]:
+    """What less or more was wanted of, where that is two names or more and a front was found."""
+    about = _about(view)
+    wanted = [n for n in (*about["least"], *about["most"]) if n in view.data.variables]
+    front = np.asarray(view.data[FOUND].values) == 1
+    return wanted if len(wanted) > 1 and front.sum() > 1 else []
+
+
+def searched_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw what was found, over each two of the names."""
+    for pair in combinations(names, 2):
+        yield f"pareto_{pair[0]}_{pair[1]}", _figure(study.view, pair)
+
+
+def _about(view: View) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(view.data.attrs["optimisation"])
+    return found
+
+
+def _worst(view: View, name: str, less: bool) -> Floats:
+    """The value of each design that counts: the worst one over all points and bearings."""
+    array = view.array(name).astype(float)
+    rest = [d for d in array.dims if d != DESIGN]
+    worst = array.max(rest, skipna=True) if less else array.min(rest, skipna=True)
+    return np.asarray(worst.values)
+
+
+def _figure(view: View, pair: Sequence[str]) -> Figure:
+    about = _about(view)
+    values = np.array([_worst(view, name, name in about["least"]) for name in pair])
+    found = np.flatnonzero(view.data[FOUND].values == 1)
+    found = found[np.argsort(values[0, found], kind="stable")]
+    known = np.isfinite(values).all(axis=0)
+    fulfilling = view.data[FULFILLING].values == 1
+    two = len(about["least"]) + len(about["most"]) == 2
+    figure, (panel,) = new_sheet(1, 1, 3.6)
+    entries: Entries = {}
+    for text, some, colour in _others(known, fulfilling, bool(about["within"])):
+        (points,) = panel.plot(
+            *values[:, some[:: -(-some.size // MOST_POINTS)]], linestyle="none", marker="o",
+            markersize=2.5, color=colour, markeredgewidth=0.0, rasterized=True,
+        )  # fmt: skip
+        entries[text] = points
+    (line,) = panel.plot(
+        *values[:, found], color=shade(0.15), marker="o", markersize=3.0, linewidth=1.2,
+        linestyle="-" if two else "none", drawstyle="steps-post", rasterized=found.size > 1000,
+    )  # fmt: skip
+    entries[f"Best found: front of {found.size} designs"] = line
+    common = _named(view, about, found, values, entries, panel)
+    for axis, name in enumerate(pair):
+        label = f"{axis_label(view.array(name), name)}, "
+        label += "less is better" if name in about["least"] else "more is better"
+        (x_label, y_label)[axis](panel, label, (4.5, 3.2)[axis])
+    free_scale(panel, [values[1, known]])
+    words = [middle_of_sentence(name_of(view.array(name), name)) for name in pair]
+    conditions = ", ".join(about["within"]).replace("<=", "\N{LESS-THAN OR EQUAL TO}")
+    conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
+    every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
+    notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
+    title = f"Pareto front of {words[0]} and {words[1]}"
+    return finish(figure, title, notes, entries)  # the caption is about one design
+
+
+def _others(
+    known: Booleans, fulfilling: Booleans, conditions: bool
+) -> Iterator[tuple[str, Integers, str]]:
+    """Designs beside the front: what the legend calls them, their places, and a colour."""
+    if conditions and (known & ~fulfilling).any():
+        yield "Designs that fail a condition", np.flatnonzero(known & ~fulfilling), "#e6cfc4"
+    if fulfilling.any():
+        text = "Designs that meet all conditions" if conditions else "All designs"
+        yield text, np.flatnonzero(known & fulfilling), "#a9a9a9"
+
+
+def _named(
+    view: View, about: dict[str, Any], found: Integers, values: Floats, entries: Entries,
+    panel: Any,
+) -> list[str]:  # fmt: skip
+    """Number some designs of the front; return what the whole front has in common."""
+    keys = [key for key in about["over"] if key in view.data.variables
+            and key not in (*about["least"], *about["most"])]  # fmt: skip
+    common = [key for key in keys if len(np.unique(view.data[key].values[found])) == 1]
+    differ = [key for key in keys if key not in common]
+    chosen = found[pick(found.size, NAMED)] if differ else found[:0]
+    for number, design in enumerate(chosen, start=1):
+        panel.annotate(
+            str(number), tuple(values[:, design]), textcoords="offset points", xytext=(4, 4),
+            fontsize=8.0, weight="bold", zorder=7,
+        )  # fmt: skip
+        (handle,) = panel.plot(
+            [], [], linestyle="none", marker=f"${number}$", markersize=6.0, color=rc("text.color")
+        )
+        text = ", ".join(design_text(view.data, key, int(design)) for key in differ)
+        entries[text if text not in entries else f"{text} ({number})"] = handle
+    return [design_text(view.data, key, int(found[0])) for key in common]
