@@ -588,7 +588,7 @@ def test_ports_that_are_hardly_open_still_repeat() -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"polytropy": 1.3}, "polytropy: no field of FourStrokeCycle"),
+        ({"polytropy": 1.3}, "polytropy: FourStrokeCycle has no such field"),
         ({"wall": "leaky"}, "wall = 'leaky': must be one of 'adiabatic', 'polytropic', 'woschni'"),
     ],
 )

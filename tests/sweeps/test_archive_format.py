@@ -71,7 +71,8 @@ def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) 
 
 def test_an_archive_of_version_0_1_is_not_extended(old: Path) -> None:
     line = refused("extend", old, "--axis", "speed=1200")
-    assert "would be made in a different way now: version of kernels" in line
+    assert "would be made in a different way now: version of engine-dyn (was 0.1.0" in line
+    assert "; version of kernels (was" in line
     assert "`engine-dyn rerun` computes it again" in line
 
 
@@ -123,7 +124,10 @@ def test_archives_carry_their_format(tmp_path: Path) -> None:
 
 def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:
     newer = of_format(old, str(ARCHIVE_FORMAT + 1))
-    expected = f"an archive of format {ARCHIVE_FORMAT + 1}; this version of engine-dyn reads"
+    expected = (
+        f"an archive of format {ARCHIVE_FORMAT + 1}, written by a newer version; "
+        f"this version of engine-dyn reads formats up to {ARCHIVE_FORMAT}"
+    )
     for command in ("info", "plot", "rerun", "export", "compare", "merge", "extend"):
         more: list[str | Path] = [OLD] if command in ("compare", "merge") else []
         more += ["-o", tmp_path / "x.csv"] if command in ("rerun", "export", "merge") else []
