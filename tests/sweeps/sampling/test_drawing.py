@@ -146,7 +146,7 @@ WRONG: dict[str, tuple[Any, str]] = {
         "scene: [sample] number = 1000: must be a power of two with method = 'sobol', such as 512 "
         "or 1024",
     ),
-    "no number": (scene({"inertia": RANGE}), "scene: [sample]: no number"),
+    "no number": (scene({"inertia": RANGE}), "scene: [sample]: number is missing"),
     "nothing drawn": (scene({"number": 4}), "scene: [sample]: no parameter"),
     "empty": (scene({}), "scene: [sample]: no parameter"),
     "method": (

@@ -141,7 +141,7 @@ def test_an_extension_that_would_draw_other_values_is_refused(
     run(scene(number=16), path)
     positions = sample._positions
     monkeypatch.setattr(sample, "_positions", lambda of: 1.0 - positions(of))
-    assert "draws other values of inertia now" in refused("extend", path, "--number", "32")
+    assert "draws different values of inertia" in refused("extend", path, "--number", "32")
     monkeypatch.undo()
     assert invoke("extend", path, "--number", "32", "-q").exit_code == 0
 
