@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from pygments.lexers.special import TextLexer
+
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]
 
@@ -81,3 +83,4 @@ def _read(app: Any, name: str, source: list[str]) -> None:
 def setup(app: Any) -> None:
     """Connect to Sphinx."""
     app.connect("source-read", _read)
+    app.add_lexer("csv", TextLexer)  # Pygments has none
