@@ -44,7 +44,7 @@ PARTS = (
     ("reciprocating_force_second", "Secondary force", "#1b4f9c", DASHES[3]),
     ("throw_force", "Rotating masses", "#2f7d55", DASHES[2]),
     ("counterweight_force", "Counterweights", "#7b2d8b", DASHES[4]),
-    ("shaking_force", "Sum, exact, with balance shafts", "#000000", "-"),
+    ("shaking_force", "Sum with all orders", "#000000", "-"),
 )  # fmt: skip
 """What the shaking force is made of: variable, label, colour and dashes; the sum is drawn with two
 others."""
@@ -59,9 +59,8 @@ LOOKS: tuple[tuple[str, Any, float], ...] = (
 )
 """Colour, dashes and width; lightness differs as well as hue."""
 
-LABELS = ("Reciprocating masses alone", "With counterweights and balance shafts",
-          "First order with counterweights and balance shafts",
-          "Second order with counterweights and balance shafts")  # fmt: skip
+LABELS = ("Reciprocating masses alone", "After balancing", "First order after balancing",
+          "Second order after balancing")  # fmt: skip
 ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
 """Labels of a figure without the reciprocating masses alone."""
 

@@ -26,6 +26,9 @@ __all__ = ["is_searched", "searched_fronts", "searched_names"]
 NAMED = 5
 """Designs of a front that the legend names."""
 
+MOST_MARKS = 100
+"""Designs of a front that are marked on its line; more of them would hide it."""
+
 MOST_POINTS = 20_000
 """Designs that are drawn; what was found is drawn whole."""
 
@@ -80,7 +83,8 @@ def _figure(view: View, pair: Sequence[str]) -> Figure:
         )  # fmt: skip
         entries[text] = points
     (line,) = panel.plot(
-        *values[:, found], color=shade(0.15), marker="o", markersize=3.0, linewidth=1.2,
+        *values[:, found], color=shade(0.15), markersize=3.0, linewidth=1.2,
+        marker="" if two and found.size > MOST_MARKS else "o",
         linestyle="-" if two else "none", drawstyle="steps-post", rasterized=found.size > 1000,
     )  # fmt: skip
     entries[f"Best found: front of {found.size} designs"] = line
