@@ -124,8 +124,8 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
         ("crankcase_pressure = -1", "0 or more", "bar"),
     ),
     "cylinders not whole": (scene("[set]\ncylinders = 2.5"), ("cylinders = 2.5", "whole")),
-    "cylinders 0": (scene("[set]\ncylinders = 0"), ("cylinders = 0", "1 or more")),
-    "cylinders 17": (scene("[axes]\ncylinders = [1, 17]"), ("cylinders = 17", "at most 16")),
+    "cylinders 0": (scene("[set]\ncylinders = 0"), ("cylinders = 0", "from 1 to 16")),
+    "cylinders 17": (scene("[axes]\ncylinders = [1, 17]"), ("cylinders = 17", "from 1 to 16")),
     "load above": (scene("[axes]\nload = [50, 95]"), ("load = 95", "0 to 90", "percent")),
     "load negative": (scene("[set]\nload = -5"), ("load = -5", "0")),
     "load above in designs": (designs("load = [50, 95]"), ("[designs] load = 95", "0 to 90")),
@@ -211,7 +211,7 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "unequal labels": (designs('case = ["a"]\ninertia = [1, 2]'), ("case", "inertia", "equally")),
     "labels alone": (designs('case = ["a"]'), ("no column for a parameter",)),
     "no columns": (designs(""), ("no column for a parameter",)),
-    "labels not texts": (designs("case = [1, 2]\ninertia = [1, 2]"), ("case", "texts")),
+    "labels not texts": (designs("case = [1, 2]\ninertia = [1, 2]"), ("case", "strings")),
     "single value in designs": (designs("inertia = 2"), ("inertia = 2", "list")),
     "empty designs": (designs("inertia = []"), ("inertia = []", "no values")),
     "value in designs": (designs("inertia = [1, -2]"), ("[designs] inertia = -2", "above 0")),
@@ -356,7 +356,7 @@ DIAGRAMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "empty": ("", ("empty",)),
     "header alone": ("crank_angle_deg,pressure_bar\n", ("no rows",)),
     "other header": ("angle,pressure_bar\n0,1\n", ("line 1", "crank_angle_deg", "angle")),
-    "no header": ("0,1\n2,3\n", ("angle_column", "not clear", "column 1")),
+    "no header": ("0,1\n2,3\n", ("angle_column", "cannot be determined", "column 1")),
     "column twice": (
         "crank_angle_deg,pressure_bar,pressure_bar\n0,1,1\n",
         ("line 1", "two columns"),
@@ -466,7 +466,7 @@ REFERENCES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "row fits no design": (
         "[axes]\nspeed = [1000, 1100]\n" + TWO_DESIGNS,
         "speed,case,delta\n1000,c,1\n",
-        ("line 2", "fits 0", "case"),
+        ("line 2", "matches 0", "case"),
     ),
 }
 

@@ -66,7 +66,7 @@ def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
         archive, **condition, at_every=["load", "speed"], not_counted="no_steady_state"
     )
     assert float(found["inertia"]) == 3.0
-    assert found.attrs["search"].endswith("not counted: no_steady_state, 4 of 24 points")
+    assert found.attrs["search"].endswith("left out: no_steady_state, 4 of 24 points")
 
 
 def test_a_quantity_that_varies_counts_at_its_worst(archive):

@@ -248,7 +248,7 @@ WRONG: dict[str, tuple[Callable[[], str], tuple[str, ...]]] = {
         ("diesel_cycle", "four-stroke"),
     ),
     "assumed without a reason": (added("[assumed]\nbore = true\n"), ("bore", "reason")),
-    "source without a text": (added('[[source]]\nname = "x"\n'), ("source", "name", "string")),
+    "source without a text": (added('[[source]]\nname = "x"\n'), ("source", "name", "text")),
 }  # fmt: skip
 
 

@@ -104,7 +104,7 @@ def test_what_is_skipped_and_why() -> None:
         "skipped: the periodic speed",
         "skipped: extremes of torque",
         "axis inertia: no requested quantity depends on it",
-        "axis speed: nothing",
+        "axis speed: no requested quantity depends on it",
     ):
         assert expected in told
     assert "speed_solution" not in told

@@ -320,7 +320,7 @@ def test_an_interrupted_extension_leaves_the_archive(
         patch.setattr("sweeps.joining.copying._copy", stop)
         result = invoke("extend", path, "--axis", "speed=1300")
     assert result.exit_code == 1
-    assert f"engine-dyn: interrupted; {path} is as it was, what is finished is" in result.stderr
+    assert f"engine-dyn: interrupted; {path} is unchanged, finished blocks are" in result.stderr
     assert path.read_bytes() == before
     # As if killed: the folder stays, and is no obstacle.
     left = Partial.of(path)
@@ -380,8 +380,8 @@ def test_the_same_command_goes_on_with_an_extension(
     path, said = extended(tmp_path, monkeypatch)
     again = f"engine-dyn extend {path} --axis {EXTENSION}"
     assert said.endswith(
-        f"interrupted; {path} is as it was, what is finished is kept in {path}.partial; "
-        f"to go on: {again}\n"
+        f"interrupted; {path} is unchanged, finished blocks are kept in {path}.partial; "
+        f"to continue: {again}\n"
     )
     told = ok("info", f"{path}.partial")
     assert "an interrupted extension" in told and "finished: 3 of " in told
@@ -428,7 +428,7 @@ def test_an_extension_killed_at_its_last_moments(
 
     with monkeypatch.context() as patch:
         patch.setattr("sweeps.joining.copying._copy", stop)
-        assert "to go on" in invoke("extend", path, "--axis", EXTENSION).stderr
+        assert "to continue" in invoke("extend", path, "--axis", EXTENSION).stderr
     remove = Partial.remove
 
     def stop_here(self: Partial) -> None:

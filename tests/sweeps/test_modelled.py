@@ -133,7 +133,7 @@ def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) ->
 
 def test_a_compressor_has_no_offset(tmp_path: Path) -> None:
     path = written(tmp_path, COMPRESSOR, cycle="two-stroke", pin_offset=0.01)
-    with pytest.raises(SceneError, match="'compressor': is modelled without offset; pin_offset"):
+    with pytest.raises(SceneError, match="'compressor': modelled without offset; pin_offset"):
         load_engine(path, tmp_path)
 
 
@@ -372,7 +372,9 @@ def test_cycles_that_are_refused(
 
 def test_values_of_an_engine_have_no_cycle(tmp_path: Path) -> None:
     path = written(tmp_path, FOUR, heat=20.0)
-    with pytest.raises(SceneError, match=r"\[values\] heat: not allowed; belongs to a \[\[diagram"):
+    with pytest.raises(
+        SceneError, match=r"\[values\] heat: not allowed here; belongs to a \[\[diagram"
+    ):
         load_engine(path, tmp_path)
 
 

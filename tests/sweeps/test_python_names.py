@@ -99,7 +99,10 @@ def test_keywords_replace_tables_of_a_named_scene(tmp_path: Path, monkeypatch) -
         (lambda: sweeps.run(), "scene = None: must be the path of a scene"),
         (lambda: sweeps.run("first", axis={}), "axis: unknown keyword; did you mean 'axes'"),
         (lambda: sweeps.run("first", thread=2), "thread: unknown keyword; did you mean 'threads'"),
-        (lambda: sweeps.plan(sweeps.read_scene("first"), axes={}), "axes: a Scene is checked"),
+        (
+            lambda: sweeps.plan(sweeps.read_scene("first"), axes={}),
+            "axes: a Scene cannot be changed",
+        ),
         (
             lambda: sweeps.measured(engine="ntua", output={"quantities": ["delta"]}),
             "scene: [measured]",

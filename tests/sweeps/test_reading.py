@@ -227,7 +227,9 @@ def test_failed_designs_are_not_the_best() -> None:
     assert float(sweeps.best(archive, least="delta")["inertia"]) == 3.0
     front = sweeps.pareto(archive, "delta", "inertia")
     assert front["inertia"].values.tolist() == [3.0]
-    with pytest.raises(SceneError, match="no design meets all conditions; of 2 designs of 4"):
+    with pytest.raises(
+        SceneError, match="no design meets all conditions; 2 of 4 designs have a result"
+    ):
         sweeps.best(archive, least="inertia", within=["delta < 0.001"])
 
 

@@ -260,6 +260,6 @@ def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> Non
     ok("report", path, "-o", output, "--overwrite", "-q")
     assert "must be .html" in refused("report", path, "-o", tmp_path / "map.pdf")
     assert "--limit much" in refused("report", path, "-o", output, "--overwrite", "--limit", "much")
-    assert "does not fit" in refused("report", path, "-o", output, "--overwrite",
+    assert "cannot be used for a quantity" in refused("report", path, "-o", output, "--overwrite",
                                      "--units", "delta=kW")  # fmt: skip
     assert sweeps.report(path, tmp_path / "again.html") == tmp_path / "again.html"

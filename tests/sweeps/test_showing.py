@@ -81,7 +81,7 @@ def test_changes_in_percent_of_a_design(archive: xr.Dataset) -> None:
     assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
     first = rows(archive, relative_to={}).table
     assert first.delta.iloc[0] == 0.0
-    with pytest.raises(SceneError, match="is no single design; give a value of inertia too"):
+    with pytest.raises(SceneError, match="not a single design; also give a value of inertia"):
         rows(archive, relative_to={"load": 50})
 
 
@@ -120,7 +120,7 @@ def test_factors_of_units() -> None:
     for bad in ("9**9**9", "kW; import os", "frobs", "", "m" * 99):
         with pytest.raises(SceneError, match="must be a unit"):
             factor("W", bad)
-    with pytest.raises(SceneError, match="does not fit"):
+    with pytest.raises(SceneError, match="cannot be used for a quantity in"):
         factor("W", "bar")
 
 
@@ -146,14 +146,14 @@ def test_the_command(path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--sort", "foo"), "'foo': no column of the table"),
+        (("--sort", "foo"), "'foo': not a column of the table"),
         (("--limit", "0"), "limit = 0: must be a whole number, 1 or more"),
         (("--quantities", "omega"), "omega: has no single number"),
-        (("--quantities", "imep"), "'imep': not a quantity of the archive"),
+        (("--quantities", "imep"), "'imep': not a quantity in the archive"),
         (("--select", "load"), "--select load: must be AXIS=VALUE"),
         (("--relative-to", "load"), "--relative-to load: must be AXIS=VALUE"),
         (("--relative-to", "load=50"), "not a single design"),
-        (("--units", "delta=kW"), "does not fit"),
+        (("--units", "delta=kW"), "cannot be used for a quantity in"),
         (("--units", "foo=kW"), "--units foo: no column"),
     ],
 )

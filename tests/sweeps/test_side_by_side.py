@@ -208,7 +208,7 @@ def test_missing_quantities(with_spacing):
     found = sweeps.run(scene)
     assert np.isnan(found["shaking_moment_max"].sel(engine=0).values).all()
     assert np.isfinite(found["shaking_moment_max"].sel(engine=1).values).all()
-    assert found["shaking_moment_max"].attrs["comment"] == "not of ntua"
+    assert found["shaking_moment_max"].attrs["comment"] == "not available for ntua"
     assert (found["status"] == 0).all()
     assert "not available, because this engine lacks input for them: shaking_moment_max" in text(
         make_plan(read)
@@ -305,7 +305,7 @@ def test_extend_adds_points_but_no_engine(tmp_path):
         np.testing.assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
     refused = invoke("extend", output, "--axis", "engine=b112")
     assert refused.exit_code == 2
-    assert "an archive gets no further engine" in refused.stderr
+    assert "engine cannot be added to an archive" in refused.stderr
 
 
 def test_commands(tmp_path):
@@ -383,7 +383,7 @@ def test_refused(raw, words):
 
 def test_elasticities_are_of_one_engine():
     raw = {"engine": ["ntua", "b112"], "output": {"quantities": ["delta", "delta_elasticity"]}}
-    with pytest.raises(SceneError, match="elasticities of 'delta': are of one engine"):
+    with pytest.raises(SceneError, match="elasticities of 'delta': only for one engine"):
         read_scene(raw)
 
 

@@ -254,7 +254,7 @@ def test_resume_computes_nothing_but_what_is_missing(
     assert told.exit_code == 0
     assert re.search(r"A map\n.*6000\n.*5 of \d+ blocks\n", told.stdout)
     refused = invoke("run", tmp_path / "scene.toml", "-o", output)
-    assert refused.exit_code == 2 and "--resume completes it" in refused.stderr
+    assert refused.exit_code == 2 and "use --resume to complete it" in refused.stderr
     seen: list[Any] = []
     original = into_archive.computed
 
@@ -427,7 +427,7 @@ def test_a_full_disk_loses_nothing(
         result = invoke("run", path, "-o", output)
     assert result.exit_code == 1
     assert "No space left on device" in result.stderr
-    assert f"to go on: engine-dyn run {path} -o {output} --resume" in result.stderr
+    assert f"to continue: engine-dyn run {path} -o {output} --resume" in result.stderr
     assert not output.exists() and len(Partial.of(output).finished()) == 4
     # Full again while the blocks are put together.
     with monkeypatch.context() as patch:
@@ -635,7 +635,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
     _, errors = process.communicate()
     assert process.returncode == 1, errors
     assert re.fullmatch(
-        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to go on: "
+        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to continue: "
         r"engine-dyn run scene.toml -o out.nc --resume\n",
         errors.replace("compiling kernels (once for this version; later runs start at once)\n", ""),
     )

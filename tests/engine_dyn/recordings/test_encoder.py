@@ -124,7 +124,7 @@ def test_too_few_samples_are_called_aliasing() -> None:
 @pytest.mark.parametrize(
     ("signal", "said"),
     [
-        (np.zeros(1000), "does not swing"),
+        (np.zeros(1000), "is constant at 0"),
         (np.zeros(10), "10 samples"),
         (np.append(np.ones(1000), np.nan), "sample 1001 is not a number"),
         (np.sin(np.linspace(0.0, 30.0, 1000)), "fewer than 59 pulses"),

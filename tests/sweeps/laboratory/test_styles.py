@@ -133,7 +133,7 @@ def test_motored_cycles_are_not_taken_for_reversed_ones(tmp_path: Path) -> None:
     (tmp_path / "off.csv").write_text("CA [deg],p [bar]\n" + rows(angle, pressure))
     found = read_pressure(tmp_path / "off.csv", compression_ratio=recorded_engine.RATIO)
     assert imep(found.mean.angle, found.mean.pressure[0]) < -0.1
-    assert any("nothing burns" in step for step in found.steps)
+    assert any("dead centre: motored" in step for step in found.steps)
     assert not any("backward" in warning for warning in found.warnings)
 
 
@@ -148,7 +148,7 @@ def test_motored_cycles_have_a_loss_angle_and_no_variation_of_imep(tmp_path: Pat
     )
     fine = np.arange(-5.0, 5.0, 0.01)
     top = fine[np.argmax(recorded_engine.pressure(fine * DEGREE, heat=0.0, loss=25.0))]
-    told = next(step for step in found.steps if "imep" in step)
+    told = next(step for step in found.steps if "': imep " in step)
     assert "6 cycles" in told and "variation of imep" not in told
     assert "variation of the largest pressure" in told
     loss = float(told.split("loss angle ")[1].split(" degree")[0])
@@ -167,7 +167,7 @@ def test_the_variation_of_imep_is_never_negative(tmp_path: Path) -> None:
     text = "CA [deg],p [bar]\n" + rows(-angle[::-1], pressure[::-1])
     (tmp_path / "back.csv").write_text(text)
     found = read_pressure(tmp_path / "back.csv", direction="forward", cycle=1)
-    told = next(step for step in found.steps if "imep" in step)
+    told = next(step for step in found.steps if "': imep " in step)
     assert "imep -" in told and "variation of imep -" not in told
 
 
