@@ -320,7 +320,7 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("bore = 0.087", "bore = 87", "[values] bore = 87: must be below 3 m"),
         ("cylinders = 4", "cylinders = 4\nfriction_constant = 90", "reached: friction consumes"),
         ("cylinders = 4", "cylinders = 4\nload = 3", "load = 3: must be within the loads"),
-        ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed; belongs to a [[diagram]]"),
+        ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed here; belongs to a [[diagram]]"),
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npowr = 3", "unknown key; did you mean"),
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npower = 'x'", "must be a number in kW"),
         (

@@ -159,7 +159,9 @@ def test_mass_and_teeth_are_refused_together(folder: Path) -> None:
 
 
 def test_pressure_and_inertia_are_known_as_a_ratio(folder: Path) -> None:
-    with pytest.raises(SceneError, match=r"inertia, pressure_factor.*cannot be told apart"):
+    with pytest.raises(
+        SceneError, match=r"inertia, pressure_factor.*cannot be determined separately"
+    ):
         sweeps.identify(folder / "scene.toml", ["inertia", "pressure_factor"], predict=False)
 
 
@@ -188,9 +190,12 @@ def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--vary", "inertai"), "inertai: nothing that can vary; did you mean 'inertia'"),
+        (
+            ("--vary", "inertai"),
+            "inertai: not a parameter that can be fitted; did you mean 'inertia'",
+        ),
         (("--vary", "inertia=3"), "must be KEY or KEY=LOW..HIGH"),
-        (("--vary", "inertia=x..3"), "--vary inertia=x..3: x is no number"),
+        (("--vary", "inertia=x..3"), "--vary inertia=x..3: x is not a number"),
         (("--vary", "inertia=3..1"), "inertia: from 3 to 1: must ascend"),
         (("--vary", "inertia=3..4"), "inertia: start 2 must lie from 3 to 4"),
         (("--vary", "inertia,inertia"), "must be KEY or KEY=LOW..HIGH"),

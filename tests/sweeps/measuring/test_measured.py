@@ -281,7 +281,7 @@ def test_another_mean_speed_is_told(teeth: Path, computed: xr.Dataset) -> None:
         ({"tooth_errors": [0.1]}, "must be 58"),
         ({"column": 3}, "must be 1 to 1"),
         ({"column": "teeth"}, "no such column"),
-        ({"unit": "furlong"}, "is none of time"),
+        ({"unit": "furlong"}, "is not a unit of time"),
         ({"gap_angle": 1000.0}, "gap_angle"),
         ({"colour": "red"}, "colour"),
     ],
@@ -299,7 +299,7 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
     ("text", "kind", "said"),
     [
         ("time [s]\n0.1\n0.3\n0.2\n", "teeth", "number 3 "),
-        ("time [s],a,b\n" + "0,1,2\n" * 5, "encoder", "not clear|does not ascend"),
+        ("time [s],a,b\n" + "0,1,2\n" * 5, "encoder", "column: ambiguous|does not ascend"),
         ("time [s],encoder\n0,1\n1,1\n5,1\n", "encoder", "equally far apart"),
         ("angle [deg],speed\n0,1\n1,1\n2,1\n", "speed", "must span a cycle"),
         ("angle [deg],speed\n" + "".join(f"{i},0\n" for i in range(720)), "speed", "more than 0"),

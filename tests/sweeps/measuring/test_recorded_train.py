@@ -209,7 +209,7 @@ def test_equal_cycles_need_no_jump(recorded: Recorded, tmp_path: Path) -> None:
             "also varies crank_mass",
         ),
         ({"axes": {"recorded_cycle": [1, 3]}}, "consecutive numbers"),
-        ({"axes": {"recorded_cycle": [2]}}, "at least 2 numbers"),
+        ({"axes": {"recorded_cycle": [2]}}, "at least 2 consecutive numbers"),
         ({"set": {"pin_offset": 0.001}}, "pin_offset and crank_offset must be 0"),
         (
             {"set": {"friction_boundary": 0.3, "friction_skirt": 0.7, "ring_pressure": 1}},

@@ -109,7 +109,9 @@ def test_ratios_cannot_be_told_apart() -> None:
         return [values[:, [3]] * m for m in model(values[:, :3])]
 
     more = (*PARAMETERS, Parameter("pressure_factor", 1.0))
-    with pytest.raises(Inseparable, match="inertia, pressure_factor: cannot be told apart"):
+    with pytest.raises(
+        Inseparable, match="inertia, pressure_factor: cannot be determined separately"
+    ):
         fit_speeds(scaled, more, exact())
 
 
