@@ -81,6 +81,12 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def with_notes(meaning: str, **notes: str) -> str:
+    """A meaning, and below it in small print what else there is: narrow tables fit a phone."""
+    small = "; ".join(f"{head}: {text}" for head, text in notes.items() if text)
+    return f"{meaning}<br><small>{small}</small>" if small else meaning
+
+
 def keys() -> str:
     """Keys of scenes and of an engine file's [values]."""
     rows = []
@@ -111,9 +117,9 @@ def keys() -> str:
             node.low < given < node.high or (given == node.low and node.low_included)
         ):
             without = words.get(given, f"{given:.6g}")
-        rows.append([f"`{name}`", unit, node.long_name, called.get(name, ""), rule or "any number",
-                     without, ", ".join(where)])  # fmt: skip
-    heads = ["key", "unit", "meaning", "also called", "allowed", "without it", "stands in"]
+        meaning = with_notes(node.long_name, also=called.get(name, ""), default=without)
+        rows.append([f"`{name}`", unit, meaning, rule or "any number", ", ".join(where)])
+    heads = ["key", "unit", "meaning", "allowed", "stands in"]
     return table(heads, rows)
 
 
@@ -224,12 +230,13 @@ def _quantity_table(names: Iterable[str]) -> str:
         unit = node.unit or "N m s^alpha"
         symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
         over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
+        meaning = with_notes(
+            node.long_name, over=over, also=OTHER_WORDS.get(name, ""), source=node.source
+        )
         rows.append([
-            f"`{name}`", f"${symbol}$" if symbol else "", "" if unit == "1" else unit,
-            over, node.long_name, OTHER_WORDS.get(name, ""), node.source,
+            f"`{name}`", f"${symbol}$" if symbol else "", "" if unit == "1" else unit, meaning
         ])  # fmt: skip
-    heads = ["quantity", "symbol", "unit", "over", "meaning", "also called", "source"]
-    return table(heads, rows)
+    return table(["quantity", "symbol", "unit", "meaning"], rows)
 
 
 def dimensions(name: str) -> set[str]:
