@@ -117,7 +117,7 @@ def damage_refused(path: Path) -> Iterator[None]:
         raise
     except DAMAGE as error:
         raise SceneError(
-            f"{path}: the scene stored in it is damaged ({one_line(error, 200)})"
+            f"{path}: the stored description of its run is damaged ({one_line(error, 200)})"
         ) from error
 
 

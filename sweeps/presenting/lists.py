@@ -56,8 +56,8 @@ def quantity_lines(words: str = "") -> list[str]:
             symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
             lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})")
     if not words:
-        lines += ["", "# and of every curve over crank_angle its <curve>_rms and <curve>_mean"]
-        lines += ["# full citations of the sources in brackets: engine-dyn list sources"]
+        lines += ["", "# full citations of the sources in brackets: engine-dyn list sources"]
+        lines += ["# and of every curve over crank_angle its <curve>_rms and <curve>_mean"]
     return lines
 
 

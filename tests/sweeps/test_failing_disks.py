@@ -110,8 +110,8 @@ def test_an_archive_that_is_finished_is_called_finished(
         patch.setattr(Partial, "remove", failing(FAILS))
         result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
     assert result.exit_code == 1
-    assert "out.nc: is finished; " in result.stderr
-    assert "out.nc.partial beside it cannot be removed (Input/output error)" in result.stderr
+    assert "out.nc: is complete, but " in result.stderr
+    assert "out.nc.partial cannot be removed (Input/output error)" in result.stderr
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
     assert result.exit_code == 0 and "already complete" in result.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]

@@ -634,7 +634,7 @@ def test_seconds_of_an_archive_that_are_no_number(seconds: Any, tmp_path: Path) 
     with netCDF4.Dataset(path, "a") as file:
         file.setncattr("seconds", seconds)
     told = refused("merge", other, path, "-o", tmp_path / "c.nc")
-    assert "a.nc: what it holds of its scene is damaged" in told
+    assert "a.nc: the stored description of its run is damaged" in told
 
 
 def test_damaged_tables_of_parquet(tmp_path: Path) -> None:

@@ -127,7 +127,7 @@ def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
     [
         ({"axes": {"inertia": pd.date_range("2020", periods=2)}}, "[axes] inertia: holds datetime"),
         ({"axes": {"inertia": DESIGNS}}, "[axes] inertia: a table of several columns"),
-        ({"axes": DESIGNS}, "[axes]: is a DataFrame, which is a table of [designs]"),
+        ({"axes": DESIGNS}, "[axes]: is a DataFrame, which is only allowed as [designs]"),
         ({"axes": {"inertia": np.ones((2, 2))}}, "[axes] inertia: has 2 x 2 values"),
         ({"axes": {"inertia": WITH_UNITS.assign_attrs(units="g m2")}}, "[axes]: inertia: units"),
         ({"axes": {"inertia": [2 * UNITS.kg]}}, "[axes] inertia, value 1: is in kilogram; must be"),
