@@ -82,7 +82,7 @@ def _rows(found: Difference) -> list[str]:
         ]
     if found.only_one:
         rows.append(
-            f"{found.only_one} have a number in only one archive, first{_place(found.only_at)}"
+            f"{found.only_one} with a number in only one archive, first{_place(found.only_at)}"
         )
     return rows
 

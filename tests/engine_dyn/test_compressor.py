@@ -178,7 +178,7 @@ def test_a_batch_is_its_cycles_and_leaves_out_the_impossible() -> None:
         ({"crank_ratio": 1.0}, "crank_ratio = 1"),
         ({"suction_pressure": -1.0}, "suction_pressure = -1 bar"),
         ({"delivery_pressure": 0.9}, "delivery_pressure = 0.9 bar: must be above suction_pressure"),
-        ({"delivery_pressure": 60.0}, "delivery_pressure = 60 bar: must be lower: gas re-expanding"),
+        ({"delivery_pressure": 60.0}, "delivery_pressure = 60 bar: must be lower: gas re-expand"),
         ({"delivery_pressure": 30.0, "clearance_ratio": 0.001, "compression_exponent": 1.0,
           "valve_ramp": 40.0}, "delivery_pressure = 30 bar: must be lower: it is reached too late"),
         ({"suction_loss": 0.8}, "suction_loss = 0.8 bar: must be at most half"),

@@ -76,7 +76,7 @@ def test_the_largest_difference_and_where(
     assert "3 of 28 values differ" in text
     assert "largest relative difference 0.01: " in text
     assert "at speed=1600, inertia=1.5" in text
-    assert "1 a number in one archive only, the first at speed=1000, inertia=" in text
+    assert "1 with a number in only one archive, first at speed=1000, inertia=" in text
 
 
 def test_infinities_zeros_and_both_not_a_number() -> None:
@@ -144,7 +144,7 @@ def test_by_the_command(folder: Path) -> None:
     run(folder / "other.toml", folder / "other.nc", overwrite=True)
     text = ok("compare", folder / "a.nc", folder / "other.nc")
     assert "axes: inertia: 1 in both of 7 values and 7" in text
-    assert "made differently: scene: [axes] inertia stop (was 9.0, is 9.1)" in text
+    assert "made in different ways: scene: [axes] inertia stop (was 9.0, is 9.1)" in text
     told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
     assert told.exit_code == 1
     assert "differ by more than 0.1" in told.stderr

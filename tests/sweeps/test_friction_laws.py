@@ -227,8 +227,8 @@ def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
         ({"engine": "ntua", "set": LAW},
          r"'fmep' needs \w+ .*which engine ntua does not give; must be in \[set\]"),
         ({"engine": "marine_80x345", "set": LAW},
-         r"friction_law = 'patton_nitschke_heywood': the law of Patton, Nitschke and Heywood applies "
-         r"to four-stroke engines; a cycle of engine marine_80x345 is one revolution"),
+         r"friction_law = 'patton_nitschke_heywood': the law of Patton, Nitschke and Heywood "
+         r"applies to four-stroke engines; a cycle of engine marine_80x345 is one revolution"),
         ({"engine": "marine_80x345", "output": {"quantities": ["fmep_rings"]}},
          r"\[output\] quantities: 'fmep_rings': the law"),
     ],

@@ -53,7 +53,7 @@ def test_shortened_forms_are_a_choice_with_a_default() -> None:
 
 @pytest.mark.parametrize("value", [3, 1, 2.5])
 def test_truncation_is_an_even_number(value: float) -> None:
-    wanted = f"truncation = {value:g}: must be an even number 2 or more"
+    wanted = f"truncation = {value:g}: must be an even number from 2 to 40"
     for table in ({"set": {"truncation": value}}, {"axes": {"truncation": [2, value]}}):
         # When the scene is read, not while it runs.
         with pytest.raises(SceneError, match=wanted):
