@@ -86,7 +86,7 @@ def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert any((tmp_path / "flywheel").glob("*.png"))
     # What is filled in by hand, and the comment marks of values and diagram.
     engine = (tmp_path / "my_engine.toml").read_text("utf-8")
-    head, values, rest = re.split(r"(?=# What follows may be)|(?=# For the pressures)", engine)
+    head, values, rest = re.split(r"(?=# These values may be)|(?=# For bearing pressures)", engine)
     diagram_text = re.search(r"# (\[\[diagram\]\](?:.*\n)+?# file = \S+)", rest)
     assert diagram_text
     filled = head + re.sub(r"^# (\w+ = )", r"\1", values, flags=re.M)

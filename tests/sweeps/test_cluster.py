@@ -305,7 +305,7 @@ def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, small: None) -> None:
     _, errors = process.communicate()
     assert process.returncode == 1, errors
     assert re.fullmatch(
-        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to go on: "
+        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to continue: "
         r"engine-dyn run scene.toml -o out.nc --resume --scheduler local:2\n",
         errors.replace("compiling kernels (once for this version; later runs start at once)\n", ""),
     ), errors
@@ -463,7 +463,7 @@ def test_workers_that_come_later_are_checked_too(
     text = refused(
         "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", scheduler
     )
-    assert re.search(r"of another kind than the run: processor \(was i386, is ", text), text
+    assert re.search(r"is of a different kind from the run: processor \(was i386, is ", text), text
     assert not (tmp_path / "o.nc").exists()
 
 
@@ -552,7 +552,7 @@ def test_a_scheduler_that_goes_away(
         )
         leaver.join()
     assert result.exit_code == 1, result.output
-    assert re.search(r"(is gone|has given up the run).*; \d+ of 12 blocks", result.stderr)
+    assert re.search(r"(has disappeared|has abandoned the run).*; \d+ of 12 blocks", result.stderr)
     kept = len(finished(tmp_path))
     assert sweeps.stream(scene, tmp_path / "out.nc", resume=True).before == kept >= 2
     assert_same(tmp_path / "out.nc", sweeps.run(scene))

@@ -153,7 +153,9 @@ def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> Non
 
 def test_one_cylinder_has_no_figure_of_strokes() -> None:
     one = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
-    with pytest.raises(SceneError, match="strokes: the archive does not give it"):
+    with pytest.raises(
+        SceneError, match="strokes: not available for this archive; it needs an engine of two"
+    ):
         figure(engine(one), "strokes")
 
 
@@ -242,7 +244,9 @@ def test_an_angle_outside_the_cycle_is_refused() -> None:
 
 
 def test_offsets_need_the_rod_angle() -> None:
-    with pytest.raises(SceneError, match="crank_train: the archive does not give it"):
+    with pytest.raises(
+        SceneError, match="crank_train: not available for this archive; it needs tangential_force"
+    ):
         figure(cylinder(pin_offset=0.001), "crank_train")
 
 
