@@ -287,6 +287,9 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     if isinstance(raw, str) and is_ratio(node):
         with contextlib.suppress(ValueError):
             return number_or_ratio(raw)
+    if names and node is not None and node.whole:  # each of its values has a name
+        listed = "', '".join(names)
+        raise SceneError(f"{where} = {shown(raw)}: must be one of '{listed}'")
     unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
     hint = ""
     if isinstance(raw, str):

@@ -176,7 +176,7 @@ def read_sample(
     if not parameters:
         raise SceneError(
             f"{where}: no parameter; at least one is needed, such as inertia = {{ low = 1.0, "
-            "high = 12.0 }}"
+            "high = 12.0 }"
         )
     if method in ("sobol", "saltelli") and len(parameters) > MOST_OF_SOBOL:
         raise SceneError(
