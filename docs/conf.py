@@ -57,7 +57,8 @@ html_title = f"engine-dyn {version}"
 html_math_renderer = "mathml"
 html_show_sphinx = False
 html_copy_source = False
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 
 FROM_ABOVE = {
     "changelog": "CHANGELOG.md",
