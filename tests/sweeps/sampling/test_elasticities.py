@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Floats
@@ -201,6 +202,32 @@ def test_rows_of_the_load_family_have_two_sides() -> None:
     assert (near.delta_elasticity_kind == AGREE).all()
     others = found.delta_elasticity_kind.drop_sel(parameter="load")
     assert (others == AGREE).all()
+
+
+@compiled
+def test_extremes_that_tie_have_two_sides() -> None:
+    """Near 2110 rpm the speed has equally low minima during compression and at the dead centre."""
+    scene: dict[str, Any] = {"engine": "ntua", "set": {"load": 40.0, "inertia": 2.0}}
+
+    def difference(speed: float) -> float:
+        settings = {**scene["set"], "speed": speed}
+        omega = sweeps.run({**scene, "set": settings, "output": {"quantities": ["omega"]}}).omega
+        compression = omega.sel(crank_angle=slice(-100, -40)).min()
+        return float(compression - omega.sel(crank_angle=slice(-20, 20)).min())
+
+    tie = brentq(difference, 2000.0, 2400.0, xtol=1e-3)
+    found = sweeps.run(
+        {
+            **scene,
+            "axes": {"speed": [0.98 * tie, tie, 1.02 * tie]},
+            "output": {"quantities": ["delta_elasticity"]},
+        }
+    ).sel(parameter="speed")
+    assert found.delta_elasticity_kind.values.tolist() == [AGREE, DIFFER, AGREE]
+    below, _, above = found.delta_elasticity.values
+    assert abs(below - above) > 0.5
+    assert float(found.delta_elasticity_below[1]) == pytest.approx(below, rel=0.05)
+    assert float(found.delta_elasticity_above[1]) == pytest.approx(above, rel=0.05)
 
 
 @compiled
