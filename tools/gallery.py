@@ -256,6 +256,12 @@ speed = { low = 1100, high = 1500 }             # rpm
 quantities = ["delta"]
 """),
         drawn("tornado", "thesis_elasticities", picture="tornado_delta"),
+        drawn("uncertainty", """\
+engine = "b112"
+
+[output]
+quantities = ["delta"]
+""", run="--uncertainty"),
         Entry("sensitivities", """\
 engine = "ntua"
 

@@ -37,6 +37,9 @@ __all__ = ["Rows", "fixed_of", "rows"]
 
 OUTCOMES = np.array(MEANINGS, dtype=object)
 
+MOSTLY = 2.0 / 3.0
+"""Share of the explained variance that the uncertain values have that are named for a result."""
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -207,14 +210,21 @@ def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
 
 
 def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
-    """Which uncertain parameter most of the variance of each quantity is due to."""
+    """Which uncertain parameters make up most of the variance of each quantity, the first one most.
+
+    As few as together have `MOSTLY` of what all of them have.
+    """
     found = {}
     for name in uncertain:
         share = part[name + SHARE]
         over = [d for d in share.dims if d != UNCERTAIN]
-        mean = share.mean(over).values
-        if np.isfinite(mean).any() and np.nanmax(mean) > 0.0:
-            found[name] = str(part[UNCERTAIN].values[int(np.nanargmax(mean))])
+        mean = np.nan_to_num(share.mean(over).values)
+        if mean.max(initial=0.0) > 0.0:
+            order = np.argsort(-mean, kind="stable")
+            together = np.cumsum(mean[order])
+            few = order[: 1 + int(np.argmax(together >= MOSTLY * together[-1]))]
+            *before, last = part[UNCERTAIN].values[few].tolist()
+            found[name] = f"{', '.join(before)} and {last}" if before else last
     return found
 
 

@@ -93,6 +93,7 @@ from sweeps.figures.torques import (
 )
 from sweeps.figures.traces import over_angle
 from sweeps.figures.turning_moment import turning_moment, turning_names
+from sweeps.figures.uncertain_values import share_names, uncertain_values
 from sweeps.figures.views import RUNNING, View
 from sweeps.figures.waterfall import waterfall_names, waterfalls
 
@@ -235,6 +236,8 @@ KINDS = (
          "an elasticity, such as delta_elasticity", tornado_names, tornados),
     Kind("sensitivities", "Sobol' indices: share of each parameter in the variance of a result",
          "Sobol' indices (engine-dyn sensitivities)", index_names, sensitivities, own_angle=True),
+    Kind("uncertainty", "share of each uncertain value in the variance of a result",
+         "results with bands (engine-dyn run --uncertainty)", share_names, uncertain_values),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
     Kind("compared", "two archives in one chart, and their difference in percent",

@@ -82,9 +82,9 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         yield f"tornado_{quantity}{view.suffix}", finished
 
 
-def parameter_texts(view: View, places: Integers) -> list[str]:
+def parameter_texts(view: View, places: Integers, along: str = PARAMETER) -> list[str]:
     """What parameters are, without what explains them, for the ordinate of a chart of bars."""
-    texts = view.data["parameter_long_name"].values[places]
+    texts = view.data[f"{along}_long_name"].values[places]
     return [wrap(sentence(str(text).split(",")[0]), 34) for text in texts]
 
 

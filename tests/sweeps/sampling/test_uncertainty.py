@@ -13,6 +13,7 @@ import xarray as xr
 import sweeps
 from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
+from sweeps.figures.drawing import figure
 from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
@@ -153,9 +154,16 @@ def test_the_command_and_its_table(tmp_path: Path) -> None:
     with sweeps.open(archive) as found:
         low, high = float(found.delta_low), float(found.delta_high)
         share = found.delta_share
-        main = str(found.uncertain_parameter.values[int(share.values.argmax())])
+        main, second = found.uncertain_parameter.values[np.argsort(-share.values)[:2]]
+        assert share.max() < 2.0 / 3.0 * share.sum()  # the largest alone is not most of it
+        alone = found.uncertain_parameter.values[
+            int(found.brake_power_share.argmax("uncertain_parameter"))
+        ]
+        assert found.brake_power_share.max() > 2.0 / 3.0
     assert f"({low:.5f} to {high:.5f})" in text
-    assert f"uncertainty mostly from {main}" in " ".join(text.split())
+    said = " ".join(text.split())
+    assert f"uncertainty mostly from {main} and {second}" in said
+    assert f"uncertainty mostly from {alone} " in said
     assert "delta_low" not in text  # stands in brackets
 
 
@@ -221,3 +229,24 @@ def test_several_engines_are_refused() -> None:
     raw = {**scene(RANGES), "engine": ["ntua", "b112"]}
     with pytest.raises(SceneError, match="not allowed with several engines"):
         read_scene(raw)
+
+
+@compiled
+def test_the_figure_has_the_shares_that_can_be_seen() -> None:
+    archive = sweeps.run(
+        engine="b112", uncertainty={"number": 64}, output={"quantities": ["delta"]}
+    )
+    drawn = figure(archive, "uncertainty")
+    (panel,) = drawn.axes
+    shares = np.sort(archive.delta_share.values)[::-1]
+    seen = shares[shares >= 0.005]
+    assert 1 < seen.size < shares.size
+    assert [bar.get_width() for bar in panel.patches] == pytest.approx(100.0 * seen)
+    labels = [text.get_text().replace("\n", " ") for text in panel.get_yticklabels()]
+    largest = int(archive.delta_share.argmax("uncertain_parameter"))
+    name = str(archive.uncertain_parameter_long_name.values[largest])
+    assert labels[0].lower() == name.split(",")[0].lower()
+    texts = " ".join(text.get_text() for text in drawn.texts).replace("\n", " ")
+    assert f"{float(archive.delta):.4g}" in texts and "95 % range" in texts
+    with pytest.raises(SceneError, match="run --uncertainty"):
+        figure(sweeps.run(engine="b112", output={"quantities": ["delta"]}), "uncertainty")
