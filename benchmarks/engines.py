@@ -199,11 +199,13 @@ def report(size: int) -> str:
     lines = [
         "# Throughput of engines",
         "",
-        "Made by `python -m benchmarks.engines`; a run of some minutes, on one thread of a shared "
+        "<!-- Made by python -m benchmarks.engines; change that, not this. -->",
+        "",
+        "A run of some minutes, on one thread of a shared "
         f"machine ({platform.machine()}, Python {platform.python_version()}). Processor time a "
         "design in microseconds, the least of "
         f"{RUNS} runs. Where others use the machine, runs differ by a third and more, and ratios "
-        "below 1 are no gain. Speed beside other solvers: [benchmarks.md](benchmarks.md).",
+        "below 1 are no gain. Speed beside other solvers: [benchmarks](benchmarks.md).",
         "",
         f"Designs that share a table: {size:,} of inertia x speed x mass; designs with tables of "
         f"their own: {size // 50:,} crank ratios.",

@@ -457,7 +457,7 @@ def cluster_text(found: Cluster) -> list[str]:
         "",
         f"{found.designs} designs by `--scheduler local:{PROCESSES}`: dask.distributed with "
         f"{PROCESSES} processes of one thread on this machine, {found.blocks} blocks "
-        f"([cluster.md](cluster.md)). In {len(found.killed)} runs more, one of them was killed "
+        f"([cluster](cluster.md)). In {len(found.killed)} runs more, one of them was killed "
         "with SIGKILL when a randomly drawn number of blocks was finished.",
         "",
         "| | |",
@@ -487,8 +487,10 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
         [
             "# Reliability of large runs",
             "",
-            "Made by `make large-runs` (`python -m benchmarks.large_runs`); change that, not "
-            "this. The same tests, smaller: "
+            "<!-- Made by make large-runs (python -m benchmarks.large_runs); change that, not "
+            "this. -->",
+            "",
+            "The same tests, smaller: "
             "[test_streaming.py](../tests/sweeps/test_streaming.py), "
             "[test_joining.py](../tests/sweeps/test_joining.py), "
             "[test_cluster.py](../tests/sweeps/test_cluster.py).",

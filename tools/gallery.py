@@ -173,7 +173,7 @@ quantities = ["position", "velocity", "acceleration", "rod_angle"]
     "Pressure": (
         drawn("indicator_diagrams", LOADS),
         drawn("work_diagrams", LOADS),
-        Entry("recorded_pressure", made_by="[measured_pressure.md](measured_pressure.md)",
+        Entry("recorded_pressure", made_by="[measured pressure](measured_pressure.md)",
               picture="figures/recorded_pressure.png"),
     ),
     "Torque and speed": (
@@ -316,9 +316,9 @@ quantities = ["delta"]
             "engine-dyn identify scene.toml --vary inertia,gap_angle,dead_centre_shift -o fit.nc",
             "engine-dyn plot fit.nc --only fitted_speed",
         ), picture="fitted_speed"),
-        Entry("recorded_train", made_by="[measured_speed.md](measured_speed.md)",
+        Entry("recorded_train", made_by="[measured speed](measured_speed.md)",
               picture="figures/recorded_train.png"),
-        Entry("cylinder_deviations", made_by="[misfire_detection.md](misfire_detection.md)",
+        Entry("cylinder_deviations", made_by="[misfire detection](misfire_detection.md)",
               picture="figures/cylinder_deviations.png"),
     ),
 }  # fmt: skip
@@ -327,11 +327,11 @@ quantities = ["delta"]
 HEAD = """\
 # Gallery
 
-Made by `python tools/gallery.py`; change that, not this.
+<!-- Made by python tools/gallery.py; change that, not this. -->
 
 Every kind of figure, with the scene and the commands that draw it. Save the scene as scene.toml.
 `run` computes it, and `plot` draws one kind with `--only KIND`, or everything that an archive gives
-without it. Options for size, style, units and crank angle are in [figures.md](figures.md). Names
+without it. Options for size, style, units and crank angle are in [figures](figures.md). Names
 such as `four_cylinder` are [built-in scenes](scenes.md).
 """
 

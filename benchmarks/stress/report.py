@@ -109,8 +109,9 @@ def _head(m: Measured) -> list[str]:
     return [
         "# Numerical stability",
         "",
-        "Made by `make stress` (`python -m benchmarks.stress`); change that, not this. How exact "
-        "the solver is on sane designs: [validation.md](validation.md).",
+        "<!-- Made by make stress (python -m benchmarks.stress); change that, not this. -->",
+        "",
+        "How exact the solver is on sane designs: [validation](validation.md).",
         "",
         f"{m.when}; {m.machine}; {m.versions}; seed {m.seed}; {m.took / 60.0:.1f} minutes.",
         "",
@@ -358,7 +359,7 @@ def _sampled(m: Measured) -> list[str]:
     return [
         "## Sampled studies",
         "",
-        "What people sample, over ranges twice as wide as in [benchmarks.md](benchmarks.md), where "
+        "What people sample, over ranges twice as wide as in [benchmarks](benchmarks.md), where "
         "the engine has diagrams: "
         + "; ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in sampled.WIDE.items())
         + " (the six); offsets of pin or crank of either sign up to half the crank radius. Each is "
@@ -414,7 +415,7 @@ def _repetition(m: Measured) -> list[str]:
         "",
         "![Mean speed over cycles](figures/euler_drift.png)",
         "",
-        "*The nominal engine of the thesis, from [validation.md](validation.md).*",
+        "*The nominal engine of the thesis, from [validation](validation.md).*",
         "",
         f"With load exponent 2 a deviation shrinks by ρ in a cycle. The weaker the load, the more "
         "cycles are needed until the speeds at the two ends of a cycle are within "
