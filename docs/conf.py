@@ -31,6 +31,10 @@ extensions = [
 exclude_patterns = ["_extensions", "reliability"]
 nitpicky = False
 
+# Help texts hold commands that are copied: dashes, quotes and `single` backticks stay as typed.
+smartquotes = False
+default_role = "code"
+
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.strikethrough"]

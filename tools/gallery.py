@@ -173,7 +173,7 @@ quantities = ["position", "velocity", "acceleration", "rod_angle"]
     "Pressure": (
         drawn("indicator_diagrams", LOADS),
         drawn("work_diagrams", LOADS),
-        Entry("recorded_pressure", made_by="[measured pressure](measured_pressure.md)",
+        Entry("recorded_pressure", made_by="[Measured pressure](measured_pressure.md)",
               picture="figures/recorded_pressure.png"),
     ),
     "Torque and speed": (
@@ -316,9 +316,9 @@ quantities = ["delta"]
             "engine-dyn identify scene.toml --vary inertia,gap_angle,dead_centre_shift -o fit.nc",
             "engine-dyn plot fit.nc --only fitted_speed",
         ), picture="fitted_speed"),
-        Entry("recorded_train", made_by="[measured speed](measured_speed.md)",
+        Entry("recorded_train", made_by="[Measured speed](measured_speed.md)",
               picture="figures/recorded_train.png"),
-        Entry("cylinder_deviations", made_by="[misfire detection](misfire_detection.md)",
+        Entry("cylinder_deviations", made_by="[Misfire detection](misfire_detection.md)",
               picture="figures/cylinder_deviations.png"),
     ),
 }  # fmt: skip
