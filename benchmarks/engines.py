@@ -201,19 +201,21 @@ def report(size: int) -> str:
         "",
         "<!-- Made by python -m benchmarks.engines; change that, not this. -->",
         "",
-        "A run of some minutes, on one thread of a shared "
-        f"machine ({platform.machine()}, Python {platform.python_version()}). Processor time a "
-        "design in microseconds, the least of "
-        f"{RUNS} runs. Where others use the machine, runs differ by a third and more, and ratios "
-        "below 1 are no gain. Speed beside other solvers: [benchmarks](benchmarks.md).",
+        "The run takes some minutes. It was made on one thread of a shared "
+        f"machine ({platform.machine()}, Python {platform.python_version()}). The tables give the "
+        f"processor time per design in microseconds, the least of "
+        f"{RUNS} runs. When others use the machine, runs differ by a third or more; a ratio below "
+        f"1 "
+        "is no gain. Speed compared with other solvers: [benchmarks](benchmarks.md).",
         "",
-        f"Designs that share a table: {size:,} of inertia x speed x mass; designs with tables of "
-        f"their own: {size // 50:,} crank ratios.",
+        f"Designs that share a table (*sharing*): {size:,} over inertia, speed and mass. "
+        f"Designs with tables of their own: {size // 50:,} crank ratios.",
         "",
         "## Engines of the catalogue that fire evenly",
         "",
-        "Beside the plain in-line engine with as many cylinders, the same bore, stroke, masses and "
-        "diagrams; both take turns, run by run.",
+        "Each engine is compared with the plain in-line engine that has the same "
+        "number of cylinders, bore, stroke, masses and diagrams; their runs "
+        "alternate.",
         "",
         "| engine | beside | sharing, alpha 2 | plain | ratio | sharing, alpha 1.6 | plain | ratio "
         "| own tables, alpha 2 | plain | ratio |",
@@ -222,7 +224,8 @@ def report(size: int) -> str:
         "",
         "## Uneven, offset and unequal engines",
         "",
-        "The ratio is to the even, equal, centred engine of as many cylinders.",
+        "The ratio is taken to the engine with the same number of equal cylinders, "
+        "even firing and no offset.",
         "",
         "| engine | part of the cycle | sharing, alpha 2 | ratio | sharing, alpha 1.6 | ratio "
         "| own tables, alpha 2 | ratio |",
@@ -238,19 +241,22 @@ def report(size: int) -> str:
             lines.append(f"| {kind.text} | {solved} | {' | '.join(cells)} |")
     lines += [
         "",
-        "What the ratios are made of:",
+        "What explains the ratios:",
         "",
-        "- Where designs share a table, a design costs what its period has of nodes: cylinders "
-        "of unequal mass repeat once a cycle instead of Z times, with as many nodes a cycle. An "
-        "offset and friction over the stroke cost nothing beyond making their table.",
-        "- Centred engines with equal throws, each table of which few designs have in common, add "
-        "up curves from harmonics of the piston velocity. With an offset (over the crank radius), "
-        "friction over the stroke (whose level follows p_max and piston speed) or throws of "
-        "unequal radius each design has a table of its own: 720 nodes and 4320 points of "
-        "quadrature for each representative cylinder, some two nanoseconds a point and some "
-        "twenty a node; friction takes its means first and so twice as long.",
-        "- Parameters of single cylinders (`mass_factor_3`) make each design an engine of its "
-        "own, with diagrams sampled anew: some milliseconds, ten times that of a table.",
+        "- Where designs share a table, the cost of a design is proportional to the "
+        "number of nodes in one period of its torque. With cylinders of unequal mass "
+        "the torque repeats once per cycle instead of Z times. An offset or friction "
+        "over the stroke costs nothing beyond making the shared table.",
+        "- Where few designs share a table, centred engines with equal throws "
+        "assemble their work curves from harmonics of the piston velocity. With an "
+        "offset, friction over the stroke (whose level follows peak pressure and "
+        "piston speed) or throws of unequal radius, each design needs a table of its "
+        "own: 720 nodes and 4320 quadrature points for each representative cylinder, "
+        "at about twenty nanoseconds per node and two per point. Friction takes twice "
+        "as long, because its means come first.",
+        "- Parameters of single cylinders (`mass_factor_3`) make each design an "
+        "engine of its own, whose diagrams are sampled again. This takes some "
+        "milliseconds, ten times as long as a table.",
         "",
     ]
     return "\n".join(lines)

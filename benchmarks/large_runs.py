@@ -306,9 +306,9 @@ def kills(designs: int, count: int, seed: int, folder: Path) -> Kills:
 STATES = {
     "nothing": "nothing yet (killed while the program started)",
     "archive": "the finished archive",
-    "both": "the finished archive, and the folder beside it",
-    "empty": "the folder, no finished block",
-    "blocks": "the folder with finished blocks",
+    "both": "the finished archive, and the folder of blocks beside it",
+    "empty": "the folder of blocks, without a finished block",
+    "blocks": "the folder of blocks, with finished blocks",
 }
 
 
@@ -457,19 +457,21 @@ def cluster_text(found: Cluster) -> list[str]:
         "",
         f"{found.designs} designs by `--scheduler local:{PROCESSES}`: dask.distributed with "
         f"{PROCESSES} processes of one thread on this machine, {found.blocks} blocks "
-        f"([cluster](cluster.md)). In {len(found.killed)} runs more, one of them was killed "
-        "with SIGKILL when a randomly drawn number of blocks was finished.",
+        f"([cluster](cluster.md)). In {len(found.killed)} further runs, one worker was killed "
+        f"with SIGKILL after a randomly drawn "
+        "number of finished blocks.",
         "",
         "| | |",
         "| --- | ---: |",
         f"| by one process | {found.local:.1f} s |",
-        f"| by {PROCESSES} workers, their start and end included | {found.whole:.1f} s |",
+        f"| by {PROCESSES} workers, including their start and end | {found.whole:.1f} s |",
         f"| with a worker killed, {len(found.killed)} runs | {min(found.killed):.1f} to "
         f"{max(found.killed):.1f} s |",
         f"| blocks finished when it was killed | {min(found.kept)} to {max(found.kept)} |",
         "",
-        "Every run must end by itself, none of the finished blocks may be written again, and the "
-        "variables of every archive must be those of the run by one process, to the byte:",
+        "Every run must end by itself, none of the finished blocks may be written "
+        "again, and the variables of every archive must equal those of the run by one "
+        "process, to the byte. The result:",
         "",
         *lost,
         "",
@@ -490,7 +492,7 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
             "<!-- Made by make large-runs (python -m benchmarks.large_runs); change that, not "
             "this. -->",
             "",
-            "The same tests, smaller: "
+            "Smaller versions of these tests run with `make test`: "
             "[test_streaming.py](../tests/sweeps/test_streaming.py), "
             "[test_joining.py](../tests/sweeps/test_joining.py), "
             "[test_cluster.py](../tests/sweeps/test_cluster.py).",
@@ -499,7 +501,8 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
             "",
             "## A sweep larger than its memory",
             "",
-            f"{sweep.designs} designs, {len(QUANTITIES)} scalar quantities and the status, "
+            f"{sweep.designs} designs, {len(QUANTITIES)} scalar quantities and the status, run "
+            f"from the command line with "
             f"`--memory {sweep.memory}`, from the shell:",
             "",
             "| | |",
@@ -508,34 +511,39 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
             f"| chunks of a variable | {sweep.blocks} |",
             f"| largest resident memory, libraries included | {size_text(sweep.resident)} |",
             f"| whole run | {sweep.wall:.1f} s |",
-            f"| computing, blocks written meanwhile | {sweep.computing:.1f} s |",
-            f"| putting the archive together, syncing it | {sweep.writing:.1f} s |",
-            f"| throughput, both | {sweep.rate / 1e6:.2f} million designs/s |",
-            f"| in memory ({sweep.compared} designs, better of before and after) | "
+            f"| computing, with blocks written meanwhile | {sweep.computing:.1f} s |",
+            f"| assembling and syncing the archive | {sweep.writing:.1f} s |",
+            f"| throughput of both steps | {sweep.rate / 1e6:.2f} million designs/s |",
+            f"| in memory ({sweep.compared} designs; the better of one run before and one after) | "
             f"{sweep.in_memory / 1e6:.2f} million designs/s |",
-            f"| the disk, writing and syncing the same bytes | {size_text(sweep.disk)}/s, "
+            f"| the disk alone, writing and syncing the same bytes | {size_text(sweep.disk)}/s, "
             f"{sweep.disk_rate / 1e6:.2f} million designs/s |",
             "",
-            f"Required: less than 1 GB resident ({small}), and half of the lesser of the last two, "
+            f"Required: less than 1 GB of resident memory ({small}), and half of the lesser of "
+            f"the last two rates, "
             f"{sweep.required / 1e6:.2f} million designs/s ({met}).",
             "",
-            "The disk writes everything twice: finished blocks, and the archive made of them.",
+            "Everything is written to disk twice: once as finished blocks, once in the "
+            "archive made of them.",
             "",
             "## Killed runs",
             "",
-            f"{count} runs of {found.designs} designs (in many small blocks; uninterrupted "
-            f"{found.whole:.1f} s) were killed with SIGKILL, one of ten while the program started, "
-            "nine at moments drawn evenly between the first sign of the run and its end; every "
-            "third was killed a second time while it resumed. Then `--resume` completed them. "
-            "After the last kill there was:",
+            f"{count} runs of {found.designs} designs (in many small blocks; an uninterrupted run "
+            f"takes "
+            f"{found.whole:.1f} s) were killed with SIGKILL: one in ten while the program "
+            f"started, the others "
+            "at random moments between the first sign of the run and its end. Every "
+            "third was killed a second time while it resumed. Then `--resume` completed "
+            "them. What was on disk after the last kill:",
             "",
             "| | runs |",
             "| --- | ---: |",
             *states,
             "",
-            f"{found.blocks_kept} finished blocks were found; none of them may be written again, "
-            "and the variables of every archive must be those of the uninterrupted run, to the "
-            "byte:",
+            f"{found.blocks_kept} finished blocks were found. None of them may be written again, "
+            f"and the "
+            "variables of every archive must equal those of the uninterrupted run, to "
+            "the byte. The result:",
             "",
             *lost,
             "",

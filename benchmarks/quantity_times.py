@@ -237,13 +237,16 @@ def quantities_section(found: Rates) -> list[str]:
     """What single quantities cost."""
     return [
         "## Quantities", "",
-        "Scenes that ask for one quantity of designs sampled at random, by `sweeps.run` in memory "
-        f"on {found.threads} threads (`benchmarks/quantity_times.py`): medians of warm runs. Of "
-        "quantities that are made together one stands for all. Orders are 1/2 to 6; main journals "
-        "are those of one to eight cylinders. Below the aim is bold. Over the loop: designs a "
-        "second over those of the hand-written Numba loop of the studies, which finds a delta "
-        f"({number(found.loop.rate)} designs/s in this run). Before: one core, before kernels took "
-        "over, on another day and beside other work.",
+        "Each scene asks for one quantity of randomly sampled designs, computed in "
+        f"memory by `sweeps.run` on {found.threads} threads (`benchmarks/quantity_times.py`): "
+        "medians of warm runs. Of quantities that are computed together, one stands "
+        "for all. Orders are 1/2 to 6; main journals are those of one to eight "
+        "cylinders. A rate below its aim is bold. Over the loop: designs per second "
+        "divided by those of the hand-written Numba loop of the studies, which finds "
+        "one delta per design "
+        f"({number(found.loop.rate)} designs/s in this run). Before: on one core, before the "
+        f"quantity had a kernel of its own, on another "
+        "day and beside other work.",
         "", *table(found), "",
     ]  # fmt: skip
 

@@ -224,8 +224,10 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
     lines = [
         "# Benchmarks",
         "",
-        "Written by `make bench`; do not edit. Run time against error of the methods of this "
-        "project and of what one would use instead, on the same designs, in one run.",
+        "<!-- Made by `make bench` (python -m benchmarks); change that, not this. -->",
+        "",
+        "This page compares run time and error of the solvers in this project with "
+        "those of the alternatives, on the same designs and in one run.",
         "",
         f"Machine: {m.processor}, {m.threads} threads, {m.lanes}. Date: {m.date}. "
         + ", ".join(f"{name} {number}" for name, number in m.versions) + ".",
@@ -234,17 +236,18 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
     if m.quick:
         lines += ["**A quick run: few designs and few settings, to see that it works.**", ""]
     lines += [
-        "How it was done. Times are wall-clock medians of warm runs (at least 5; 3 of peers that "
-        "take long and of all peers in scenes, 1 of Euler in Python), solvers taking turns, all "
-        "threads in use; compiling is stated apart. Every solver gets as many designs as keep it "
-        "busy for a while, always the first of one list. Tabulating the torque and its "
-        "mean is part of each design's work, here and there. Errors are relative errors of "
-        "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no line "
+        "How it was measured. Times are medians of the wall-clock time of warm runs: "
+        "at least 5 runs, 3 of slow peers and of all peers in scenes, 1 of Euler in "
+        "Python. The solvers take turns and use all threads. Compile time is stated "
+        "separately. Every solver gets as many designs as keep it busy for a while, "
+        "always the first ones of the same list. For every solver, tabulating the "
+        "torque and finding its mean is part of the timed work. Errors are relative errors of "
+        "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no code "
         "with the kernels (`benchmarks/problem.py`); it differs by "
         f"{small(m.agreement)} at most from the adaptive integration of `oracle` on "
-        f"{m.agreed} designs. The pressure diagram is one closed form; this project gets it as "
-        "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
-        "cannot remove.",
+        f"{m.agreed} designs. The pressure diagram is a closed formula. This project gets it as "
+        "points at every half degree; that leaves an error of about 1e-10 to 1e-9, "
+        "which finer nodes cannot remove.",
         "",
         *ratios_section(m), *studies_section(m.studies), *quantities_section(m.quantities),
         *sampled_section(m), *targets_section(m),
@@ -277,9 +280,10 @@ def sampled_section(m: Measured) -> list[str]:
     return [
         "## Sampled designs, beside other solvers", "",
         "Crank ratio, reciprocating mass, speed, inertia, friction, load and number of cylinders "
-        "(one to eight) drawn at random, load exponent 2 (`benchmarks/sampled_peers.py`). Over "
-        "load, the pressure of the combustion grows in proportion. Peers solve the designs of each "
-        "number of cylinders together. Times faster, at a worst error of "
+        "(one to eight) drawn at random; load exponent 2 (`benchmarks/sampled_peers.py`). The "
+        "combustion pressure grows in proportion to the load. Peers solve all designs "
+        "with the same number of cylinders together. How many times faster, at a "
+        "worst error of "
         f"{AIM:g} of the peer:", "",
         *rows(["peer", "times faster"], times_faster(m.sampled)), "",
         *rows(HEAD, [result_row(r, default_of(m.sampled)) for r in m.sampled]), "",
@@ -293,16 +297,18 @@ def ratios_section(m: Measured) -> list[str]:
     lines = [
         "## Ratios",
         "",
-        f"How many times as many designs a second `auto` (default tolerance, worst error "
+        f"The table says how many times as many designs per second `auto` (default tolerance, "
+        f"worst error "
         f"{small(ours.errors.worst)}) solves as each peer does at a worst error of {AIM:g}, in "
-        "the table of designs that share nothing (exponents 0, 1, 1.6 and 2 mixed). Between two "
-        "settings of a peer its time is interpolated.",
+        "the table of designs that share nothing (exponents 0, 1, 1.6 and 2 mixed). The time of a "
+        "peer is interpolated between two of its settings.",
         "",
         *rows(["peer", "times faster"], body),
         "",
-        "The same against the hand-written Numba loop in factorial scenes, where a clever loop "
-        "may keep the tables of the torque from design to design (shared tables). At equal error "
-        "means at the worst error that `auto` has there; a dash: the loop does not get there with "
+        "The next table gives the same ratio to the hand-written Numba loop in "
+        "factorial scenes, where a clever loop can keep its torque tables from design "
+        "to design (shared tables). Equal error means the worst error that `auto` has "
+        "in that scene. A dash means that the loop does not reach this error with "
         "2880 steps.",
         "",
     ]
@@ -324,10 +330,10 @@ def ratios_section(m: Measured) -> list[str]:
     return [
         *lines, *rows(head, body), "",
         "![Time for a design against the error](figures/bench_work_precision.png)", "",
-        "*Worst relative error of delta against time for a design, all threads. a: table of "
-        "designs that share nothing. b: sampled designs, one to eight cylinders, any load. c: a "
-        "factorial scene, alpha 2, one cylinder. Methods that left designs unsolved are drawn "
-        "hollow.*", "",
+        "*Worst relative error of delta against the time per design, all threads. a: "
+        "table of designs that share nothing. b: sampled designs, one to eight "
+        "cylinders, any load. c: a factorial scene, load exponent alpha = 2, one "
+        "cylinder. Methods that left designs unsolved have hollow markers.*", "",
     ]  # fmt: skip
 
 
@@ -349,9 +355,9 @@ def machines_section(machines: Sequence[Reached]) -> list[str]:
         body[each.what][1 + list(runs).index(each.machine)] = each.measured + missed
     return [
         "## The aims on other machines", "",
-        "What the last run of this benchmark on each machine printed, with the multiplications and "
-        "additions a second and the writing rate that it measured there. Where the hash is another "
-        "one, the kernels are those of that day.", "",
+        "Results of the last run of this benchmark on each machine, with the "
+        "floating-point rate and the writing rate measured there. A different source "
+        "hash means an earlier version of the kernels.", "",
         *(
             f"- {letters[machine]}: {machine}; {each.run}; source hash `{each.code}`"
             f"{' (this run)' if machine == machines[0].machine else ''}."
@@ -386,20 +392,24 @@ def table_section(m: Measured) -> list[str]:
     return [
         "## Designs that share nothing",
         "",
-        "Each with its own crank ratio (0.2 to 0.33), reciprocating mass, speed, inertia and "
-        f"friction, one cylinder, load exponents 0, 1, 1.6, 2 in turn. Errors over the first "
-        f"{number(checked)} designs at most, or as many as were solved. First call: what it takes "
-        "beyond its work, compiling mostly, in this order in one process, so that a later setting "
-        "finds compiled what an earlier one left. Spread: slowest over fastest run.",
+        "Each design has its own crank ratio (0.2 to 0.33), reciprocating mass, "
+        "speed, inertia and friction; one cylinder; load exponents 0, 1, 1.6 and 2 in "
+        "turn. Errors are taken over the first "
+        f"{number(checked)} designs at most, or over as many as were solved. First call: its time "
+        f"beyond "
+        "that of a warm call, mostly compiling; the settings ran in this order in one "
+        "process, so a later one reuses kernels compiled for an earlier one. Spread: "
+        "time of the slowest run divided by that of the fastest.",
         "",
         *rows(HEAD, body),
         "",
         f"`sweep.solve` alone, given the mean torque of each design: "
         f"{number(m.table_alone.rate)} designs/s. "
-        "`closed` solves the exponents 0 and 2 only and is timed on these. `picard` and `thesis` "
-        "repeat cycles until one closes. Explicit Euler (`thesis`, Euler in Python) is timed on "
-        "the exponents above 0: at 0 its drift never ends. Euler in Python is stopped after 3,000 "
-        "cycles, and its share without an answer counts these.",
+        "`closed` solves only the exponents 0 and 2 and is timed on these. `picard` "
+        "and `thesis` repeat cycles until one closes. Explicit Euler (`thesis`, Euler "
+        "in Python) is timed on the exponents above 0, because at 0 its drift never "
+        "ends. Euler in Python is stopped after 3,000 cycles; designs stopped there "
+        "count as without an answer.",
         "",
     ]
 
@@ -409,8 +419,9 @@ def scenes_section(m: Measured) -> list[str]:
     lines = [
         "## Factorial scenes",
         "",
-        "Inertia x speed x reciprocating mass at one crank ratio, scalar output. The loop is "
-        "shown at the fewest steps whose worst error is within 1e-6.",
+        "Grids of inertia, speed and reciprocating mass at one crank ratio, with "
+        "scalar results. The loop is shown with the fewest steps for which its worst "
+        "error is within 1e-6.",
         "",
     ]
     body = []
@@ -434,7 +445,7 @@ def scenes_section(m: Measured) -> list[str]:
     lines += [*rows(head, body), ""]
     first = next((s for s in m.scenes if len(series_of(s.peers)) > 2), None)
     if first:
-        lines += [f"All that was measured of \"{first.name}\":", "",
+        lines += [f"All results for \"{first.name}\":", "",
                   *rows(HEAD, [result_row(r, first.ours[0]) for r in [*first.ours, *first.peers]]),
                   ""]  # fmt: skip
     return lines
@@ -447,7 +458,7 @@ def scaling_section(m: Measured) -> list[str]:
         "",
         "![Throughput against the number of designs](figures/bench_throughput.png)",
         "",
-        "*Designs a second against the number of designs in a call of `sweep.solve`.*",
+        "*Designs per second against the number of designs in one call of `sweep.solve`.*",
         "",
     ]
     sizes = sorted({t.count for timings in m.numbers.values() for t in timings})
@@ -490,12 +501,14 @@ def limits_section(m: Measured) -> list[str]:
         f"Measured in this run: {m.flops / 1e9:.0f} Gflop/s with {m.threads} threads "
         f"({m.flops_one / 1e9:.0f} with one) in a loop of fused multiplications and additions in "
         f"registers, compiled by Numba; {m.writing / 1e9:.1f} GB/s written by NumPy. Room: "
-        "operations that the machine could do at that peak in the time of one design. Counted: "
-        "additions and multiplications of the kernel (`benchmarks/own.py`): of the nodes, "
-        f"{CHUNK:g} more of each for where the extremes can be, {WORK} for the work of a period, "
-        f"and {EXTREMES} for weights and two extremes. Divisions and roots count as one each, so "
-        "the share is a lower bound. Bytes: a design writes 9, delta and its status, at most "
-        f"{most * 9e-9:.2g} GB/s; all else stays in the nearest caches.",
+        f"operations that the machine could do at that peak rate in the time of "
+        "one design. Counted: additions and multiplications of the kernel "
+        "(`benchmarks/own.py`): those of the nodes, plus, at each node, "
+        f"{CHUNK:g} more where an extreme can be, {WORK} for the work of a period, "
+        f"and {EXTREMES} for weights and two extremes. Divisions and roots count as one operation "
+        f"each, so the share is a lower "
+        "bound. Memory: each design writes 9 bytes, delta and its status, at most "
+        f"{most * 9e-9:.2g} GB/s; everything else stays in the nearest caches.",
         "",
         *rows(["designs", "designs/s", "room", "counted", "of the peak", ""], body),
         "",
@@ -508,8 +521,9 @@ def rest_section(m: Measured) -> list[str]:
     lines = [
         "## Traces",
         "",
-        f"Omega at {m.traces[-1].angles} angles. Beginning takes some milliseconds, which count in "
-        "the smaller array.",
+        f"Omega at {m.traces[-1].angles} angles. A call has a fixed cost of some milliseconds, "
+        f"which shows in the "
+        "smaller array.",
         "",
         *rows(
             ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time", "array in use"],
@@ -538,7 +552,8 @@ def rest_section(m: Measured) -> list[str]:
         "",
         "## Memory and a large run",
         "",
-        "Peak resident memory that a run adds to a process which has solved one design:",
+        "Peak resident memory that a run adds to a process that has solved one design "
+        "before:",
         "",
         *rows(["", "designs", "added", "results", "beyond the results"], [
             [f"`{e.what}`", number(e.designs, 3), f"{e.added / 1e6:.0f} MB",
@@ -547,8 +562,9 @@ def rest_section(m: Measured) -> list[str]:
         "",
         f"`engine-dyn run`, {number(m.big.designs, 3)} designs (engine `ntua`, inertia x speed x "
         f"reciprocating mass; delta, omega_max, omega_min, omega_mean): {span(m.big.command)} for "
-        f"the command, {span(m.big.computing)} of it computing (`sweeps.run` in this process), the "
-        f"rest starting and writing a file of {m.big.size / 1e6:.0f} MB.",
+        f"the command, {span(m.big.computing)} of it for computing (`sweeps.run` in this "
+        f"process), the rest for starting "
+        f"and for writing a file of {m.big.size / 1e6:.0f} MB.",
         "",
     ]  # fmt: skip
     if m.absent:

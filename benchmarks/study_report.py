@@ -10,8 +10,9 @@ from benchmarks.wording import number, rows, small, span
 
 __all__ = ["studies_section", "table"]
 
-HEAD = ["study", "ratio", "aim", "dream", "to", "designs/s", "designs", "deferred", "general",
-        "error of delta", "of speeds", "delta_error holds", "status 0", "compiling"]  # fmt: skip
+HEAD = ["study", "ratio", "aim", "long-term aim", "over", "designs/s", "designs", "deferred",
+        "general", "error of delta", "of speeds", "delta_error covers", "status 0",
+        "compiling"]  # fmt: skip
 
 
 def table(found: Studies) -> list[str]:
@@ -47,17 +48,21 @@ def studies_section(found: Studies) -> list[str]:
     checked = [row.errors.designs for row in found.rows]
     return [
         "## Studies", "",
-        "Scenes as people write them, computed by `sweeps.run` in memory with four scalar results, "
-        "engine `ntua` unless said (`benchmarks/studies.py`). Ratio: designs a second over those "
-        f"of \"{ONE_TABLE}\", of another study, or of \"{LOOP}\": the hand-written Numba loop that "
+        "These are scenes as people write them, computed in memory by `sweeps.run` "
+        "with four scalar results and the engine `ntua` unless another is named "
+        "(`benchmarks/studies.py`). Ratio: designs per second divided by those of "
+        f"\"{ONE_TABLE}\", of another study, or of \"{LOOP}\": the hand-written Numba loop that "
         f"tabulates each design by itself ({LOOP_STEPS} steps, exponent 2, one cylinder, no scene "
         f"around it), which did {number(found.loop.rate)} designs/s in this run with a worst error "
         f"of {small(found.loop_errors.worst)}. A ratio below its aim is bold. Deferred: share of "
-        "the designs given to the batch solver that it left to the general one; general: share "
-        "that the general solver solved. Errors are relative, the largest of "
+        f"the designs given to the "
+        "batch solver that it passed on to the general solver. General: share of all "
+        "designs that the general solver solved. Errors are relative: the largest of "
         f"{min(checked, default=0)} to {max(checked, default=0)} designs drawn at random from each "
-        "study, against the independent solvers of `oracle`; where these solve smooth curves only, "
-        "their own error is some 1e-8. Compiling: what the first run took beyond the next, in this "
-        "order in one process, so that a later study finds compiled what an earlier one left.",
+        "study, against the independent solvers of `oracle`; where an independent solver is made "
+        "for smooth curves only, its own error is "
+        "about 1e-8. Compiling: how much longer the first run took than the next. The "
+        "studies ran in this order in one process, so a later study reuses the "
+        "kernels compiled for an earlier one.",
         "", *table(found), "",
     ]  # fmt: skip

@@ -21,7 +21,7 @@ NOT_YET = "not measured yet"
 
 OF_STABILITY = {
     "absurd": "absurd ranges",
-    "again": "solved again, in other company",
+    "again": "solved again, among other designs",
     "independent": "by an independent solver",
     "estimate": "`delta_error`",
 }
@@ -42,7 +42,7 @@ def number(value: float) -> str:
 def wrong_of(part: dict[str, Any]) -> str:
     """How many findings a command had."""
     found = len(part["wrong"])
-    return "none fell" if found == 0 else f"{found} fell"
+    return "nothing went wrong" if found == 0 else f"{found} went wrong"
 
 
 def figure(name: str, parts: dict[str, dict[str, Any]]) -> str:
@@ -64,7 +64,7 @@ def of_stability(words: str) -> str:
 FIGURES = {
     "properties": lambda p: (
         f"{number(sum(n['passing'] for n in p['properties'].values()))} drawn scenes, "
-        f"{number(sum(n['failing'] for n in p['properties'].values()))} fell"
+        f"{number(sum(n['failing'] for n in p['properties'].values()))} failed"
     ),
     "fuzz": lambda p: (
         f"{number(sum(counts['inputs'] for counts in p['targets'].values()))} inputs of "
@@ -72,8 +72,8 @@ FIGURES = {
     ),
     "damage": lambda p: (
         f"{number(p['files'])} damaged files: {number(p['opened'])} could be opened, "
-        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} fell (hostile_input.md "
-        "says why)"
+        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} went wrong "
+        "([hostile input](hostile_input.md))"
     ),
     "large_runs": lambda p: (
         f"{p['runs_killed']} runs killed, {number(p['blocks_found'])} finished blocks found, "
@@ -84,15 +84,15 @@ FIGURES = {
         f"{p['resident_bytes'] / 1e6:.0f} MB resident with `--memory {p['memory']}`"
     ),
     "workers": lambda p: f"{p['workers_killed']} workers killed, {p['lost_by_workers']} lost",
-    "faults": lambda p: f"{number(p['points'])} points, {wrong_of(p)}",
+    "faults": lambda p: f"{number(p['points'])} failing system calls, {wrong_of(p)}",
     "faults_power": lambda p: (
         f"{number(sum(n for name, n in p['faults'].items() if name.startswith('power')))} "
-        f"failures of the power, {wrong_of(p)}"
+        f"simulated power failures, {wrong_of(p)}"
     ),
     "soak": lambda p: (
-        f"{number(p['runs'])} runs: {p['growth_bytes_per_run']:.0f} bytes a run, descriptors "
-        f"{p['descriptors'][0]} and {p['descriptors'][1]}, threads {p['threads'][0]} and "
-        f"{p['threads'][1]}"
+        f"{number(p['runs'])} runs: {p['growth_bytes_per_run']:.0f} bytes a run; open files "
+        f"{p['descriptors'][0]} before and {p['descriptors'][1]} after, threads "
+        f"{p['threads'][0]} and {p['threads'][1]}"
     ),
     "soak_processes": lambda p: (
         f"{p['threads_at_once']} threads and {p['processes_at_once']} processes, "
@@ -127,7 +127,7 @@ def table(rows: list[dict[str, str]], parts: dict[str, dict[str, Any]]) -> list[
         for row in some:
             tests = ", ".join(map(test_link, row["tests"].split()))
             figures = "; ".join(figure(name, parts) for name in row["figure"].split())
-            lines.append(f"| {row['promise']} | {tests} | {figures or 'the test alone'} |")
+            lines.append(f"| {row['promise']} | {tests} | {figures or 'the tests only'} |")
         lines.append("")
     return lines
 

@@ -29,18 +29,20 @@ VANISHING = 1e-4
 
 CHECKS = {
     "outcome": "the status is one that exists",
-    "numbers": "numbers with status 0 and 5, NaN with 1 to 4, in every result",
+    "numbers": "every result is a number with status 0 and 5, and NaN with 1 to 4",
     "order": "0 < ω_min ≤ ω_mean ≤ ω_max",
     "delta": "δ and δ_midrange are those of the three speeds",
-    "closure": "the asked speed lies between ω_min and ω_max, and ω_mean on the side of it that "
-    "the inequality of means says",
-    "load": "the load factor lies between the powers of the extremes; 1 with the power mean",
-    "energy": "the kinetic energy rises by no less and no more than the work less the load allows",
-    "tolerance": "where δ_error was asked for, it is at most the tolerance with status 0, and "
+    "closure": "the required speed lies between ω_min and ω_max, and ω_mean lies on the side "
+    "of it that the inequality of means requires",
+    "load": "the load factor lies between the powers of the extreme speeds, and is 1 with "
+    "the power mean",
+    "energy": "the rise of the kinetic energy lies within the bounds that work and load allow",
+    "tolerance": "where δ_error was requested, it is at most the tolerance with status 0, and "
     "above it with status 5",
-    "idle": "status 2 exactly where the mean torque is below the offset beyond idle",
-    "inertia": "status 4 exactly where the inertia would vanish",
-    "no false stall": "no status 1 where the swing cannot stop the engine",
+    "idle": "status 2 exactly where the mean torque is below the constant part of the load "
+    "by more than the idle limit",
+    "inertia": "status 4 exactly where the moment of inertia would become zero or negative",
+    "no false stall": "no status 1 where the energy swing is too small to stop the engine",
 }
 
 

@@ -72,7 +72,8 @@ VERDICTS = {
     "agrees": "same outcome, and numbers within the tolerance",
     "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
     "gave up": "status 3, and there is indeed no steady cycle",
-    "border": "running or stalled by a hair: smallest ω below 3 % of nominal, or a speed at the "
+    "border": "at the limit between running and stalling: smallest ω below 3 % of nominal, or a "
+    "speed at the "
     "end of the table",
     "unknown": "neither repeats nor ends within the cycles that were followed",
     "off": "numbers beyond the tolerance",

@@ -111,7 +111,7 @@ def _head(m: Measured) -> list[str]:
         "",
         "<!-- Made by make stress (python -m benchmarks.stress); change that, not this. -->",
         "",
-        "How exact the solver is on sane designs: [validation](validation.md).",
+        "How accurate the solver is for realistic designs: [validation](validation.md).",
         "",
         f"{m.when}; {m.machine}; {m.versions}; seed {m.seed}; {m.took / 60.0:.1f} minutes.",
         "",
@@ -119,21 +119,24 @@ def _head(m: Measured) -> list[str]:
         "",
         f"- {count(o.designs)} designs from absurd ranges: {len(o.lost)} hangs or crashes, "
         f"{count(sum(o.broken.values()))} broken rules.",
-        f"- {count(o.compared)} of them solved again, in other company and by one thread: "
+        f"- {count(o.compared)} of the absurd designs solved again, among other designs and by one "
+        f"thread: "
         + (", ".join(f"`{name}` of {count(n)}" for name, n in o.unlike.items()) or "none")
         + " differs in a bit.",
-        f"- {count(a.size)} of them solved again by an independent solver: {wrong} disagree.",
-        f"- {count(sum(m.light.compared.values()))} ordinary engines with light flywheels, "
-        f"converged by the fast kernels: {count(m.light.wrong)} beyond the tolerance.",
+        f"- {count(a.size)} of the absurd designs solved again by an independent solver: {wrong} "
+        f"disagree.",
+        f"- {count(sum(m.light.compared.values()))} ordinary engines with light flywheels that "
+        f"the fast kernels report as "
+        f"converged: {count(m.light.wrong)} beyond the tolerance.",
         f"- {count(m.machines.size)} designs with motors, driver tables and loads over speed and "
-        f"angle, compared with cycles followed in time: {count(m.machines.wrong)} wrong.",
+        f"angle, compared with an integration in time: {count(m.machines.wrong)} wrong.",
         *_sampled_in_short(m),
         f"- `delta_error`: the true error is below the estimate for {100.0 * covered:.2f} % of "
-        f"{count(len(r))} sane designs; median of estimate over error {median:.3g}, 95th "
+        f"{count(len(r))} realistic designs; median of estimate over error {median:.3g}, 95th "
         f"percentile {tail:.3g}. Required: {100.0 * calibration.COVERAGE:.1f} %, "
         f"{calibration.MEDIAN:g} and {calibration.TAIL:g}: {'met' if met else 'not met'}.",
-        f"- A load so weak that repeating cycles would take {cycles(m.weak[-1].repetition)} of "
-        f"them takes the solver {m.weak[-1].iterations} sweep"
+        f"- For a load so weak that repeated cycles would need {cycles(m.weak[-1].repetition)} "
+        f"cycles, the solver needs {m.weak[-1].iterations} sweep"
         f"{'s' if m.weak[-1].iterations != 1 else ''}.",
         "",
     ]
@@ -157,12 +160,14 @@ def _draws() -> list[str]:
         "",
         *rows(["input", "range"], ranges, 2),
         "",
-        "Sizes are even in the logarithm (half of the crank ratios even in themselves). In every "
-        "other chunk inertia and masses follow from an energy swing of 1e-3 to 10 times the "
-        "kinetic energy, so that many designs nearly stall. Of eight chunks one is a full "
-        "factorial, one (of an eighth of the size) has designs that share nothing, with "
-        "`delta_error`, and in the others each of 16 crank ratios with its diagram, crankcase and "
-        "number of cylinders is shared by many designs, all else drawn for each.",
+        "Values are drawn uniformly in the logarithm; half of the crank ratios are "
+        "drawn uniformly in the value itself. In every second chunk of designs, "
+        "inertia and masses follow from an energy swing of 1e-3 to 10 times the "
+        "kinetic energy, so that many designs nearly stall. Of eight chunks, one is a "
+        "full factorial. One, an eighth of the size, has designs that share nothing, "
+        "with `delta_error`. In the others, each of 16 crank ratios with its diagram, "
+        "crankcase pressure and number of cylinders is shared by many designs, and "
+        "everything else is drawn for each design.",
         "",
     ]
 
@@ -181,7 +186,8 @@ def _outcomes(m: Measured) -> list[str]:
         "## Outcomes",
         "",
         f"{count(o.designs)} designs in {o.seconds:.0f} s of kernel time, {count(round(rate))} a "
-        "second; with closure `cycle_time` the load coefficient is solved along.",
+        "second. With the closure `cycle_time`, the load coefficient is solved for as "
+        "well.",
         "",
         *rows(["status", "designs", "%", *heads], body),
         "",
@@ -197,8 +203,8 @@ def _rules(m: Measured) -> list[str]:
     lines = [
         "## Rules",
         "",
-        "What every true answer satisfies, checked for every design by formulas that share nothing "
-        "with the kernels:",
+        "Every true answer satisfies these rules. They are checked for every design "
+        "by formulas that share no code with the kernels:",
         "",
         *rows(["rule", "", "broken"], body, 2),
         "",
@@ -228,11 +234,12 @@ def _agreement(m: Measured) -> list[str]:
     return [
         "## Against an independent solver",
         "",
-        "Designs picked so that every status, kind of exponent, weakness of load, inertia model "
-        "and size of δ is about equally frequent. The solver (oracle/spline.py) integrates "
-        "the same spline piece by piece, with formulas of order 7 that stay stable for stiff "
-        "loads; a design stalls where the solution continued below standstill, of which there is "
-        "always exactly one, falls below zero.",
+        "The designs are picked so that every status, kind of exponent, weakness of "
+        "load, inertia model and size of δ is about equally frequent. The independent "
+        "solver (oracle/spline.py) integrates the same spline piece by piece with "
+        "formulas of order 7 that stay stable for stiff loads. It continues the "
+        "solution below standstill, where exactly one always exists; the design "
+        "stalls if this solution falls below zero.",
         "",
         *rows(["verdict", "", *(MEANINGS[code] for code in codes)], body, 2),
         "",
@@ -256,8 +263,9 @@ def _spikes(m: Measured) -> list[str]:
         "",
         f"Through `engine_dyn.periodic_speed`, at 0.5 to 2 degrees, on the diagrams of "
         f"`{draw.ENGINE}`. "
-        "Some are refused by the checks of diagrams, as they should be. Differences are those of δ "
-        "to the independent solver for the same spline.",
+        "The checks of pressure diagrams refuse some of them, as they should. "
+        "Differences are those between δ and the δ of the independent solver for the "
+        "same spline.",
         "",
         *rows(["diagram", "made", "refused", "agree", "by a hair", "off", "largest difference"],
               body),
@@ -274,9 +282,10 @@ def _light(m: Measured) -> list[str]:
     return [
         "## Light flywheels",
         "",
-        "Ordinary engines of 1 to 8 cylinders with inertias from plenty down to next to nothing, "
-        "half of them full factorials and half designs that share nothing, without `delta_error`: "
-        "what the fast kernels call converged, against the general method with four times as many "
+        "Ordinary engines of 1 to 8 cylinders with inertias from large to almost "
+        "none, half of them in full factorials and half as designs that share "
+        "nothing, without `delta_error`. Designs that the fast kernels report as "
+        "converged are compared with the general method with four times as many "
         "nodes. Off: δ, ω_max, ω_min or ω_mean differs by more than the tolerance, "
         f"{sample.TOLERANCE:g}.",
         "",
@@ -302,19 +311,22 @@ def _driven(m: Measured) -> list[str]:
     return [
         "## Motors, drivers and loads over speed and angle",
         "",
-        "Motors of all slips, that drive or brake, driver and load tables of up to ten points over "
-        "the crank's speed or their own, loads with a linear and a square part, and powers; a "
-        "third of them with a load over the angle of its own shaft, at four gear ratios; one to "
-        "six cylinders, fired or motored, both inertia models and closures, with flywheels from "
-        "heavy to next to nothing. Each is followed in time with SciPy (oracle/in_time.py): what "
-        "is found must repeat there, and where nothing is found, cycles from the nominal speed and "
-        "from above must end at standstill or run away.",
+        "The designs have motors of any slip, driving or braking; driver and load "
+        "tables of up to ten points over the speed of the crank or of their own "
+        "shaft; loads with a linear and a quadratic part; and power laws. A third of "
+        "them have a load over the angle of its own shaft, at four gear ratios. They "
+        "have one to six cylinders, fired or motored, both inertia models and "
+        "closures, and flywheels from heavy to almost none. Each is integrated in "
+        "time with SciPy (oracle/in_time.py). A solution that was found must repeat "
+        "there. Where none was found, cycles from the nominal speed and from above it "
+        "must end at standstill or run away.",
         "",
         *rows(["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)], outcomes),
         "",
         *(f"- *{name}*: {driven.VERDICTS[name]}." for name in names),
         "",
-        "A deviation shrinks by the factor e to the power of minus the last column in a cycle.",
+        "The last column, s, is the stiffness: within a cycle a deviation of the "
+        "speed shrinks by the factor exp(-s).",
         "",
         *rows(["law", *names, "largest difference", "stiffest that agrees"], verdicts),
         "",
@@ -329,8 +341,9 @@ def _sampled_in_short(m: Measured) -> list[str]:
     worst = max(found.differences("delta")[0] for found in m.studies)
     wrong = sum(found.defects for found in m.studies)
     return [
-        f"- {count(solved)} designs of sampled studies through `sweeps.run`, all of them solved "
-        f"again by the general solver: δ within {size(worst)}, {count(wrong)} defects."
+        f"- {count(solved)} designs of sampled studies by `sweeps.run`, all solved again by the "
+        f"general "
+        f"solver: largest difference of δ {size(worst)}, {count(wrong)} defects."
     ]
 
 
@@ -359,36 +372,42 @@ def _sampled(m: Measured) -> list[str]:
     return [
         "## Sampled studies",
         "",
-        "What people sample, over ranges twice as wide as in [benchmarks](benchmarks.md), where "
-        "the engine has diagrams: "
+        "These are the parameters that people sample, over ranges twice as wide as in "
+        "[benchmarks](benchmarks.md) as far as the engine has diagrams: "
         + "; ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in sampled.WIDE.items())
-        + " (the six); offsets of pin or crank of either sign up to half the crank radius. Each is "
-        "solved as a scene. Percent of the designs by status, and of those that the batch solver "
-        "left to the general one. The rules are those above that need the results alone, that the "
-        "mean speed suits the asked one, and that status 2 is given exactly where the mean torque "
-        "is less than the constant part of the load.",
+        + " (*the six*); offsets of pin or crank of either sign, up to half the crank "
+        "radius. Each study is solved as a scene. The table gives the percentage of "
+        "designs with each status, and of those that the batch solver passed on to "
+        "the general solver (deferred). The rules are those of the list above that "
+        "need only the results, and two more: the mean speed fits the required one, "
+        "and status 2 is given exactly where the mean torque is below the constant "
+        "part of the load.",
         "",
         *rows(["sampled", "designs", *(f"{code} {MEANINGS[code]}, %" for code in (0, 1, 2, 3, 5)),
                "deferred, %", "broken rules"], outcomes),
         "",
-        "All of them again, held out: by the general solver with "
-        f"{sampled.FINER} times the nodes, which knows no basis of harmonics and no shared tables. "
-        "Relative differences of δ and of the three speeds where the status is converged; off: "
-        f"beyond {sample.TOLERANCE:g}; border: running or stalled by a hair.",
+        "All of these designs were solved again by the general solver with "
+        f"{sampled.FINER} times the nodes, which uses neither the basis of harmonics nor shared "
+        "tables. The table gives relative differences of δ and of the three speeds "
+        f"where the status is converged. Off: beyond {sample.TOLERANCE:g}; border: at the limit "
+        "between running and stalling.",
         "",
         *rows(["sampled", "δ: largest", "99.9 %", "median", "speeds: largest", "99.9 %", "median",
                "off", "another outcome", "border"], differences),
         "",
-        "The worst of them:",
+        "The designs with the largest differences:",
         "",
         *worst,
         "",
-        "Some again in another order, in other company and by one thread: designs with other bits. "
-        "Some with `delta_error`, in other company too: the true error, which is the difference to "
-        f"the general solver, is below it for so many; required: {100.0 * sampled.COVERED:.1f} %. "
-        "And some by an independent solver (oracle/spline.py, or oracle/solution.py, which is made "
-        "for smooth curves and differs by some 1e-8; friction over the stroke of one and two "
-        "cylinders): largest differences.",
+        "Some of the designs were solved again in another order, among other designs "
+        "and by one thread; the column *other bits* counts those whose results differ "
+        "in a bit. Some were solved again with `delta_error`: the table gives how "
+        "often the true error, which is the difference from the general solver, is "
+        f"below the estimate; required: {100.0 * sampled.COVERED:.1f} %. "
+        "And some were solved by an independent solver, with the largest differences "
+        "in the last columns (oracle/spline.py; or oracle/solution.py, which is made "
+        "for smooth curves and differs by about 1e-8; friction over the stroke only "
+        "with one and two cylinders).",
         "",
         *rows(["sampled", "again", "other bits", "with `delta_error`", "below it, %", "independent",
                "δ", "speeds"], others),
@@ -407,9 +426,9 @@ def _repetition(m: Measured) -> list[str]:
     return [
         "## Repeating cycles",
         "",
-        "With a constant load torque (load exponent 0) explicit Euler at one degree never closes a "
-        "cycle: each step adds energy, nothing takes it away. The periodic solution fixes the mean "
-        f"speed by its closure instead: {m.cure:.2f} rad/s.",
+        "With a constant load torque (load exponent 0), explicit Euler at one degree "
+        "never closes a cycle: each step adds energy, and nothing takes it away. The "
+        f"periodic solution fixes the mean speed by its closure instead: {m.cure:.2f} rad/s.",
         "",
         *rows(["cycles of Euler", "ω_mean (rad/s)"], drift),
         "",
@@ -417,11 +436,12 @@ def _repetition(m: Measured) -> list[str]:
         "",
         "*The nominal engine of the thesis, from [validation](validation.md).*",
         "",
-        f"With load exponent 2 a deviation shrinks by ρ in a cycle. The weaker the load, the more "
-        "cycles are needed until the speeds at the two ends of a cycle are within "
-        f"{weak.STOP:g} rad/s (Euler), or δ would be good to 1e-9 (the energy form, method "
-        "`picard`; given up after 30000). And the more Euler's false energy shifts the speed. The "
-        "solver needs the same few sweeps whatever the load.",
+        f"With load exponent 2, a deviation shrinks by the factor ρ in each cycle. The "
+        "weaker the load, the more cycles are needed until the speeds at the two ends "
+        "of a cycle agree within "
+        f"{weak.STOP:g} rad/s (Euler), or until δ is accurate to 1e-9 (the energy form, method "
+        "`picard`; stopped after 30000 cycles). Euler's false energy then also shifts "
+        "the speed more. The solver needs the same few sweeps for every load.",
         "",
         *rows(["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of the energy form",
                "sweeps of the solver"], body),
@@ -441,18 +461,21 @@ def _closures(m: Measured) -> list[str]:
     return [
         "## Which closure keeps its digits",
         "",
-        "The same engine marched by a Runge-Kutta formula of order 4 at one degree, closed in "
-        "three ways; relative errors of ω_mean. *Stopped*: cycles repeated until |ω_end - ω_start| "
-        f"< {weak.STOP:g} rad/s, against the march's own periodic solution. *End = start*: that "
-        "solution, found exactly. *Power mean*: the start for which the mean of ω² is ω_n².",
+        "The same engine is integrated by a Runge-Kutta formula of order 4 at one "
+        "degree and closed in three ways; the table gives relative errors of ω_mean. "
+        "*Stopped*: cycles are repeated until |ω_end - ω_start| "
+        f"< {weak.STOP:g} rad/s; the error is the difference from the integration's own periodic "
+        "solution. *End = start*: that periodic solution, found exactly. *Power "
+        "mean*: the initial speed for which the mean of ω² is ω_n².",
         "",
         *rows(["1 - ρ", "1/(1 - ρ)", "stopped", "end = start", "power mean"], body),
         "",
         f"From 1 - ρ = {first.weakness:g} to {last.weakness:.0e} the error of end = start grows "
-        f"{last.error_start / first.error_start:.0f}-fold: a fixed error of a cycle's work is "
-        "divided by 1 - ρ. That of the power mean changes by a factor of "
-        f"{last.error_mean / first.error_mean:.2g}. And a stop at a difference of "
-        f"{weak.STOP:g} rad/s is an error of {last.error_stop * weak.SPEED:.0e} rad/s there.",
+        f"{last.error_start / first.error_start:.0f}-fold, because a fixed error of the work in a "
+        f"cycle is divided by 1 - ρ. The "
+        "error of the power mean changes by a factor of "
+        f"{last.error_mean / first.error_mean:.2g}. A stop at a difference of "
+        f"{weak.STOP:g} rad/s leaves an error of {last.error_stop * weak.SPEED:.0e} rad/s there.",
         "",
     ]
 
@@ -467,14 +490,14 @@ def _errors(m: Measured) -> list[str]:
             body.append([name, count(number), f"{100.0 * covered:.2f}", f"{median:.3g}",
                          f"{tail:.3g}", size(typical), size(worst)])  # fmt: skip
     return [
-        "## Is `delta_error` what it says?",
+        "## How reliable is `delta_error`?",
         "",
-        "Designs of sane ranges, their diagrams as points: "
+        "These are designs in realistic ranges with tabulated diagrams: "
         f"{calibration.CURVES} smooth curves in closed form at "
         f"{' and '.join(f'{s:g}' for s in calibration.STEPS)} degree, and the catalogue's engines. "
-        "The true relative error of δ is the difference to the independent solver for the same "
-        f"spline, which itself changes by at most {size(m.own_error)} when its pieces are halved. "
-        f"Errors below {calibration.FLOOR:g} count as that.",
+        "The true relative error of δ is the difference from the independent solver "
+        f"for the same spline. That solver's own result changes by at most {size(m.own_error)} "
+        f"when its pieces are halved. Errors below {calibration.FLOOR:g} count as that.",
         "",
         *rows(["input", "range"], ranges, 2),
         "",
@@ -495,8 +518,8 @@ def _shortfall(r: calibration.Reading) -> str:
         return "No true error is above its estimate."
     factor = r.true[short] / np.maximum(r.estimate[short], 1e-300)
     return (
-        f"Where the true error is above the estimate ({count(int(short.sum()))} designs) it is so "
-        f"by a factor of {np.median(factor):.2g} (median) to {factor.max():.2g}."
+        f"Where the true error is above the estimate ({count(int(short.sum()))} designs) it "
+        f"exceeds it by a factor of {np.median(factor):.2g} (median) to {factor.max():.2g}."
     )
 
 

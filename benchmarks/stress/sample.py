@@ -39,10 +39,9 @@ VERDICTS = {
     "agrees": "same outcome, and numbers within the tolerance",
     "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
     "gave up": "status 3: there is a solution or a stall, but none was found",
-    "border": "running or stalled by a hair: smallest ω below 3 % of nominal",
+    "border": "at the limit between running and stalling: smallest ω below 3 % of nominal",
     "rounding": "numbers differ by no more than 1e-13 of the speed (δ itself below 1e-7)",
-    "unknown": "the independent solver has no answer of its own, or none good to a tenth of "
-    "the tolerance",
+    "unknown": "the independent solver has no answer, or none accurate to a tenth of the tolerance",
     "off": "numbers beyond the tolerance",
     "outcome": "another outcome",
 }
