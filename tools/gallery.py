@@ -375,9 +375,9 @@ def draw(entry: Entry, done: dict[Sequence[str], Path]) -> None:
         if entry.scene:
             (folder / "scene.toml").write_text(entry.scene, encoding="utf-8")
         for command in first:
-            _run(command, folder)
+            run_command(command, folder)
     known = set(folder.rglob("*.png"))
-    _run(last, folder)
+    run_command(last, folder)
     new = sorted(set(folder.rglob("*.png")) - known)
     print(f"{entry.kind}: {', '.join(path.stem for path in new)}")
     path = next(one for one in new if one.stem.startswith(entry.picture))
@@ -387,7 +387,7 @@ def draw(entry: Entry, done: dict[Sequence[str], Path]) -> None:
         small.quantize(COLOURS).save(PICTURES / f"{entry.kind}.png", optimize=True)
 
 
-def _run(command: str, folder: Path) -> None:
+def run_command(command: str, folder: Path) -> None:
     """Run a command in a folder."""
     program, *arguments = shlex.split(command)
     if program == "engine-dyn":
