@@ -153,7 +153,7 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
     archive = large()
     text = page(archive, limit=limit)
     assert 0.6 * (limit - 1.6e6) + 1.5e6 < len(text.encode()) <= limit
-    assert "What is left out" in section(text, "explore")
+    assert "Some values of the archive were left out" in section(text, "explore")
     found = data_of(text)
     omega = found["quantities"]["omega"]
     numbers = numbers_of(omega)

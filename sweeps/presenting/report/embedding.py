@@ -422,7 +422,7 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
 def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:
     few, all_of_them = f"{len(places):,}", f"{archive.sizes[dim]:,}"
     if is_list(archive, dim):
-        return f"{few} of {all_of_them} designs are in this page, as a random sample."
+        return f"{few} of {all_of_them} designs are in this page: a random sample."
     return f"{few} of {all_of_them} values of {one_line(dim, 60)} are in this page."
 
 

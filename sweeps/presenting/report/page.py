@@ -150,10 +150,10 @@ def _left(found: Embedded) -> str:
     """What is not in the page."""
     if not found.quantities:
         return paragraph("The archive has no numbers to explore.")
-    said = "Numbers are in this page with seven digits."
+    said = "Numbers have seven digits."
     if not found.left_out:
         return paragraph(f"All values of the archive are in this page. {said}", "note")
-    return paragraph(f"{said} What is left out:", "note") + listed(found.left_out)
+    return paragraph(f"{said} Some values of the archive were left out:", "note") + listed(found.left_out)
 
 
 def _json(data: Mapping[str, Any]) -> str:
