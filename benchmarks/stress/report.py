@@ -285,7 +285,7 @@ def _light(m: Measured) -> list[str]:
         "Ordinary engines of 1 to 8 cylinders with inertias from large to almost "
         "none, half of them in full factorials and half as designs that share "
         "nothing, without `delta_error`. Designs that the fast kernels report as "
-        "converged are compared with the general method with four times as many "
+        "converged are compared with the general solver with four times as many "
         "nodes. Off: δ, ω_max, ω_min or ω_mean differs by more than the tolerance, "
         f"{sample.TOLERANCE:g}.",
         "",
