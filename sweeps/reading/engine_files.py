@@ -55,6 +55,7 @@ __all__ = [
     "PERIODS",
     "RATIO",
     "catalogue",
+    "compression_ratio_in",
     "compression_ratio_of",
     "engine_path",
     "load_engine",
@@ -168,7 +169,9 @@ def _read_engine(path: Path, name: str) -> Engine:
         period=period,
         values=values,
         family=family,
-        compression_ratio=values.get(GEOMETRIC, the_same(entry.ratio for entry in diagrams)),
+        compression_ratio=compression_ratio_in(
+            given, values, (entry.ratio for entry in diagrams), name
+        ),
         cycles=_cycles(diagrams),
         pressure_scale=scale,
         firing_order=order,
@@ -282,6 +285,38 @@ def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
     value = number(table[RATIO], f"{where} {RATIO}", node)
     check_range(value, f"{where} {RATIO}", node)
     return value
+
+
+def compression_ratio_in(
+    given: EngineFile, values: Mapping[str, float], stated: Iterable[float | None], name: str
+) -> float | None:
+    """Compression ratio of an engine file; None where it says nothing, or diagrams differ.
+
+    The geometric one of [values] comes first, then the one that the diagrams state. Where none of
+    them states any, it is that of the data sheet.
+
+    Parameters
+    ----------
+    given : EngineFile
+        The file.
+    values : mapping
+        Its [values], read.
+    stated : iterable of float or None
+        What each of its diagrams states.
+    name : str
+        Of the file, for messages.
+
+    Raises
+    ------
+    SceneError
+        For a value of the data sheet that is no compression ratio.
+    """
+    if GEOMETRIC in values:
+        return values[GEOMETRIC]
+    stated = list(stated)
+    if any(ratio is not None for ratio in stated) or given.data_sheet is None:
+        return the_same(stated)
+    return compression_ratio_of(given.data_sheet.cycle, f"{name}: [data_sheet.cycle]")
 
 
 def the_same(values: Iterable[float | None]) -> float | None:

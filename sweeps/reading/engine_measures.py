@@ -14,14 +14,13 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
 from sweeps.checks import check_structure, plain
 from sweeps.reading.engine_files import (
-    GEOMETRIC,
     PERIODS,
     RATIO,
+    compression_ratio_in,
     compression_ratio_of,
     engine_path,
     read_cylinders,
     read_values,
-    the_same,
 )
 from sweeps.reading.engine_tables import EngineFile
 from sweeps.reading.toml_files import parse_toml
@@ -64,8 +63,8 @@ def measures_of(engine: Engine) -> EngineMeasures:
 def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> EngineMeasures:
     """Read the measures of an engine of the catalogue or of a file, which needs no diagrams.
 
-    Diagrams are not read either, except for their compression ratio, as `measures_of` has it;
-    without any diagram, the one that `[data_sheet]` has is taken.
+    Diagrams are not read either, except for their compression ratio. Where no diagram states one,
+    that of `[data_sheet.cycle]` is taken.
 
     Raises
     ------
@@ -78,13 +77,13 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
     )
     period = PERIODS[given.cycle]
     values = read_values(given.values, name)
-    tables = [(f"[[diagram]] number {i}", one) for i, one in enumerate(given.diagram, start=1)]
-    if not tables and given.data_sheet is not None:
-        tables = [("[data_sheet] cycle", {"kind": "first_law", **given.data_sheet.cycle})]
-    ratio = _known(the_same(compression_ratio_of(one, f"{name}: {what}") for what, one in tables))
+    stated = [
+        compression_ratio_of(table, f"{name}: [[diagram]] number {i}")
+        for i, table in enumerate(given.diagram, start=1)
+    ]
+    ratio = _known(compression_ratio_in(given, values, stated, name))
     count = values.get("cylinders", len(given.firing_order or ()))
     own = read_cylinders(given, count, period, name)[1] if count else None
-    ratio |= _known(values.get(GEOMETRIC))
     return EngineMeasures(period, {**ratio, **values}, own)
 
 

@@ -153,7 +153,9 @@ def _left(found: Embedded) -> str:
     said = "Numbers have seven digits."
     if not found.left_out:
         return paragraph(f"All values of the archive are in this page. {said}", "note")
-    return paragraph(f"{said} Some values of the archive were left out:", "note") + listed(found.left_out)
+    return paragraph(f"{said} Some values of the archive were left out:", "note") + listed(
+        found.left_out
+    )
 
 
 def _json(data: Mapping[str, Any]) -> str:

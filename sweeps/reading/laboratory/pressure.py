@@ -159,12 +159,17 @@ def imported(
         recording, options, angle = with_encoder_angles(recording, options, said)
     try:
         geometry = _geometry(engine, options)
+        if options.pegging == "compression" and geometry.compression_ratio is None:
+            raise SceneError(
+                f"{recording.label}: pegging = 'compression': needs compression_ratio, or "
+                "geometric_compression_ratio in [values] of the engine file"
+            )
         if options.is_loop:
             recording, options, angle = with_loop_angles(
                 recording, options, geometry, engine, degrees, said
             )
         recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
-        _say_crank_ratio(engine, options, said)
+        _say_ratios(engine, options, geometry, said)
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
@@ -426,14 +431,22 @@ def _geometry(engine: EngineMeasures | None, options: PressureOptions) -> Cylind
     )  # fmt: skip
 
 
-def _say_crank_ratio(
-    engine: EngineMeasures | None, options: PressureOptions, said: list[str]
-) -> None:
-    """Tell an assumed crank ratio."""
+def _say_ratios(
+    engine: EngineMeasures | None, options: PressureOptions, geometry: CylinderGeometry,
+    said: list[str],
+) -> None:  # fmt: skip
+    """Tell an assumed crank ratio, and the compression ratio or that it is unknown."""
     if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
         said.append(
             f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
         )
+    if geometry.compression_ratio is None:
+        said.append(
+            "compression ratio unknown, so exponents of compression and expansion are not checked; "
+            "give compression_ratio, or geometric_compression_ratio in the engine file"
+        )
+    elif options.compression_ratio is None:
+        said.append(f"compression ratio {geometry.compression_ratio:g} of the engine")
 
 
 def _pegged(

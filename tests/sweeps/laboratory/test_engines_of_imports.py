@@ -76,8 +76,22 @@ def test_the_compression_ratio_may_be_that_of_the_data_sheet(tmp_path: Path) -> 
     path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 16.5\n")
     assert read_engine_measures(path).values["compression_ratio"] == 16.5
     path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 900\n")
-    with pytest.raises(sweeps.SceneError, match=r"\[data_sheet\] cycle compression_ratio = 900"):
+    with pytest.raises(sweeps.SceneError, match=r"\[data_sheet.cycle\] compression_ratio = 900"):
         read_engine_measures(path)
+
+
+def test_diagrams_of_points_leave_the_compression_ratio_to_the_data_sheet(tmp_path: Path) -> None:
+    avl(tmp_path / "raw.csv")
+    points = '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n'
+    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 16.5\n" + points)
+    found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
+    assert found.geometry.compression_ratio == 16.5
+    assert "compression ratio 16.5 of the engine" in found.steps
+    path = written(tmp_path, points)
+    found = read_pressure(tmp_path / "raw.csv", engine=path)
+    assert any(step.startswith("compression ratio unknown") for step in found.steps)
+    with pytest.raises(sweeps.SceneError, match=r"or geometric_compression_ratio in \[values\]"):
+        read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
 
 
 def test_an_engine_of_the_catalogue_has_the_same_measures_either_way(tmp_path: Path) -> None:
