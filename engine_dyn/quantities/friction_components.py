@@ -36,7 +36,7 @@ def _main_bearings(cylinder_set: Any, cylinders_by_count: Any) -> Any:
 PARAMETERS = (
     parameter(
         "friction_law", "i_{fr}", "1",
-        "name of the friction law", "see docs/friction.md",
+        "name of the friction law", "see the page 'Friction by component'",
         whole=True, low=1.0, low_included=True, high=float(len(FRICTION_LAWS)), high_included=True,
         named=tuple((name, float(i)) for i, name in enumerate(FRICTION_LAWS, start=1)),
         unless_given=1.0,

@@ -68,7 +68,7 @@ def import_(
 
     RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. Everything that is detected,
     assumed and changed is printed and written to the header of the CSV file. The options are the
-    keys of [indicator] in a scene; docs/laboratory_files.md explains them.
+    keys of [indicator] in a scene; the page 'Laboratory files' explains them.
     """
     check_output(output, overwrite)
     if figures is not None:

@@ -10,7 +10,7 @@ __all__ = ["replaced", "replacing"]
 NAMESAKE = "sweeps"
 """Name in the package index, of Weights & Biases."""
 
-_PAGE = "see 'Another package named sweeps' in docs/install.md"
+_PAGE = "see 'Another package named sweeps' on the page 'Install'"
 
 
 def replaced() -> str:

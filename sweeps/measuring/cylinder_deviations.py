@@ -196,7 +196,7 @@ def cylinder_deviations(
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")
     if given.measured is None:
-        raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")
+        raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
     where = f"{name}: [measured]"
     if given.measured.wheel is None:
         raise SceneError(

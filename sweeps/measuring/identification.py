@@ -183,7 +183,7 @@ class _Task:
         if tooth_deviation is not None and not 0.0 < tooth_deviation < np.inf:
             raise SceneError(f"teeth: standard deviation {tooth_deviation:g} must be positive")
         if scene.measured is None:
-            raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")
+            raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
         if not vary:
             raise SceneError(f"{name}: nothing to fit; name at least one parameter")
         for key, how in vary.items():

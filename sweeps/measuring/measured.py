@@ -168,7 +168,7 @@ def measured(
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")
     if given.measured is None:
-        raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")
+        raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
     period = float(given.engine.period)
     records = records_of(given.measured, period, name)
     if computed is None:
