@@ -75,7 +75,7 @@ def asgari_table(archive: Any) -> str:
              f"{off:+.2f}".replace("-0.00", "0.00").replace("+0.00", "0.00"),
              NOTES.get(name, "")]
         )  # fmt: skip
-    return table(["quantity", "unit", "printed", "ours", "%", "why"], rows, texts=2)
+    return table(["quantity", "unit", "printed", "computed", "%", "cause"], rows, texts=2)
 
 
 def shaft_table(archive: Any) -> str:
@@ -163,7 +163,7 @@ def best_fractions() -> str:
     """Say which c leaves the least, of B112."""
     gear = balance.running_gear(engine("in-line 1"), 0.0355 / 0.1175, 0.0355, 0.841, SPEED)
     rms, peak = (float(gear.best_fraction(norm)) for norm in ("rms", "peak"))
-    return f"{rms:.3f} for the mean square, {peak:.3f} for the largest force"
+    return f"{rms:.3f} for the smallest mean square and {peak:.3f} for the smallest peak force"
 
 
 def irregularity_table() -> str:

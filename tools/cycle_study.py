@@ -139,6 +139,6 @@ def measured_remark() -> str:
     return (
         f"The measured diagram of `diesel_105x137` has a largest pressure of "
         f"{diagram.peak / 1e5:.4g} bar and an indicated mean pressure of {mean / 1e5:.4g} bar, but "
-        "its sources name neither compression ratio nor boost, fuel or timing; the thesis prints "
-        "neither these nor its diagrams. Nothing can be predicted of either."
+        "its sources give no compression ratio, boost, fuel or timing. The thesis prints neither "
+        "these nor its diagrams. So nothing can be predicted for either engine."
     )

@@ -135,8 +135,8 @@ def marine_remark() -> str:
     )
     two, four = (100.0 * float(e) for e in found["acceleration_truncation_error"])
     return (
-        f"The long-stroke engine `{engine}` of the catalogue has lambda = 0.5: there the two "
-        f"orders are {two:.2f} % off, with the fourth {four:.2f} %."
+        f"The long-stroke engine `{engine}` of the catalogue has lambda = 0.5. Its error is "
+        f"{two:.2f} % with two orders and {four:.2f} % with the fourth order."
     )
 
 
@@ -172,8 +172,8 @@ def gravity_remark() -> str:
     velocity = slider_crank.velocity(phi, 0.09 / 0.350)
     printed = 9.80665 * 0.09 * reciprocating * (velocity + np.sin(phi))
     return (
-        f"Gravity torque of one cylinder of `ntua`: largest {np.abs(curve).max():.3f} N m; with "
-        f"G_l for G_r, as printed, {np.abs(printed).max():.3f} N m."
+        f"The gravity torque of one cylinder of `ntua` is at most {np.abs(curve).max():.3f} N m. "
+        f"With G_l instead of G_r, as printed, it would be {np.abs(printed).max():.3f} N m."
     )
 
 

@@ -82,13 +82,13 @@ FIGURES_OF_FIT = {
 """What the calibration script's figures are called here, in its order."""
 
 TEXTBOOK_HEADS = (
-    "cycle", "p_max/p_1", "ours", "mean/p_1", "ours", "efficiency", "ours",
+    "cycle", "p_max/p_1", "computed", "mean/p_1", "computed", "efficiency", "computed",
 )  # fmt: skip
 
 REASONS = {
     "torque_ratio": "the diagram's shape; the mean torque is fitted",
     "torque_range": "the diagram's shape",
-    "delta": "the diagram's shape, as the torque range of the same engine",
+    "delta": "the diagram's shape, as for the torque range of the same engine",
 }
 """What is known about differences of a quantity in the rows with several cylinders."""
 
@@ -133,7 +133,7 @@ def fitted_table() -> str:
             rows.append(
                 [f"{load:g} %", name, f"{goal:.4f}", f"{value:.4f}".replace("-0.0000", "0.0000")]
             )
-    return table(["load", "figure", "aimed at", "fitted"], rows)
+    return table(["load", "figure", "target", "fitted"], rows)
 
 
 def delta_table(study: Study, printed: Printed) -> str:
@@ -161,7 +161,7 @@ def speed_table(study: Study, printed: Printed, which: str) -> str:
             cells += [printed.rows[case][name], f"{value:.3f}{fitted}", signed(off, 3)]
         rows.append(cells)
     return table(
-        ["design", *(h for name in SPEEDS for h in (f"{name} printed", "ours", "%"))], rows
+        ["design", *(h for name in SPEEDS for h in (f"{name} printed", "computed", "%"))], rows
     )
 
 
@@ -273,7 +273,7 @@ def other_table(study: Study, printed: Printed) -> str:
         unit = "" if row["unit"] == "1" else row["unit"]
         off = signed(percent(value, float(text)))
         rows.append([row["what"], row["section"], text, ours, unit, off])
-    return table(["number", "section", "printed", "ours", "unit", "%"], rows)
+    return table(["number", "section", "printed", "computed", "unit", "%"], rows)
 
 
 # --- what does not agree --------------------------------------------------------------------------
@@ -307,7 +307,7 @@ def contradictions(printed: Printed) -> str:
             if name == "delta" and signed(short) == signed(float(text)):
                 why += f"; the deltas as printed give {signed(short)}"
             rows.append([case, f"change of {name}, %", text, signed(right), why])
-    return table(["row", "number", "printed", "should be", "by"], rows, numbers=False)
+    return table(["row", "number", "printed", "should be", "according to"], rows, numbers=False)
 
 
 def cut_or_rounded(printed: Printed) -> tuple[str, str]:
@@ -332,7 +332,7 @@ def large_differences(study: Study, printed: Printed) -> str:
             rows.append(
                 [one.case, f"`{one.quantity}`", signed(one.percent), known or "not explained"]
             )
-    return table(["row", "number", "%", "where it comes from"], rows, numbers=False)
+    return table(["row", "number", "%", "cause"], rows, numbers=False)
 
 
 def limit_table(study: Study, printed: Printed) -> str:
@@ -391,8 +391,8 @@ def worth_of_cycles(study: Study) -> str:
     }
     ranges = {which: f"{signed(min(o))} to {signed(max(o))} %" for which, o in off.items()}
     return (
-        f"{ranges['repeated']} against the same procedure repeated until the cycle closes, "
-        f"{ranges['periodic']} against the steady state"
+        f"it differs by {ranges['repeated']} from the same procedure repeated until the cycle "
+        f"closes, and by {ranges['periodic']} from the steady state"
     )
 
 
@@ -416,9 +416,9 @@ def speed_remarks(study: Study, printed: Printed) -> str:
         for case in study.several()
     )
     return (
-        f"{text} The thesis cuts omega_n to 0.1 rad/s; the scene does so at the start of the march "
-        "only, its load and inertia torques are those of the exact speed. A mean that drifts "
-        f"towards omega_n shows it. omega_mean of {means}."
+        f"{text} The thesis cuts omega_n to 0.1 rad/s. The scene does so only for the start speed; "
+        "its load and inertia torques are those of the exact speed. The effect is visible where "
+        f"the mean speed drifts towards omega_n. Difference of omega_mean: {means}."
     )
 
 
@@ -438,10 +438,11 @@ def common_offset(study: Study, printed: Printed) -> str:
     )
     left = signed(early.omega_mean - printed.number("nominal", "omega_mean"), 3)
     return (
-        f"omega_mean of the single-cylinder rows with 2 kg m2 at 50 % load and 1200 rpm is "
-        f"{found[0]} off, with omega_n cut everywhere and the slip of (4.2b) {found[1]}: a small "
-        "offset in common. A start one degree earlier would remove it (nominal row: "
-        f"{left} rad/s), which may be the way angles are counted or the phase of the diagram."
+        f"omega_mean of the single-cylinder rows with 2 kg m2 at 50 % load and 1200 rpm differs by "
+        f"{found[0]}; with omega_n cut everywhere and the factor of (4.2b) it differs by "
+        f"{found[1]}. This is a small common offset. A start one degree earlier would remove it "
+        f"(nominal row: {left} rad/s left). Its cause may be the way in which angles are counted, "
+        "or the phase of the diagram."
     )
 
 
@@ -486,8 +487,8 @@ def thesis_errors(study: Study, printed: Printed) -> str:
             "lambda = 1/3",
             "90/300 = 0.300",
             f"delta {short:.5f} with 0.300 and {third:.5f} with 1/3, both with 6.95 kg; the "
-            f"printed omegas give {printed.number('lambda 1/3', 'delta'):.5f}: computed with 1/3 "
-            "and 6.95 kg, which belong to different rods",
+            f"printed omegas give {printed.number('lambda 1/3', 'delta'):.5f}: they were "
+            "computed with 1/3 and 6.95 kg, which belong to different rods",
         ),
         (
             "section 2.2.1",
@@ -582,9 +583,9 @@ def work_of_a_cycle(study: Study) -> str:
     work = study.at("published", "imep", "nominal") * BAR * displacement()
     torque = sum(study.at("published", n, "nominal") for n in ("torque_mean", "friction_torque"))
     return (
-        f"Work of a cycle, nominal row: p_i V_h = {work:.1f} J; the mean indicated torque over 4 π "
-        f"gives {torque * PERIOD:.1f} J, over 2 π, as the Rakopoulos notes print it, "
-        f"{torque * 0.5 * PERIOD:.1f} J."
+        f"The work of a cycle of the nominal row is p_i V_h = {work:.1f} J. The mean indicated "
+        f"torque times 4 π gives {torque * PERIOD:.1f} J. Times 2 π, as printed in the Rakopoulos "
+        f"notes, it would give {torque * 0.5 * PERIOD:.1f} J."
     )
 
 
