@@ -87,7 +87,7 @@ def first_mode_weights(engine: Cylinders) -> Floats:
     """Amplitudes of the throws in the first torsional mode of a uniform shaft.
 
     Equal throws an equal stretch of shaft apart, held at the take-off, the first throw: throw j
-    of T moves by sin(j theta)/sin(T theta) with theta = pi/(2 T + 1), 1 at the free end. Shape
+    of T moves by sin(j theta)/sin(T theta) with theta = pi/(2 T + 1), 1 at the last. Shape
     (T,). The chain of equal discs: derived here, and compared with the eigenvectors of its
     stiffness in the tests.
     """

@@ -238,7 +238,7 @@ def torque_after_throw(
     phi: Any, train: CrankTrain, bore: Any, gas: GasPressure, mass: Any, speed: Any,
     friction_torque: Any, friction: StrokeFriction | None = None,
 ) -> Any:  # fmt: skip
-    """Torque in the shaft after each throw, from the last cylinder to the take-off at the first.
+    """Torque in the shaft after each throw, from the last throw to the take-off at the first.
 
     Kakaitsas (2015), section 5.4: T_Z, T_(Z-1) = T_Z + ..., T_1 the whole engine's. Shape
     (..., cylinder, crank angle); throw i along the shaft, with all cylinders on it, is entry i - 1,

@@ -111,7 +111,8 @@ NODES = (
     ),
     Node(
         "flywheel_shaft_torque", "M_{F}", "N m",
-        "torque in the shaft between running gear and flywheel, rigid shaft",
+        "torque in the shaft between running gear and flywheel, positive where it drives the "
+        "flywheel, rigid shaft",
         "Newton's law, Kakaitsas eqs. 3.1, 3.2", kind="curve",
         needs=("load_torque", "driver_torque", "flywheel_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, flywheel_side_inertia, angular_acceleration:
@@ -139,7 +140,8 @@ NODES = (
     ),
     Node(
         "load_shaft_torque", "M_{FL}", "N m",
-        "torque in the shaft between flywheel and load, referred to the crankshaft, rigid shaft",
+        "torque in the shaft between flywheel and load, referred to the crankshaft, positive where "
+        "it drives the load, rigid shaft",
         "Newton's law, Kakaitsas eq. 3.1", kind="curve",
         needs=("load_torque", "driver_torque", "load_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, load_side_inertia, angular_acceleration:

@@ -98,7 +98,8 @@ NODES: tuple[Node, ...] = (
         + auxiliary_torque * period / displacement,
     ),
     Node(
-        "friction_torque", "M_{fr}", "N m", "mean friction torque, positive, subtracted",
+        "friction_torque", "M_{fr}", "N m",
+        "mean friction torque, positive against the rotation, subtracted",
         "Kakaitsas eq. 3.8", needs=("fmep", "displacement", "period"),
         make=lambda fmep, displacement, period: friction.friction_torque(
             fmep, displacement, period
@@ -138,13 +139,14 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
-        "friction torque over crank angle, positive, subtracted", "Kakaitsas eq. 3.8",
-        kind="curve", when="uniform_friction", needs=("friction_torque", "crank_angle"),
+        "friction torque over crank angle, positive against the rotation, subtracted",
+        "Kakaitsas eq. 3.8", kind="curve", when="uniform_friction",
+        needs=("friction_torque", "crank_angle"),
         make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
-        "friction torque over crank angle, positive, subtracted",
+        "friction torque over crank angle, positive against the rotation, subtracted",
         "after Rezeka and Henein, SAE 840179",
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",

@@ -100,12 +100,17 @@ _CONSTANTS = tuple(
 )
 
 _DIMENSIONS = (
-    Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
     Dimension(
-        "main_bearing", "j", "1", "main journal along the shaft, the first in front of throw 1",
+        "cylinder", "", "1", "throw along the shaft, with its cylinders, counted from 1",
         whole=True,
     ),
-    Dimension("order", r"\nu", "1", "order, periods per crankshaft revolution"),
+    Dimension(
+        "main_bearing", "j", "1",
+        "main journal along the shaft, counted from 1, the first in front of throw 1", whole=True,
+    ),
+    Dimension(
+        "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
+    ),
     Dimension(
         "direction", r"\vartheta", "degree",
         "direction perpendicular to the shaft, 0 along cylinder 1, positive in the sense of "
@@ -113,9 +118,10 @@ _DIMENSIONS = (
     ),
     Dimension(
         "crank_angle", r"\varphi", "degree",
-        "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
+        "crank angle, 0 at firing top dead centre of cylinder 1, increasing in the sense of "
+        "rotation", si=DEGREE,
     ),
-    Dimension("parameter", "", "1", "parameter of the derivative"),
+    Dimension("parameter", "", "1", "parameter that an elasticity is taken by"),
     Dimension("uncertain_parameter", "", "1", "parameter with an uncertain value"),
 )  # fmt: skip
 

@@ -48,6 +48,13 @@ def _at_nominal(law: LawFacts) -> Node:
     )  # fmt: skip
 
 
+_LOAD_TORQUE = "load torque at the solved speed, positive against the rotation"
+
+_DRIVER_TORQUE = (
+    "driver torque at the solved speed, positive in the sense of rotation, 0 without a driver"
+)
+
+
 def _load_torque(law: LawFacts) -> Node:
     """Return the node of the load torque of a law at the solved speed."""
 
@@ -58,7 +65,7 @@ def _load_torque(law: LawFacts) -> Node:
         )
 
     return Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
         kind="curve", when=law.name,
         needs=("load_over_angle", "load_coefficient", "omega", *law.needs), make=torque,
     )  # fmt: skip
@@ -191,17 +198,17 @@ NODES: tuple[Node, ...] = (
         "this project", when="no_driver", make=lambda: 0.0,
     ),
     Node(
-        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
+        "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
         "this project", kind="curve", when="no_driver", make=lambda: 0.0,
     ),
     Node(
-        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
+        "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
         "this project", kind="curve", when="table with_driver",
         needs=("driver_factor", "driven", "omega"),
         make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
     ),
     Node(
-        "driver_torque", "M_D", "N m", "driver torque at the solved speed, 0 without a driver",
+        "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
         "Kloss's formula", kind="curve", when="motor",
         needs=("driver_factor", "omega", *_OF_MOTOR),
         make=lambda driver_factor, omega, synchronous_speed, motor_breakdown_slip,
@@ -233,28 +240,29 @@ NODES: tuple[Node, ...] = (
         when="with_driver", make=lambda: 0.0,
     ),
     Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
         kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
         when="power_law steady_load",
         make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
         + load_coefficient * power(omega, load_exponent),
     ),
     Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
         kind="curve", needs=("load_over_angle", "load_coefficient", "omega", "load_exponent"),
         when="power_law angle_load",
         make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
         + load_coefficient * power(omega, load_exponent),
     ),
     Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed",
+        "load_torque", "M_L", "N m", _LOAD_TORQUE,
         "Kakaitsas eq. 3.4 with a table", kind="curve", when="table no_driver",
         needs=("load_over_angle", "load_coefficient", "omega", "driven", "load_gear"),
         make=lambda load_over_angle, load_coefficient, omega, driven, load_gear: load_over_angle
         + load_coefficient * load_gear * driven.over_speed(load_gear * omega),
     ),
     Node(
-        "load_torque", "M_L", "N m", "load torque, independent of speed", "this project",
+        "load_torque", "M_L", "N m",
+        "load torque, positive against the rotation, independent of speed", "this project",
         kind="curve", when="with_driver", needs=("load_over_angle",),
         make=lambda load_over_angle: load_over_angle,
     ),

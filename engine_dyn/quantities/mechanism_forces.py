@@ -167,7 +167,7 @@ _REDUCED_TORQUES = (
             f"{part.prefix}reduced_torque",
             rf"\mu_{{\sigma {part.letter}}}" if part.letter else r"\mu_\sigma", "bar",
             f"torque{part.whose or ' of gas and reciprocating masses'} over the displacement, "
-            "cylinder 1",
+            "positive in the sense of rotation, cylinder 1",
             f"{NOTES}, mu", si=BAR, kind="curve",
             needs=(f"{part.prefix}tangential_pressure", "double_radius", "stroke"),
             make=lambda double_radius, stroke, **pressure: 0.5 * sum(pressure.values())
@@ -270,7 +270,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "gravity_torque", "M_G", "N m",
-        "gravity torque of the running gear, including the given counterweights, all cylinders",
+        "gravity torque of the running gear, positive in the sense of rotation, including the "
+        "given counterweights, all cylinders",
         f"{NOTES}, T_G", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass",
                "double_radius", "cylinder_set", "cylinders_by_count", "offset_ratio"),
@@ -338,7 +339,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_couple_torque", "M_\\delta", "N m",
-        "rod torque neglected by the two-mass model, one cylinder",
+        "rod torque neglected by the two-mass model, positive in the sense of rotation, one "
+        "cylinder",
         "Kakaitsas section 2.2, derived here", kind="curve",
         needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:

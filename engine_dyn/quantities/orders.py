@@ -205,7 +205,7 @@ _ORDERS = (
     Node(
         "first_mode_vector_sum", r"|\sum \beta_k e^{i\nu\psi_k}|", "1",
         "sum of the cylinders' phase vectors in the first torsional mode, equal throws on a "
-        "uniform shaft fixed at the take-off, mode shape 1 at the free end",
+        "uniform shaft fixed at the take-off, mode shape 1 at the last throw",
         _FIRST_MODE, needs=("first_mode_phase_vectors",),
         make=lambda first_mode_phase_vectors: np.abs(first_mode_phase_vectors),
     ),

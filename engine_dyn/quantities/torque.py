@@ -164,8 +164,8 @@ NODES: tuple[Node, ...] = (
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
-        "gas_torque", "M_g", "N m", "gas torque, all cylinders", "Kakaitsas eq. 2.6",
-        kind="curve",
+        "gas_torque", "M_g", "N m", "gas torque, positive in the sense of rotation, all cylinders",
+        "Kakaitsas eq. 2.6", kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "cylinder_set", "period",
                "offset_ratio", "cylinders_by_count"),
@@ -173,7 +173,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "inertia_torque", "M_l", "N m",
-        "inertia torque of the reciprocating masses at nominal speed, all cylinders",
+        "inertia torque of the reciprocating masses at nominal speed, positive in the sense of "
+        "rotation, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "speed",
                "cylinder_set", "period", "offset_ratio", "cylinders_by_count"),
@@ -181,7 +182,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
-        "inertia torque of the reciprocating masses at the solved speed, all cylinders",
+        "inertia torque of the reciprocating masses at the solved speed, positive in the sense of "
+        "rotation, all cylinders",
         "Eksergian's equation", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "omega",
                "angular_acceleration", "cylinder_set", "period", "offset_ratio",
@@ -189,23 +191,23 @@ NODES: tuple[Node, ...] = (
         make=_inertia_torque_actual,
     ),
     Node(
-        "torque", "M", "N m", "engine torque at nominal speed", "Kakaitsas eq. 3.3",
-        kind="curve", when="uniform_friction",
+        "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
+        "Kakaitsas eq. 3.3", kind="curve", when="uniform_friction",
         needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
     ),
     Node(
-        "torque", "M", "N m", "engine torque at nominal speed", "Kakaitsas eq. 3.3",
-        kind="curve", when="stroke_friction",
+        "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
+        "Kakaitsas eq. 3.3", kind="curve", when="stroke_friction",
         needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
         make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
         + inertia_torque - instantaneous_friction_torque,
     ),
     Node(
         "torque_after_throw", "T_i", "N m",
-        "torque in the shaft after each throw, counted from the last cylinder to the take-off at "
-        "the first",
+        "torque in the shaft after each throw, summed from the last throw to the take-off at throw "
+        "1, positive in the sense of rotation",
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
