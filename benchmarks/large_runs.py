@@ -183,7 +183,7 @@ def measured_sweep(designs: int, memory: str, folder: Path) -> Sweep:
     text = said.read_text()
     if process.returncode:
         raise RuntimeError(text)
-    line = next(line for line in text.splitlines() if line.startswith("computing "))
+    line = next(line for line in text.splitlines() if "computing " in line)
     size = output.stat().st_size
     with netCDF4.Dataset(output) as file:
         count = int(file["delta"].size)

@@ -3,7 +3,7 @@
 Importing it changes nothing for other people's Numba code.
 """
 
-from engine_dyn.compilation.announcing import COMPILING, on_compiling
+from engine_dyn.compilation.announcing import COMPILING, on_compiling, seconds_compiling
 from engine_dyn.compilation.by_type import by_type
 from engine_dyn.compilation.cache import own_cache, source_hash
 from engine_dyn.compilation.decorators import FAST_MATH, formula, inlined, kernel
@@ -32,6 +32,7 @@ __all__ = [
     "processor",
     "processor_features",
     "rows_on_stack",
+    "seconds_compiling",
     "source_hash",
     "threading_layer",
     "turn_eights",

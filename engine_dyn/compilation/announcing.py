@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-__all__ = ["COMPILING", "announce", "not_kept", "on_compiling"]
+__all__ = ["COMPILING", "announce", "not_kept", "on_compiling", "seconds_compiling", "timed"]
 
-COMPILING = "compiling kernels (once for this version; later runs start at once)"
+COMPILING = "compiling kernels for this kind of scene (once; later runs of the kind start at once)"
 
 
 class _Announcement:
@@ -20,6 +23,35 @@ class _Announcement:
 
 
 _announcement = _Announcement()
+
+
+class _Clock(threading.local):
+    """How deep in compilers a thread is: they call each other."""
+
+    depth = 0
+
+
+_clock = _Clock()
+_spent = [0.0]
+"""Seconds that this process has spent compiling."""
+
+
+@contextmanager
+def timed() -> Iterator[None]:
+    """Count the time of a compiler, but not twice where it calls another one."""
+    began = time.perf_counter()
+    _clock.depth += 1
+    try:
+        yield
+    finally:
+        _clock.depth -= 1
+        if _clock.depth == 0:
+            _spent[0] += time.perf_counter() - began
+
+
+def seconds_compiling() -> float:
+    """Seconds that this process has spent compiling kernels so far."""
+    return _spent[0]
 
 
 def announce() -> None:

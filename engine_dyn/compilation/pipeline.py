@@ -20,7 +20,7 @@ from typing import Any
 import numba
 from numba.core import codegen, compiler
 
-from engine_dyn.compilation.announcing import announce
+from engine_dyn.compilation.announcing import announce, timed
 from engine_dyn.compilation.fast_compile import FAST, collector_at_rest, faster_flags
 
 __all__ = ["POSSIBLE", "KernelCompiler", "PartCompiler"]
@@ -120,7 +120,7 @@ class KernelCompiler(_Compiler):
         library = self._library()(self.state.targetctx.codegen(), function.__qualname__)
         library.enable_object_caching()
         self.state.library = library
-        with collector_at_rest():
+        with timed(), collector_at_rest():
             return super().compile_extra(function)
 
     def _library(self) -> Any:

@@ -17,7 +17,8 @@ KNOWN = (*NAMES, *RECORDING_CHECKS, ALL)
 """Names of checks of what is given, of results, and of recorded pressure."""
 
 SILENCED = (
-    f"a list of names of plausibility checks to silence, or ['{ALL}']; see the page 'Plausibility warnings'"
+    f"a list of names of plausibility checks to silence, or ['{ALL}']; see the page "
+    "'Plausibility warnings'"
 )
 """What is allowed."""
 

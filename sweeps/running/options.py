@@ -83,9 +83,13 @@ class Finished:
     blocks : int
         Number of blocks that the run was cut into.
     before : int
-        How many of them an interrupted run had finished before.
+        How many of them an interrupted run had finished before, without the damaged ones.
+    damaged : int
+        Number of blocks that turned out to be damaged and were computed again.
     computing, writing : float
-        Seconds.
+        Seconds; computing includes compiling.
+    compiling : float
+        Seconds in which this process compiled kernels.
     already : bool
         The archive was complete before; nothing was done.
     warnings : tuple of str
@@ -97,8 +101,10 @@ class Finished:
     before: int = 0
     computing: float = 0.0
     writing: float = 0.0
+    compiling: float = 0.0
     already: bool = False
     warnings: tuple[str, ...] = ()
+    damaged: int = 0
 
     def __repr__(self) -> str:
         outcomes = ", ".join(f"{n} {name}" for name, n in self.outcomes.items())

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from engine_dyn import compilation
-from engine_dyn.compilation import cache, fast_compile
+from engine_dyn.compilation import announcing, cache, fast_compile
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -251,3 +251,17 @@ def test_an_edit_in_any_folder_changes_the_hash(tmp_path: Path) -> None:
     deep.mkdir(parents=True)
     (deep / "file.py").write_bytes(b"")
     assert cache.hash_of_sources(copy) != original
+
+
+def test_time_of_compilers_that_call_each_other_counts_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = iter([10.0, 11.0, 15.0, 100.0, 101.0])  # the inner compiler does not look at its end
+    monkeypatch.setattr(announcing.time, "perf_counter", lambda: next(now))
+    before = compilation.seconds_compiling()
+    with announcing.timed(), announcing.timed():
+        pass
+    assert compilation.seconds_compiling() - before == 5.0
+    with announcing.timed():
+        pass
+    assert compilation.seconds_compiling() - before == 6.0

@@ -367,7 +367,7 @@ def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
 
 NOT_PRINTED = re.compile(
     r"this project|Lanchester's balancer|Newton's law|handbook values|bearing pressure:"
-    r"|against a solution|closure cycle_time|rectangle rule|phase vectors|see docs/|M_L = "
+    r"|against a solution|closure cycle_time|rectangle rule|phase vectors|see the page|M_L = "
 )
 """Beginnings of sources that are no publication: definitions, and laws of all textbooks."""
 
