@@ -121,12 +121,10 @@ class Partial:
                 continue
             with _closed_at_the_end(stream):
                 if not _lock(stream):
-                    stream.seek(0)
-                    who = one_line(stream.read(200))
                     raise SceneError(
                         f"{output}: only one run can write to an output at a time, and another "
-                        f"run is writing to it ({who or 'it holds the lock'}); wait until it "
-                        "ends, or choose another output"
+                        f"run is writing to it ({_holder(stream) or 'it holds the lock'}); wait "
+                        "until it ends, or choose another output"
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue
@@ -137,6 +135,15 @@ class Partial:
                     )
                 yield
                 return
+
+    def writer(self) -> str:
+        """The process that is writing here now, such as "process 7 on host"; empty for none."""
+        try:
+            stream = _opened_lock(self.path / _LOCK, create=False)
+        except OSError:
+            return ""
+        with _closed_at_the_end(stream):
+            return "" if _lock(stream) else _holder(stream) or "another process"
 
     def header(self) -> dict[str, Any] | None:
         """What is computed here; None where nothing has begun.
@@ -352,9 +359,9 @@ _KINDS = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
 """Kinds of numbers in blocks and columns."""
 
 
-def _opened_lock(path: Path) -> IO[str]:
+def _opened_lock(path: Path, *, create: bool = True) -> IO[str]:
     """Open the file of the lock, and never what a link in its place leads to."""
-    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT
+    flags = os.O_RDWR | os.O_APPEND | (os.O_CREAT if create else 0)
     flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, flags, 0o666)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -371,6 +378,12 @@ def _closed_at_the_end(stream: IO[str]) -> Iterator[None]:
     finally:
         with contextlib.suppress(OSError):
             stream.close()
+
+
+def _holder(stream: IO[str]) -> str:
+    """What the process that has the lock wrote into its file."""
+    stream.seek(0)
+    return one_line(stream.read(200))
 
 
 def _lock(stream: IO[str]) -> bool:

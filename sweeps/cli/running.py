@@ -388,9 +388,21 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     if done.already:
         click.echo("already complete; nothing to do")
         return
-    before = f"{done.before} of {done.blocks} blocks had been computed before"
-    resumed = f" ({before})" if done.before else ""
-    click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
+    compiling = min(done.compiling, done.computing)
+    compiled = f"compiling {compiling:.1f} s, " if compiling >= 0.05 else ""
+    times = f"computing {done.computing - compiling:.2f} s, writing {done.writing:.2f} s"
+    click.echo(f"{compiled}{times}{_resumed(done)}")
+
+
+def _resumed(done: Finished) -> str:
+    """What an interrupted run had left for this one, in brackets; empty for nothing."""
+    parts = []
+    if done.before:
+        parts.append(f"{done.before} of {done.blocks} blocks had been computed before")
+    if done.damaged:
+        verb = "was" if done.damaged == 1 else "were"
+        parts.append(f"{counted(done.damaged, 'block')} {verb} damaged and computed again")
+    return f" ({'; '.join(parts)})" if parts else ""
 
 
 def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Path) -> None:

@@ -26,20 +26,23 @@ def interrupted_run(path: Path) -> Path | None:
 
 
 def interrupted_text(path: Path) -> str:
-    """Describe an interrupted run: what is finished of it, and the command that completes it."""
+    """Describe an unfinished run: what is finished of it, and who computes it or how to go on."""
     here = Partial(path)
     about = here.header() or {}
     output = shlex.quote(str(path.parent / about["output"]))
     what, again = f"run of {about['output']}", f"engine-dyn run SCENE -o {output} --resume"
     if about["output"] == here.added.name:
         what, again = "extension of an archive", "the same command"
+    writer = here.writer()
+    state = f"{what}, which is being computed now by {writer}" if writer else f"interrupted {what}"
     lines = [
-        f"{path}: an interrupted {what}",
+        f"{path}: {'an' if state[0] in 'ei' else 'a'} {state}",
         f"  title: {about['title']}",
         f"  designs: {about['designs']}",
         f"  finished: {len(here.finished())} of {counted(about['blocks'], 'block')}",
         f"  started: {about['started']}",
         f"  command line: {one_line(about['command_line'], LONGEST_LINE)}",
-        f"  to go on: {again}",
     ]
+    if not writer:
+        lines.append(f"  to go on: {one_line(about.get('resume_command', again), LONGEST_LINE)}")
     return "\n".join(lines)

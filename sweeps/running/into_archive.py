@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.compilation import seconds_compiling
 from sweeps.archive import netcdf
 from sweeps.archive.durable import made_folder
 from sweeps.archive.labels import Labels, as_stored, describe
@@ -37,7 +38,15 @@ from sweeps.archive.provenance import (
     machine_kind,
 )
 from sweeps.archive.warnings import ATTRIBUTE
-from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, shown, size_text
+from sweeps.errors import (
+    NAMED_BADLY,
+    SceneError,
+    counted,
+    one_line,
+    printable,
+    shown,
+    size_text,
+)
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import DAMAGE, opened_archive
@@ -162,6 +171,7 @@ class _Run:
         lengths, limit = self._cut(header)
         count = block_count(self.plan, lengths)
         done = Finished(blocks=count, before=len(self.partial.finished()))
+        compiled = seconds_compiling()
         discard = check_disk(self.plan, self.output, count, done.before, single=self.options.single)
         one_piece = count == 1 and self.workers is None and header is None
         if header is None and not one_piece:
@@ -181,6 +191,7 @@ class _Run:
             with suppress(OSError):  # the next run does it
                 self.partial.archive.unlink(missing_ok=True)
         remove_folder(self.partial, self.output)
+        done.compiling = seconds_compiling() - compiled
         return done
 
     # --- what an interrupted run has left -----------------------------------------------------
@@ -252,6 +263,7 @@ class _Run:
                 "designs": self.plan.designs,
                 "output": self.output.name,
                 "command_line": self.options.command,
+                "resume_command": printable(self.options.resume_command),
                 "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
             }
         )
@@ -318,6 +330,7 @@ class _Run:
             for number in damaged:
                 self.partial.discard(number)
             done.before -= len(damaged)
+            done.damaged += len(damaged)
             done.writing += time.perf_counter() - began
         raise Stopped(
             f"{self.partial.path}: blocks are damaged as soon as they are written; check the disk"

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import pytest
 import xarray as xr
 
 import sweeps
+from engine_dyn.compilation import COMPILING
 from sweeps.archive import netcdf, partial
 from sweeps.archive.partial import Partial
 from sweeps.planning.plan import Plan, make_plan
@@ -28,7 +30,7 @@ from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, plan_of, stop_after
-from tests.support.commands import invoke
+from tests.support.commands import invoke, ok
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import IN_BLOCKS, LARGE_MAP, MAP
 
@@ -290,6 +292,24 @@ def test_resume_computes_nothing_but_what_is_missing(
     assert not seen and output.stat().st_mtime_ns == before.st_mtime_ns
 
 
+@pytest.mark.parametrize(
+    "given", ["--float32", "--compression 1", "--memory 200MB", "--shard 1/2", "--threads 1"]
+)
+def test_info_prints_the_options_that_a_resumed_run_needs(
+    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(MAP)
+    output = tmp_path / "out.nc"
+    with monkeypatch.context() as patch:
+        stop_after(patch, 2, KeyboardInterrupt())
+        invoke("run", scene, "-o", output, *given.split())
+    told = ok("info", tmp_path / "out.nc.partial")
+    command = told.rpartition("  to go on: engine-dyn ")[2]
+    assert (given in command) == (given != "--threads 1")
+    assert "2 of" in ok(*shlex.split(command))
+
+
 def test_resume_without_anything_to_resume_starts(tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
     assert invoke("run", "first", "-o", output, "--resume").exit_code == 0
@@ -315,8 +335,9 @@ def test_a_damaged_block_is_computed_again(
         blocks[2].write_bytes(blocks[3].read_bytes())
     else:
         blocks[2].unlink()
-    done = into_archive.run(plan, output, Options(resume=True))
-    assert done.before == 5
+    told = ok("run", tmp_path / "scene.toml", "-o", output, "--resume")
+    assert "(5 of " in told and " had been computed before" in told
+    assert ("; 1 block was damaged and computed again)" in told) == (damage != "remove")
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
 
 
@@ -637,8 +658,11 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
     assert re.fullmatch(
         r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to continue: "
         r"engine-dyn run scene.toml -o out.nc --resume\n",
-        errors.replace("compiling kernels (once for this version; later runs start at once)\n", ""),
+        errors.replace(f"{COMPILING}\n", ""),
     )
+    told = ok("info", folder)
+    assert f"{folder}: an interrupted run of out.nc\n" in told
+    assert told.endswith("  to go on: engine-dyn run scene.toml -o out.nc --resume\n")
     again = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=tmp_path)
     assert again.wait() == 0
     again.communicate()
@@ -653,11 +677,14 @@ def test_a_running_process_keeps_others_away_and_a_killed_one_does_not(tmp_path:
     wait_for(lambda: (folder / "run.json").exists(), process)
     process.send_signal(signal.SIGSTOP)
     try:
+        told = ok("info", folder)
         refused = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
     finally:
         process.kill()
         process.communicate()
     assert refused.exit_code == 2, refused.output
     assert f"process {process.pid} on" in refused.stderr
+    now = f"a run of out.nc, which is being computed now by process {process.pid} on "
+    assert told.startswith(f"{folder}: {now}") and "to go on" not in told
     done = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
     assert done.exit_code == 0, done.output
