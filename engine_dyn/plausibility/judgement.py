@@ -96,6 +96,8 @@ class Implausible:
         How many values are outside, out of how many.
     place : tuple of int
         Where the worst is, in the shape of the values together.
+    others : tuple of str
+        Further parameters to which the question may belong as well.
 
     Examples
     --------
@@ -113,6 +115,7 @@ class Implausible:
     count: int = 1
     of: int = 1
     place: tuple[int, ...] = ()
+    others: tuple[str, ...] = ()
 
     def text(self, places: str = "") -> str:
         """One line; `places` says how many designs, and which."""
@@ -126,7 +129,8 @@ class Implausible:
             parts = [f"{check.name}: {check.what} is {_number(self.value)}{unit}{of}", usual]
         parts += [self._times()] if self._times() else []
         parts += [places] if places else []
-        parts += [f"is {self.key} {self.question}?"] if self.question else []
+        keys = " or ".join((self.key, *self.others))
+        parts += [f"is {keys} {self.question}?"] if self.question else []
         return "; ".join(parts)
 
     def __str__(self) -> str:
@@ -276,8 +280,8 @@ def judged(
         for key in dict.fromkeys((*check.blames, *check.needs))
         if _is_number(point.get(key)) and key != "period" and (point[key] or check.plain)
     )
-    key, question = _question(check, point, measured, units)
-    return Implausible(check, value, given, question, key, count, of, place)
+    (key, *others), question = _question(check, point, value, measured, units)
+    return Implausible(check, value, given, question, key, count, of, place, tuple(others))
 
 
 def _is_number(value: Any) -> bool:
@@ -360,12 +364,15 @@ def _part(shape: Sequence[int], piece: Sequence[slice], dims: int) -> tuple[slic
 
 
 def _question(
-    check: Check, point: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any],
-    units: Mapping[str, tuple[str, float]],
-) -> tuple[str, str]:  # fmt: skip
-    """The parameter that may be wrong, and what it may have been meant as."""
+    check: Check, point: Mapping[str, Any], value: float,
+    measured: Callable[[Mapping[str, Any]], Any], units: Mapping[str, tuple[str, float]],
+) -> tuple[Sequence[str], str]:  # fmt: skip
+    """The parameters that may be wrong, and what they may have been meant as.
+
+    The unit of the first comes before a decimal place of any, and that before units of the others.
+    """
     keys = [key for key in check.blames if key in point]
-    for key in keys:
+    for place, key in enumerate(keys):
         size = units.get(key, ("", 1.0))[1]
         fitting: list[tuple[int, str]] = []
         for suspicion in SUSPICIONS.get(key, ()):
@@ -375,15 +382,38 @@ def _question(
             if math.isnan(meant):  # of another dimension: nothing to compute
                 fitting.append((0, suspicion.question))
                 continue
-            with np.errstate(all="ignore"):
-                measure = np.asarray(measured({**point, key: meant}), dtype=float).reshape(-1)
-            if np.isfinite(measure).all() and not _outside(check, measure).any():
-                far = float(_distance(check, measure)[0])
+            far = _fit(check, {**point, key: meant}, measured)
+            if far is not None:
                 fitting.append((int(2.0 * far) if check.low > 0.0 else 0, suspicion.question))
         if fitting:
             # Nearest to the middle of the range; of those that are as near, the most usual.
-            return key, min(fitting, key=lambda found: found[0])[1]
-    return (keys or list(check.blames))[0], ""
+            return [key], min(fitting, key=lambda found: found[0])[1]
+        if place == 0 and check.low > 0.0 and not 0.5 * check.low <= value <= 2.0 * check.high:
+            wrong = [k for k in keys if _fits_ten_times(check, point, k, measured)]
+            if wrong:
+                return wrong, "wrong by a decimal place"
+    return (keys or list(check.blames))[:1], ""
+
+
+def _fit(
+    check: Check, point: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any]
+) -> float | None:
+    """How far a measure is from the middle of its range; None where it is outside."""
+    with np.errstate(all="ignore"):
+        measure = np.asarray(measured(point), dtype=float).reshape(-1)
+    if not np.isfinite(measure).all() or _outside(check, measure).any():
+        return None
+    return float(_distance(check, measure)[0])
+
+
+def _fits_ten_times(
+    check: Check, point: Mapping[str, Any], key: str, measured: Callable[[Mapping[str, Any]], Any]
+) -> bool:
+    """Whether a parameter would make a measure usual if it were ten times as large or small."""
+    return any(
+        _fit(check, {**point, key: point[key] * factor}, measured) is not None
+        for factor in (10.0, 0.1)
+    )
 
 
 def _number(value: float) -> str:

@@ -76,6 +76,20 @@ def test_the_unit_that_fits_is_asked_about(text: str, asked: str, tmp_path: Path
     assert line.endswith(asked)
 
 
+@pytest.mark.parametrize(
+    ("values", "name", "asked"),
+    [
+        ({"speed": 52000.0}, "mean_piston_speed", "speed or stroke"),
+        ({"bore": 0.875}, "stroke_bore_ratio", "stroke or bore"),
+    ],
+)
+def test_a_decimal_place_is_asked_about(values: dict[str, float], name: str, asked: str) -> None:
+    quantities = {"quantities": ["delta"]}
+    (line,) = told_of({"engine": "si_four_87x101", "set": values, "output": quantities})
+    assert line.startswith(f"{name}: ")
+    assert f"; is {asked} wrong by a decimal place?" in line
+
+
 @pytest.mark.parametrize("name", catalogue())
 def test_engines_of_the_catalogue_are_usual(name: str) -> None:
     quantities = ["delta", "bmep", "rotating_mass", "rod_torque_error", "peak_pressure"]
