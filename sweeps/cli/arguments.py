@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ __all__ = [
     "PATH",
     "archive_argument",
     "axis_slice",
+    "axis_slices",
     "compression_option",
     "difference",
     "file_size",
@@ -188,3 +189,9 @@ def axis_slice(text: str, option: str = "--select") -> tuple[str, float | str]:
         return axis.strip(), plain_number(value)
     except ValueError:
         return axis.strip(), value.strip()
+
+
+def axis_slices(texts: Iterable[str], option: str = "--select") -> dict[str, float | str]:
+    """Return the axes and values of several texts such as "load=50,speed=1500"."""
+    parts = [part for text in texts for part in re.split(r",(?=\s*\w+\s*=)", text)]
+    return dict(axis_slice(part, option) for part in parts)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from sweeps.cli.exits import FAILURE, end
+from sweeps.cli.exits import FAILURE, end, say
 from sweeps.errors import NAMED_BADLY, SceneError, one_line
 
 if TYPE_CHECKING:
@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 
     from sweeps.scene.model import Scene
 
-__all__ = ["check_folder", "check_output", "files_of", "not_written", "opened", "writing"]
+__all__ = [
+    "check_folder",
+    "check_output",
+    "check_slices",
+    "files_of",
+    "not_written",
+    "opened",
+    "writing",
+]
 
 
 def files_of(scene: Scene) -> Iterator[Path]:
@@ -147,3 +155,18 @@ def opened(path: Path) -> Iterator[xr.Dataset]:
                 f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
                 f"{one_line(error, 200)} (--debug shows where)"
             ) from error
+
+
+def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None:
+    """Say which values of axes are not in an archive, so that the nearest ones are taken.
+
+    Raises
+    ------
+    SceneError
+        For a value outside its axis.
+    """
+    from sweeps.presenting.nearest_values import nearest_notes
+
+    for values in given:
+        for note in nearest_notes(dataset, values):
+            say(note, err=True)

@@ -10,7 +10,7 @@ import click
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
-    axis_slice,
+    axis_slices,
     difference,
     output_option,
     overwrite_option,
@@ -19,7 +19,7 @@ from sweeps.cli.arguments import (
 )
 from sweeps.cli.completing import complete_engine_or_scene, complete_quantities
 from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
-from sweeps.cli.files import check_folder, check_output, opened, writing
+from sweeps.cli.files import check_folder, check_output, check_slices, opened, writing
 from sweeps.errors import counted, size_text
 
 __all__ = ["compare", "export", "info", "plot", "show"]
@@ -81,7 +81,8 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Show only this value of an axis. Several separated by commas, or given several times.",
+    help="Show only this value of an axis, or the nearest one in the archive. Several separated "
+    "by commas, or given several times.",
 )
 @click.option(
     "--quantities",
@@ -119,19 +120,20 @@ def show(
     """Show numbers of ARCHIVE as a table."""
     from sweeps.reading.netcdf_files import check_file
 
-    select = dict(axis_slice(part) for text in slices for part in text.split(","))
+    select = axis_slices(slices)
     base: dict[str, float | str] | str | None = None
     if relative is not None:
         words: dict[str, dict[str, float | str] | str] = {"first": {}, "nominal": "nominal"}
         base = words.get(relative)
         if base is None:
-            base = dict(axis_slice(text, "--relative-to") for text in relative.split(","))
+            base = axis_slices([relative], "--relative-to")
     names = None if quantities is None else [name.strip() for name in quantities.split(",")]
     check_file(archive)
     with opened(archive) as dataset:
         from sweeps.exploring.rows import rows
         from sweeps.presenting.tables import rows_text
 
+        check_slices(dataset, select, base if isinstance(base, dict) else {})
         found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
                      relative_to=base)  # fmt: skip
         text = rows_text(found, units, terminal_width())
@@ -272,7 +274,8 @@ def export(
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Value to use for an axis that the figure is not drawn over. May be given several times.",
+    help="Value to use for an axis that the figure is not drawn over, or the nearest one in the "
+    "archive. Several separated by commas, or given several times.",
 )
 @click.option(
     "--only",
@@ -332,7 +335,7 @@ def plot(
     units: str | None, **given: Any,
 ) -> None:  # fmt: skip
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
-    select = dict(axis_slice(text) for text in slices)
+    select = axis_slices(slices)
     from sweeps.reading.netcdf_files import check_file
 
     check_file(archive)
@@ -347,6 +350,8 @@ def plot(
         from sweeps.presenting.readable_dataset import readable_dataset
 
         readable = readable_dataset(dataset, units)
+        # --zero turns the crank angle, which the figures look after themselves.
+        check_slices(readable, {k: v for k, v in select.items() if k != "crank_angle"})
         if listed:
             say(kinds_text(readable, options))
             return

@@ -9,7 +9,7 @@ import click
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
-    axis_slice,
+    axis_slices,
     number_of,
     overwrite_option,
     quiet_option,
@@ -26,7 +26,7 @@ from sweeps.cli.exits import (
     terminal_width,
     warn,
 )
-from sweeps.cli.files import check_output, opened, writing
+from sweeps.cli.files import check_output, check_slices, opened, writing
 from sweeps.optimising.limits import DESIGNS, GENERATIONS, RESTARTS
 
 __all__ = ["best", "optimise", "sensitivities"]
@@ -68,8 +68,8 @@ __all__ = ["best", "optimise", "sensitivities"]
     "slices",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Search only at this value of an axis. Several separated by commas, or given several "
-    "times.",
+    help="Search only at this value of an axis, or the nearest one in the archive. Several "
+    "separated by commas, or given several times.",
 )
 @click.option(
     "--quantities",
@@ -92,13 +92,14 @@ def best(
     """
     from sweeps.reading.netcdf_files import check_file
 
-    select = dict(axis_slice(part) for text in slices for part in text.split(","))
+    select = axis_slices(slices)
     check_file(archive)
     with opened(archive) as dataset:
         from sweeps.exploring.search import best as best_of
         from sweeps.exploring.slices import nearest
         from sweeps.presenting.found import found_text
 
+        check_slices(dataset, select)
         part = nearest(dataset, **select)
         found = best_of(
             part, least=least, most=most, within=within, at_every=_names(at_every),

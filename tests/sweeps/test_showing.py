@@ -15,9 +15,10 @@ import sweeps
 from sweeps.errors import SceneError
 from sweeps.exploring import ranges as reading
 from sweeps.exploring.rows import Rows, rows
+from sweeps.presenting.nearest_values import nearest_notes
 from sweeps.presenting.readable_units import factor, unit_choices
 from sweeps.presenting.tables import number_text, rows_text
-from tests.support.commands import ok, refused
+from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.compiled
 
@@ -183,3 +184,33 @@ def test_names_stand_for_designs_that_do_not_fit() -> None:
     assert "parameter_7" in first and "case" in first and "delta" not in first
     assert second.split()[0] == "case" and "parameter_7" not in second
     assert rows_text(made, width=400).count("case") == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("show",), ("best", "--least", "delta"), ("plot", "--list"), ("show", "--relative-to")],
+)
+def test_a_value_between_those_of_an_axis_is_said_to_be_replaced(
+    path: Path, command: tuple[str, ...]
+) -> None:
+    name, *options = command
+    slices = [] if "--relative-to" in command else ["--select"]
+    told = invoke(name, path, *options, *slices, "load=60,inertia=2")
+    assert told.exit_code == 0
+    assert told.stderr == "load = 60 is not in the archive; the nearest value, 50, was taken\n"
+    outside = refused(name, path, *options, *slices, "load=5000,inertia=2")
+    assert "load = 5000: outside the axis, 20 to 80" in outside
+    assert invoke(name, path, *options, *slices, "load=50,inertia=2").stderr == ""
+
+
+def test_nearest_in_python_takes_any_number(archive: xr.Dataset) -> None:
+    assert float(sweeps.nearest(archive, load=5000)["load"]) == 80.0
+
+
+def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
+    archive = xr.Dataset(coords={"inertia": [1.5, 9.25297, 12.0]})
+    assert nearest_notes(archive, {"inertia": 9.253}) == []
+    assert nearest_notes(archive, {"inertia": "9.3"}) == [
+        "inertia = 9.3 is not in the archive; the nearest value, 9.253, was taken"
+    ]
+    assert nearest_notes(archive, {"inertia": "soft", "load": 50.0}) == []  # told by the cut itself
