@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
 from sweeps.exploring.ranges import ranges
@@ -58,7 +58,8 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
         Lines without a final line feed.
     """
     lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
-    lines += [f"  {line}" for line in (_size_line(dataset, name), _run_line(dataset)) if line]
+    head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
+    lines += [f"  {line}" for line in head if line]
     counts = outcome_counts(dataset)
     if counts:
         lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
@@ -84,38 +85,52 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
         lines.append("  engine-dyn info --provenance shows assumptions, parameters, versions")
         return "\n".join(lines)
     for key, value in dataset.attrs.items():
-        if key not in ("title", "warnings"):
+        if key == "parameters":
+            lines += _parameter_lines(dataset, value)
+        elif key not in ("title", "warnings"):
             lines += _attribute_lines(str(key), value)
     return "\n".join(lines)
 
 
 def _quantity_lines(dataset: xr.Dataset) -> list[str]:
     """Each quantity with its value, or from where to where it goes."""
-    names = [str(n) for n in dataset.data_vars]
-    width = max((len(n) for n in names), default=0)
-    lines = []
-    for variable in names:
-        data = dataset[variable]
+    rows = []
+    for name, data in dataset.data_vars.items():
         over = ", ".join(str(d) for d in data.dims)
-        units = data.attrs.get("units", "no single unit")
         parts = [
-            _extent_text(data) + (f" {units}" if units != "1" and data.dtype.kind == "f" else ""),
             str(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
-        lines.append(f"  {variable:<{width}}  {'; '.join(p for p in parts if p.strip())}")
+        rows.append((str(name), _extent_text(data), "; ".join(p for p in parts if p)))
+    wide = [max((len(row[i]) for row in rows), default=0) for i in (0, 1)]
+    lines = [f"  {n:<{wide[0]}}  {e:<{wide[1]}}  {about}".rstrip() for n, e, about in rows]
+    if any(_is_long(data) for data in dataset.data_vars.values()):
+        lines.append(
+            f"  not read: the ranges of quantities of more than {MOST_READ:,} values; "
+            "engine-dyn best finds the smallest and the largest"
+        )
     return lines
 
 
+def _is_long(data: xr.DataArray) -> bool:
+    """Whether a quantity has so many values that they are not read to tell their range."""
+    return data.dtype.kind == "f" and data.size > MOST_READ
+
+
 def _extent_text(data: xr.DataArray) -> str:
-    """The value, or the smallest and the largest; of very large ones nothing is read."""
-    if data.dtype.kind != "f" or data.size > MOST_READ or not data.size:
+    """The value, or the smallest and the largest, with the unit; nothing of words and codes."""
+    if data.dtype.kind != "f" or not data.size:
         return ""
+    units = str(data.attrs.get("units", "no single unit"))
+    unit = "" if units == "1" else f" {units}"
+    if _is_long(data):
+        return f"not read{unit and f' [{units}]'}"
     values = data.values
     if np.isnan(values).all():
         return "no value"
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    return number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
+    extent = number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
+    return extent + unit
 
 
 def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
@@ -184,15 +199,64 @@ def _size_line(dataset: xr.Dataset, name: str) -> str:
     return ", ".join(parts)
 
 
+def _engine_line(dataset: xr.Dataset) -> str:
+    """Which engine, or which several, an archive is about."""
+    name, title = (str(dataset.attrs.get(key, "")) for key in ("engine", "engine_title"))
+    if not name or title.startswith("engines "):
+        return one_line(title, LONGEST_LINE)
+    return one_line(f"engine {name}: {title}".rstrip(": "), LONGEST_LINE)
+
+
 def _run_line(dataset: xr.Dataset) -> str:
-    """When an archive was made, how long that took, and by which command."""
+    """What made an archive and when, how long that took, which part it is, by which command."""
     made = str(dataset.attrs.get("history", "")).splitlines()
-    words = [] if not made else [made[-1].partition(": ")[0]]
+    version = _version(dataset)
+    words = [f"computed with engine-dyn {version}"] if version else []
+    if made:
+        when, _, what = made[-1].partition(": ")
+        words.append(f"{'joined ' * (' joined ' in what)}on {one_line(when, 60)}")
     if "seconds" in dataset.attrs:
         words.append(f"computed in {one_line(dataset.attrs['seconds'], 30)} s")
+    text = ", ".join(words).replace(", on ", " on ", 1)
     if "command_line" in dataset.attrs:
-        words.append(f"by {one_line(dataset.attrs['command_line'], LONGEST_LINE)}")
-    return ", ".join(words)
+        text += f", by {one_line(dataset.attrs['command_line'], LONGEST_LINE)}"
+    return "; ".join(part for part in (text.removeprefix(", "), _part_text(dataset)) if part)
+
+
+def _version(dataset: xr.Dataset) -> str:
+    """Version that computed the numbers of an archive; empty where it does not say."""
+    try:
+        return one_line(json.loads(dataset.attrs["identity"])["versions"]["engine-dyn"], 60)
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
+        return ""
+
+
+def _part_text(dataset: xr.Dataset) -> str:
+    """Which shard of a sweep an archive is; empty where it is none."""
+    try:
+        part = json.loads(dataset.attrs["part"])
+        number, count = (int(text) for text in part["shard"].split("/"))
+        return f"part {number} of {count}, cut along {one_line(part['axis'], 60)}"
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
+        return ""
+
+
+def _parameter_lines(dataset: xr.Dataset, value: object) -> list[str]:
+    """Parameters of an archive: those that engine and scene give, then the neutral ones."""
+    try:
+        members = json.loads(str(value))
+        scene = json.loads(dataset.attrs["scene"])
+        given = set(json.loads(dataset.attrs["engine_values"]))
+        given.update(key for table in scene.values() if isinstance(table, dict) for key in table)
+        left = {
+            k: v for k, v in members.items() if k not in given and v == UNLESS_GIVEN.get(k, 0.0)
+        }
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
+        return _attribute_lines("parameters", value)  # of several engines, or of another program
+    rest = {name: number for name, number in members.items() if name not in left}
+    lines = _attribute_lines("parameters", json.dumps(rest)) if rest else ["  parameters:"]
+    neutral = ", ".join(f"{name} {number_text(float(number))}" for name, number in left.items())
+    return [*lines, f"    not given, so neutral: {neutral}"] if neutral else lines
 
 
 def _attribute_lines(key: str, value: object) -> list[str]:

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import time
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -274,7 +275,7 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
         "inertia (3): 1.5, 2, 5 [kg m2]",
         "crank_angle (144)",
         "delta ",
-        " rad s-1; ",
+        " rad s-1  ",
         "converged: 6",
         "  6 designs, ",
         " of results, float64, not compressed, ",
@@ -288,13 +289,51 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
     assert "history: " not in short and "--provenance" in short
 
 
-def test_info_tells_values(archive: Path) -> None:
+def test_info_begins_with_engine_version_and_part(tmp_path: Path) -> None:
+    ok("run", "first", "-o", tmp_path / "a.nc", "--shard", "1/2")
+    ok("run", "first", "-o", tmp_path / "b.nc", "--shard", "2/2")
+    ok("merge", tmp_path / "a.nc", tmp_path / "b.nc", "-o", tmp_path / "c.nc")
+    version = f"  computed with engine-dyn {metadata.version('engine-dyn')}"
+    for name, computed, part in (
+        ("b.nc", f"{version} on 20", "; part 2 of 2, cut along inertia"),
+        ("c.nc", f"{version}, joined on 20", ""),
+    ):
+        head, _, _ = ok("info", tmp_path / name).partition("\n\n")
+        lines = head.splitlines()
+        assert lines[1].startswith("  engine ntua: Single-cylinder four-stroke diesel")
+        assert lines[3].startswith(computed), head
+        assert lines[3].endswith(part) and ("part " in lines[3]) == bool(part)
+
+
+def test_info_tells_values(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with sweeps.open(archive) as data:
         low, high = float(data.delta.min()), float(data.delta.max())
-    told = next(line for line in ok("info", archive).splitlines() if line.startswith("  delta "))
-    assert [float(word) for word in told.split(";")[0].split()[1::2]] == pytest.approx(
-        [low, high], rel=1e-3
+    rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
+    told = next(line for line in rows if line.startswith("  delta "))
+    assert [float(word) for word in told.split()[1:4:2]] == pytest.approx([low, high], rel=1e-3)
+    monkeypatch.setattr("sweeps.presenting.archives.MOST_READ", 100)
+    text = ok("info", archive)
+    assert "ranges of quantities of more than 100 values" in text
+    rows = [line for line in text.splitlines() if "; over " in line]
+    (curve,) = (line for line in rows if line.startswith("  torque "))
+    found = re.search(r"  not read \[N m\]  +", curve)
+    assert found is not None
+    begin = found.end()
+    assert all(line[begin - 2 : begin] == "  " and line[begin] != " " for line in rows)
+
+
+def test_info_tells_neutral_values_apart_from_given_ones(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    text = (
+        'engine = "ntua"\n[set]\npin_offset = 0.0\n[output]\nquantities = ["mean_piston_speed"]\n'
     )
+    scene.write_text(text)
+    ok("run", scene, "-o", tmp_path / "out.nc")
+    text = ok("info", tmp_path / "out.nc", "--provenance")
+    (line,) = (line for line in text.splitlines() if "not given, so neutral: " in line)
+    assert "ring_pressure 0," in line and "gear_ratio 1," in line and "pin_offset" not in line
+    given = text.partition("  parameters:\n")[2].partition(line)[0]
+    assert "    pin_offset: 0.0\n" in given and "ring_pressure" not in given
 
 
 @pytest.mark.parametrize("name", catalogue())
