@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.status import WITH_NUMBERS
+from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import check_dataset
 from sweeps.dimensions import DESIGN, LABELS, PARAMETER
@@ -90,6 +90,10 @@ class _Study:
     parameters: Mapping[str, npt.NDArray[Any]]
     dims: tuple[str, ...]
     group: int = 0
+
+
+class _TooFew(SceneError):
+    """There are too few designs with numbers."""
 
 
 def sensitivities(
@@ -239,10 +243,13 @@ def _of_quantity(
     conditional = failed > MOST_FAILED and method != GRID
     if conditional:
         method = DATA
-    each = [
-        _indices(one, fine, study, dims, method, settings)
-        for one, fine in zip(values, good, strict=True)
-    ]
+    try:
+        each = [
+            _indices(one, fine, study, dims, method, settings)
+            for one, fine in zip(values, good, strict=True)
+        ]
+    except _TooFew as error:
+        raise SceneError(f"{name}: {error}{_outcomes(archive)}") from None
     ending = "_conditional" if conditional else ""
     said = ", only designs with results" if conditional else ""
     label = str(array.attrs.get("long_name", name))
@@ -260,6 +267,16 @@ def _of_quantity(
         {"long_name": f"designs without a number of the {label}", "units": "1"},
     )
     return found, method
+
+
+def _outcomes(archive: xr.Dataset) -> str:
+    """What became of the designs, as an addition to a message; empty without a status."""
+    if "status" not in archive:
+        return ""
+    codes = archive["status"].values.reshape(-1).astype(np.int64)
+    counts = np.bincount(codes, minlength=len(MEANINGS))
+    listed = ", ".join(f"{MEANINGS[i]} {counts[i]}" for i in np.flatnonzero(counts))
+    return f"; outcomes of {counted(codes.size, 'design')}: {listed}"
 
 
 def _indices(
@@ -317,7 +334,7 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
         good = good & ((place == 0) | (place == study.group - 1))
     places = np.flatnonzero(good)
     if places.size < LEAST_ROWS:
-        raise SceneError(
+        raise _TooFew(
             f"{counted(int(places.size), 'design')} with numbers: too few for indices; must be at "
             f"least {LEAST_ROWS}"
         )

@@ -11,6 +11,7 @@ import xarray as xr
 from SALib.test_functions import Ishigami, Sobol_G
 
 import sweeps
+from engine_dyn.status import STALLED
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError
 
@@ -207,4 +208,8 @@ def test_bad_input() -> None:
     assert "100 designs of a sample of 320: Saltelli's design must be complete" in refused(half)
     little = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 64, "sobol")
     assert "64 designs with numbers: too few" in refused(little)
+    stalled = little.assign(status=("design", np.full(64, STALLED, dtype=np.int8)))
+    told = refused(stalled)
+    assert "0 designs with numbers: too few" in told
+    assert told.endswith("; outcomes of 64 designs: stalled 64")
     assert "nothing varies" in refused(archive.isel(design=0, drop=True))
