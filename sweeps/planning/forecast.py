@@ -68,10 +68,15 @@ def text(plan: Plan) -> str:
     lines += [
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
-        f"about {size_text(memory_bytes(plan))}{block}, time about {seconds(plan):.1g} s (plus "
+        f"about {size_text(memory_bytes(plan))}{block}, time about {_seconds_text(plan)} s (plus "
         "compilation on the first run of this version)",
     ]
     return "\n".join(lines)
+
+
+def _seconds_text(plan: Plan) -> str:
+    """Seconds that a plan takes, with one significant digit: 10, not 1e+01."""
+    return f"{float(f'{seconds(plan):.1g}'):.12g}"
 
 
 def _text_of_several(plan: Plan) -> str:
@@ -100,7 +105,7 @@ def _text_of_several(plan: Plan) -> str:
         f"total: archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it "
         "at once about "
         f"{size_text(memory_bytes(plan))}{f' in {pieces} blocks' if pieces > 1 else ''}, time "
-        f"about {seconds(plan):.1g} s (plus compilation on the first run of this version)",
+        f"about {_seconds_text(plan)} s (plus compilation on the first run of this version)",
     ]
     return "\n".join(lines)
 

@@ -122,7 +122,9 @@ def test_blocks_and_memory_are_told() -> None:
     assert memory_bytes(plan) < 1.01 * plan.output_bytes
     stroke = {**long, "start": 0.15, "stop": 0.2}
     plan = plan_of("delta", axes={"stroke": stroke, "speed": long})
-    assert " blocks, time about" in text(plan)
+    told = text(plan)
+    assert " blocks, time about" in told
+    assert re.search(r"time about [1-9]0* s \(plus ", told), told
     assert memory_bytes(plan) < plan.output_bytes + 150e6
 
 
