@@ -338,7 +338,10 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
 
 
 def allowed(node: Node) -> str:
-    """Return the physical range of a parameter in words: 'a number above 0 and below 1 [m]'."""
+    """Return the physical range of a parameter in words: 'a number above 0 and below 1 [m]'.
+
+    Where each of its values has a name: "one of 'ohv', 'dohc', or its number from 1 to 2".
+    """
     low = f"{node.low:g} or more" if node.low_included else f"above {node.low:g}"
     high = f"at most {node.high:g}" if node.high_included else f"below {node.high:g}"
     parts = [low] if math.isfinite(node.low) else []
@@ -347,6 +350,9 @@ def allowed(node: Node) -> str:
         parts = [f"from {node.low:g} to {node.high:g}"]
     kind = "an even number" if node.even else "a whole number" if node.whole else "a finite number"
     unit = f" [{node.unit}]" if node.unit != "1" else ""
+    if node.whole and node.named:
+        listed = "', '".join(name for name, _ in node.named)
+        kind = f"one of '{listed}', or its number"
     return f"{kind} {' and '.join(parts)}".rstrip() + unit
 
 

@@ -21,7 +21,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIE
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.checks import allowed
+from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
@@ -90,7 +90,6 @@ def with_notes(meaning: str, **notes: str) -> str:
 def keys() -> str:
     """Keys of scenes and of an engine file's [values]."""
     rows = []
-    called = _other_names()
     scene = scene_schema()
     free, columns = (_keys_of(scene, scene["properties"][name]) for name in ("set", "designs"))
     engine = engine_schema()
@@ -104,21 +103,14 @@ def keys() -> str:
         if name in of_engine:
             where.append("engine file")
         unit = "" if node.unit == "1" else node.unit
-        rule = allowed(node).replace(f" [{node.unit}]", "").removeprefix("a finite number").strip()
-        words = {value: f"`{word}`" for word, value in node.named}
-        if node.whole and words:
-            rule = f"one of {', '.join(words.values())}"
-        elif words:
-            rule += f", or a name such as {next(iter(words.values()))}"
-        # A value outside the range says that there is none.
-        given = node.unless_given
-        without = ""
-        if given is not None and (
-            node.low < given < node.high or (given == node.low and node.low_included)
-        ):
-            without = words.get(given, f"{given:.6g}")
-        meaning = with_notes(node.long_name, also=called.get(name, ""), default=without)
-        rows.append([f"`{name}`", unit, meaning, rule or "any number", ", ".join(where)])
+        rule = values_text(node, "`").replace(f" [{node.unit}]", "").removeprefix("a finite number")
+        named = {word for word, _ in node.named}
+        without = default_text(node)
+        meaning = with_notes(
+            node.long_name, also=WORDS_OF_KEYS.get(name, ""),
+            default=f"`{without}`" if without in named else without,
+        )  # fmt: skip
+        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number", ", ".join(where)])
     heads = ["key", "unit", "meaning", "allowed", "stands in"]
     return table(heads, rows)
 
@@ -199,17 +191,6 @@ def _keys_of(schema: Mapping[str, Any], table: Mapping[str, Any]) -> set[str]:
     return found.union(*(_keys_of(schema, one) for one in table.get("anyOf", ())))
 
 
-def _other_names() -> dict[str, str]:
-    """What keys are also called, from the glossary."""
-    found: dict[str, str] = {}
-    for line in (DOCS / "glossary.md").read_text(encoding="utf-8").splitlines():
-        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
-        if len(cells) == 6:
-            for name in re.findall(r"`(\w+)`", cells[5]):
-                found.setdefault(name, cells[4])
-    return found
-
-
 def quantities() -> str:
     """Quantities of [output], by subject, with the words that people have for them."""
     listed: set[str] = set()
@@ -249,6 +230,22 @@ def dimensions(name: str) -> set[str]:
         # Stages take curves whole: only their results name the dimension.
         found |= set() if node.kind == "stage" else dimensions(need)
     return found - set(node.removes)
+
+
+def axes() -> str:
+    """Axes that curves have beside those of a scene."""
+    return table(
+        ["axis", "symbol", "unit", "meaning"],
+        [
+            [
+                f"`{name}`",
+                f"${axis.symbol}$" if axis.symbol else "",
+                "" if axis.unit == "1" else axis.unit,
+                axis.long_name,
+            ]
+            for name, axis in DIMENSIONS.items()
+        ],
+    )
 
 
 def sources() -> str:
@@ -300,7 +297,7 @@ def ranges() -> str:
 
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {"keys": keys},
-    DOCS / "quantities.md": {"quantities": quantities, "sources": sources},
+    DOCS / "quantities.md": {"axes": axes, "quantities": quantities, "sources": sources},
     DOCS / "status_codes.md": {"outcomes": outcomes},
     DOCS / "engine_files.md": {"engines": engines, "engine tables": engine_tables},
     DOCS / "scene_files.md": {"scene tables": scene_tables},

@@ -12,12 +12,17 @@ import click
 from click.shell_completion import CompletionItem
 
 __all__ = [
+    "LISTED",
     "complete_engine",
     "complete_engine_or_scene",
     "complete_keys",
+    "complete_list",
     "complete_quantities",
     "complete_scene",
 ]
+
+LISTED = ("quantities", "engines", "scenes", "keys", "classes", "sources")
+"""Lists of `engine-dyn list`."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
@@ -72,3 +77,4 @@ complete_engine = _words(_engines, files=True)
 complete_engine_or_scene = _words(lambda: [*_scenes(), *_engines()], files=True)
 complete_keys = _words(_keys, several=True)
 complete_quantities = _words(_quantities, several=True)
+complete_list = _words(lambda: [(name, "list") for name in LISTED])

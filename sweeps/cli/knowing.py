@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 from sweeps.cli.arguments import PATH, untrusted_option
-from sweeps.cli.completing import complete_engine, complete_scene
+from sweeps.cli.completing import LISTED, complete_engine, complete_list, complete_scene
 from sweeps.cli.exits import guarded, say, warn
 from sweeps.cli.files import not_written
-from sweeps.errors import SceneError, shown
+from sweeps.errors import SceneError, not_known, shown
 
 __all__ = ["list_", "new", "plan", "schema"]
 
@@ -36,9 +36,7 @@ def plan(scene: str) -> None:
 
 @click.command(name="list")
 @click.argument(
-    "what",
-    required=False,
-    type=click.Choice(["quantities", "engines", "scenes", "keys", "classes", "sources"]),
+    "what", required=False, metavar=f"[{'|'.join(LISTED)}]", shell_complete=complete_list
 )
 @click.argument("words", nargs=-1)
 @guarded
@@ -48,24 +46,22 @@ def list_(what: str | None, words: tuple[str, ...]) -> None:
     Without WHAT, all of them.
 
     The first word of each line is the name; quantities are grouped by subject. WORDS filter the
-    list. Quantities are searched by name, description and synonyms: `engine-dyn list quantities
-    cyclic irregularity` finds delta. The other lists are searched by name and text.
+    list. Names, descriptions and synonyms are searched: `engine-dyn list quantities cyclic
+    irregularity` finds delta, and `engine-dyn list keys conrod` the keys of the connecting rod.
     """
-    from sweeps.presenting.lists import LISTS, quantity_lines
+    from sweeps.presenting.lists import list_lines, quantity_lines
 
-    if what in (None, "quantities"):
-        for line in quantity_lines(" ".join(words)):
+    if what not in (None, *LISTED):
+        raise SceneError(
+            f"list {shown(what)}: unknown list{not_known(what, LISTED)}; units stand in the lists "
+            "of quantities and keys"
+        )
+    text = " ".join(words)
+    for number, name in enumerate(LISTED if what is None else (what,)):
+        if number:
+            click.echo("")
+        for line in quantity_lines(text) if name == "quantities" else list_lines(name, text):
             click.echo(line)
-        if what is not None:
-            return
-        click.echo("")
-    lines = [line for kind, make in LISTS.items() if what in (None, kind) for line in make()]
-    lines = [(n, t) for n, t in lines if all(w.lower() in f"{n} {t}".lower() for w in words)]
-    if not lines:
-        raise SceneError(f"list {what}: nothing found for {shown(' '.join(words))}")
-    width = max(len(name) for name, _ in lines)
-    for name, text in lines:
-        click.echo(f"{name:<{width}}  {text}")
 
 
 @click.command()

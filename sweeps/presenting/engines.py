@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
 from sweeps.errors import one_line
+from sweeps.presenting.key_texts import value_text
 
 if TYPE_CHECKING:
     from engine_dyn.engine import Engine
@@ -22,7 +23,8 @@ def engine_text(engine: Engine) -> str:
     for key, value in engine.values.items():
         node = PARAMETERS[key]
         mark = "  (assumed)" if key in engine.assumed else ""
-        lines.append(f"  {key} = {value:.10g} [{node.unit}] {node.long_name}{mark}")
+        said = value_text(node, value, digits=10)
+        lines.append(f"  {key} = {said} [{node.unit}] {node.long_name}{mark}")
     if engine.firing_order is not None:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:

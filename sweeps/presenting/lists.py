@@ -9,15 +9,16 @@ from collections.abc import Callable
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
-from sweeps.checks import allowed
+from sweeps.presenting.key_texts import WORDS_OF_KEYS, key_line
 from sweeps.presenting.quantity_search import found_quantities
+from sweeps.presenting.word_search import found_lines
 from sweeps.ratios import ratio_text
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 
-__all__ = ["LISTS", "quantity_lines", "symbol_text"]
+__all__ = ["LISTS", "list_lines", "quantity_lines", "symbol_text"]
 
 Lines = list[tuple[str, str]]
 
@@ -45,25 +46,27 @@ def symbol_text(symbol: str) -> str:
 
 def quantity_lines(words: str = "") -> list[str]:
     """Lines of the quantities that words lead to, grouped by subject; without words of all."""
-    groups = found_quantities(words)
+    groups, note = found_quantities(words)
     width = max(len(node.name) for nodes in groups.values() for node in nodes)
-    lines: list[str] = []
+    lines: list[str] = [f"# {note}"] if note else []
     for subject, nodes in groups.items():
         lines += ["", f"# {subject}"] if lines else [f"# {subject}"]
         for node in nodes:
             # The unit of the load coefficient depends on the load exponent: the table has none.
             unit = node.unit or "unit follows the load exponent"
             symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
-            lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})")
+            source = f" ({node.source})" if node.source else ""
+            lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol}{source}")
     if not words:
         lines += ["", "# full citations of the sources in brackets: engine-dyn list sources"]
+        lines += ["# axes of curves, such as order: engine-dyn list quantities axes of curves"]
         lines += ["# and of every curve over crank_angle its <curve>_rms and <curve>_mean"]
     return lines
 
 
 def _keys() -> Lines:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
-    keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in nodes.items()]
+    keys = [(key, key_line(node)) for key, node in nodes.items()]
     return [*keys, *CYLINDER_KEYS.items(), *TORQUE_TABLE_KEYS.items()]
 
 
@@ -94,3 +97,26 @@ LISTS: dict[str, Callable[[], Lines]] = {
     "sources": lambda: list(SOURCES.items()),
 }
 """What `engine-dyn list` takes beside quantities, and what makes its lines: name and text."""
+
+
+def list_lines(of: str, words: str = "") -> list[str]:
+    """Lines of a list that words lead to; without words of all.
+
+    Parameters
+    ----------
+    of : str
+        One of `LISTS`.
+    words : str
+        As for `sweeps.presenting.word_search.found_lines`.
+
+    Raises
+    ------
+    SceneError
+        Where nothing is found.
+    """
+    lines = dict(LISTS[of]())
+    more = WORDS_OF_KEYS if of == "keys" else {}
+    found = found_lines(words, {n: f"{text} {more.get(n, '')}" for n, text in lines.items()}, of)
+    width = max(len(name) for name in found.names)
+    told = [f"# {found.note}"] if found.note else []
+    return [*told, *(f"{name:<{width}}  {lines[name]}" for name in found.names)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 from collections.abc import Iterable, Mapping
 
 from engine_dyn.quantities import (
@@ -22,9 +20,15 @@ from engine_dyn.quantities import (
     speed,
     torque,
 )
-from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, QUANTITIES
+from engine_dyn.quantities.graph import (
+    ALL_QUANTITIES,
+    CURVE_MEANS,
+    DIMENSIONS,
+    NODES,
+    QUANTITIES,
+)
 from engine_dyn.quantities.node import Node
-from sweeps.errors import SceneError, shown
+from sweeps.presenting.word_search import found_lines, named_by, same_words
 
 __all__ = ["OTHER_WORDS", "SUBJECTS", "found_quantities"]
 
@@ -47,6 +51,18 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
 
 MEANS = "root mean squares and means of curves over the cycle"
 """Subject of those, which are listed only where words lead to them alone."""
+
+OF_CURVES = "axes of curves, which come with them and cannot be asked for"
+"""Subject of those, which are listed only where words lead to them."""
+
+AXES: Mapping[str, Node] = {name: NODES[name][0] for name in DIMENSIONS}
+"""Axes that quantities have beside those of a scene."""
+
+ALL_NODES: Mapping[str, Node] = {**ALL_QUANTITIES, **AXES}
+
+_GROUPS: Mapping[str, Iterable[Node]] = {
+    **SUBJECTS, OF_CURVES: AXES.values(), MEANS: CURVE_MEANS.values()
+}  # fmt: skip
 
 OTHER_WORDS: Mapping[str, str] = {
     "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
@@ -110,58 +126,46 @@ OTHER_WORDS: Mapping[str, str] = {
 """What people also call a quantity; its own name and description are searched too."""
 
 
-def found_quantities(words: str) -> dict[str, list[Node]]:
-    """Return the quantities that words lead to, by subject.
+def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
+    """Return the quantities that words lead to, by subject, and a note on near spellings.
 
     Parameters
     ----------
     words : str
         All of them must stand in a quantity's name, description, source or other names; nothing
         finds all quantities. Where none has them all, or `rms` is one of them, the root mean
-        squares and means of curves are searched too; then near spellings count.
+        squares and means of curves are searched too; then near spellings count. A quantity or axis
+        of exactly this name comes first.
 
     Raises
     ------
     SceneError
         Where nothing is found.
     """
-    wanted = _parts(words)
-    texts = _texts(QUANTITIES)
-    hits = {name for name, text in texts.items() if _holds(text.lower(), wanted)}
-    if not hits or ("rms" in wanted and len(wanted) > 1):
-        hits |= {n for n, text in _texts(CURVE_MEANS).items() if _holds(text.lower(), wanted)}
-    if not hits:
-        known = {part for text in texts.values() for part in _parts(text)}
-        near = [difflib.get_close_matches(part, known, n=1, cutoff=0.75) for part in wanted]
-        if all(near):
-            meant = [one[0] for one in near]
-            hits = {name for name, text in texts.items() if _holds(text.lower(), meant)}
-    if not hits:
-        raise SceneError(
-            f"list quantities {shown(words)}: nothing found; engine-dyn list quantities lists all"
-        )
-    return {
+    listed = QUANTITIES if not words else {**QUANTITIES, **AXES}
+    texts, note = _texts(listed), ""
+    parts = words.lower().replace("_", " ").split()
+    names = named_by(words, texts)
+    if not names or ("rms" in parts and len(parts) > 1):
+        names += named_by(words, _texts(CURVE_MEANS))
+    if not names:
+        found = found_lines(words, texts, "quantities")
+        names, note = found.names, found.note
+    groups = {
         subject: sorted(
-            {n.name: ALL_QUANTITIES[n.name] for n in nodes if n.name in hits}.values(),
-            key=lambda node: node.name,
+            {n.name: ALL_NODES[n.name] for n in nodes if n.name in names}.values(),
+            key=lambda node: (not same_words(node.name, words), node.name),
         )
-        for subject, nodes in (*SUBJECTS.items(), (MEANS, CURVE_MEANS.values()))
-        if any(n.name in hits for n in nodes)
+        for subject, nodes in _GROUPS.items()
     }
+    filled = [(subject, nodes) for subject, nodes in groups.items() if nodes]
+    return dict(sorted(filled, key=lambda one: not same_words(one[1][0].name, words))), note
 
 
 def _texts(quantities: Mapping[str, Node]) -> dict[str, str]:
-    """All that quantities are found by."""
+    """All that quantities are found by, beside their names."""
     return {
-        name: f"{name.replace('_', ' ')} {node.long_name} {node.source} {OTHER_WORDS.get(name, '')}"
+        name: f"{node.long_name} {node.source} "
+        + (OF_CURVES if name in AXES else OTHER_WORDS.get(name, ""))
         for name, node in quantities.items()
     }
-
-
-def _parts(text: str) -> list[str]:
-    return re.findall(r"[a-z0-9]+", text.lower().replace("_", " "))
-
-
-def _holds(text: str, parts: Iterable[str]) -> bool:
-    """Whether each part begins a word of a text."""
-    return all(re.search(rf"\b{re.escape(part)}", text) for part in parts)

@@ -212,7 +212,8 @@ def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
         ({"set": {"friction_law": "heywood"}},
          r"\[set\] friction_law = 'heywood': must be one of 'chen_flynn', 'patton_nitschke_"),
         ({"set": {"friction_law": 3}},
-         r"\[set\] friction_law = 3: must be a whole number from 1 to 2"),
+         r"\[set\] friction_law = 3: must be one of 'chen_flynn', 'patton_nitschke_heywood', or "
+         r"its number from 1 to 2"),
         ({"axes": {"friction_law": [1, 2]}}, r"\[axes\] friction_law: must be one value, in \[set"),
         ({"designs": {"friction_law": [1, 2]}}, r"\[designs\] friction_law: must be one value"),
         ({"set": {"valve_train": "desmodromic"}}, r"\[set\] valve_train = 'desmodromic': .*'ohv'"),
