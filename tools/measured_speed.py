@@ -341,7 +341,7 @@ def alternatives(found: Sequence[Found]) -> str:
 
 
 def corrected(found: Sequence[Found]) -> str:
-    """Delta without the errors of the teeth, for the masses."""
+    """Delta without the tooth errors, for the masses."""
     rows = []
     for one in found:
         for mass, data in one.measured.items():
@@ -470,7 +470,7 @@ def draw(found: Sequence[Found], corrected_ones: bool) -> None:
                     used = data.interval_used.values == 1
                     shown = data.omega_corrected.values[place]
                     said = data.omega_between_teeth.values[place]
-                    words = ("measured, errors of teeth taken out", "computed")
+                    words = ("measured, tooth errors taken out", "computed")
                 else:
                     angle = one.fit.interval.values
                     shown = one.fit.omega_raw.values[place]

@@ -572,7 +572,7 @@ def draw(maps: dict[str, Map]) -> None:
                     panel.set_xlabel("Engine speed (rpm)")
             panels[3 * row].set_ylabel("imep (bar)")
         bar = figure.colorbar(filled, ax=panels, shrink=0.8, pad=0.02)
-        bar.set_label("Largest errors of teeth (% of a pitch)")
+        bar.set_label("Largest tooth errors (% of a pitch)")
         handles = [
             Line2D([], [], color="black", linestyle=DASHES[rank], linewidth=1.3,
                    label=f"{factor:g} times the inertia")

@@ -185,7 +185,7 @@ class FittedSpeeds:
         Of the values; of those at their bounds, that of the part of their normal distribution
         that lies within.
     covariance_with_teeth : ndarray, shape (P + T, P + T)
-        Of the values and of the errors of the teeth.
+        Of the values and of the tooth errors.
     condition : float
         Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
         all columns of length 1, what the rest can imitate taken out.
@@ -344,7 +344,7 @@ def _weights(residual: Floats, loss: Loss) -> Floats:
 
 
 class _Apart:
-    """What the errors of the teeth cannot imitate: they enter the residuals linearly.
+    """What the tooth errors cannot imitate: they enter the residuals linearly.
 
     Fitting them with the rest takes twice as long.
     """
@@ -354,17 +354,17 @@ class _Apart:
         self.basis, self.triangle = np.linalg.qr(self.root[:, None] * of_teeth)
 
     def of(self, rows: Floats) -> Floats:
-        """Rows, weighted, less what the errors of the teeth take of them."""
+        """Rows, weighted, less what the tooth errors take of them."""
         weighted = (self.root * rows.T).T
         return np.asarray(weighted - self.basis @ (self.basis.T @ weighted))
 
     def errors(self, residual: Floats) -> Floats:
-        """Errors of the teeth that leave the least of residuals."""
+        """Tooth errors that leave the least of residuals."""
         return np.asarray(-np.linalg.solve(self.triangle, self.basis.T @ (self.root * residual)))
 
 
 class _Problem:
-    """Residuals and their slopes; the unknowns are the parameters, then errors of teeth."""
+    """Residuals and their slopes; the unknowns are the parameters, then tooth errors."""
 
     def __init__(
         self, model: Model, parameters: tuple[Parameter, ...],
@@ -423,7 +423,7 @@ class _Problem:
         return np.asarray(width / width.sum())
 
     def _slopes_of_teeth(self) -> Floats:
-        """How residuals change with the errors of the teeth."""
+        """How residuals change with the tooth errors."""
         blocks = []
         for recording, deviation in zip(self.recordings, self.deviations, strict=True):
             one = np.zeros((recording.width.size, self.teeth))
@@ -494,7 +494,7 @@ class _Problem:
             weak[~known] = np.abs(rows[-1])
             mixed = [n for n, share in zip(names, weak, strict=False) if share > 0.05]
             if np.max(weak[len(names) :], initial=0.0) > 0.05:
-                mixed.append("the errors of the teeth")
+                mixed.append("the tooth errors")
             raise Inseparable(
                 f"{', '.join(mixed)}: cannot be determined separately from these measurements "
                 f"(condition number {condition:.2g}, allowed is {largest:g}); fix one of them, or "

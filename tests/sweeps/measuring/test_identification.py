@@ -154,7 +154,7 @@ def test_predictions_are_near_the_measured_speeds(folder: Path) -> None:
 
 
 def test_mass_and_teeth_are_refused_together(folder: Path) -> None:
-    with pytest.raises(SceneError, match="reciprocating_mass, the errors of the teeth: cannot be"):
+    with pytest.raises(SceneError, match="reciprocating_mass, the tooth errors: cannot be"):
         sweeps.identify(folder / "scene.toml", ["inertia", "reciprocating_mass"], predict=False)
 
 

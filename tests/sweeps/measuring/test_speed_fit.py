@@ -96,7 +96,7 @@ def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
         return [m + values[:, [3]] * wave for m in model(values[:, :3])]
 
     more = (*PARAMETERS, Parameter("reciprocating_mass", 0.0, scale=0.1))
-    with pytest.raises(Inseparable, match="reciprocating_mass, the errors of the teeth: cannot"):
+    with pytest.raises(Inseparable, match="reciprocating_mass, the tooth errors: cannot"):
         fit_speeds(of_turn, more, exact(), teeth=TEETH)
     fit_speeds(of_turn, more, exact())  # with perfect teeth it can
     told = replace(more[3], prior=0.0, prior_deviation=0.1)
