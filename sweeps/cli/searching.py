@@ -50,7 +50,8 @@ __all__ = ["best", "optimise", "sensitivities"]
     "--within",
     multiple=True,
     metavar="CONDITION",
-    help="Condition such as 'delta <= 1/200' or 'delta <= generator' (engine-dyn list classes). "
+    help="Condition such as 'delta <= 1/200', 'delta <= generator' (engine-dyn list classes) or "
+    "'brake_power >= 60 kW'. A number without a unit is in the unit of the archive (W, rad s-1). "
     "May be given several times; all must hold.",
 )
 @click.option(
@@ -105,7 +106,9 @@ def best(
             part, least=least, most=most, within=within, at_every=_names(at_every),
             not_counted=_names(not_counted),
         )  # fmt: skip
-        text = found_text(dataset, found, _names(quantities) or None, units, terminal_width())
+        text = found_text(
+            dataset, found, _names(quantities) or None, units, terminal_width(), within
+        )
     say(text)
 
 
@@ -134,8 +137,9 @@ def _names(text: str | None) -> list[str]:
     "--within",
     multiple=True,
     metavar="CONDITION",
-    help="Condition such as 'delta <= 1/200', at every value of the scene's axes. May be given "
-    "several times; all must hold.",
+    help="Condition such as 'delta <= 1/200' or 'main_journal_load_max <= 30 kN', at every value "
+    "of the scene's axes. A number without a unit is in the unit of archives (N, W, rad s-1). May "
+    "be given several times; all must hold.",
 )
 @click.option(
     "--over",

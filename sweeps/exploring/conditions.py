@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -13,8 +14,9 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
 from sweeps.checks import names_given
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.ratios import number_or_ratio, ratio_text
+from sweeps.reading.numbers_with_units import number_with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,11 +24,21 @@ if TYPE_CHECKING:
 __all__ = [
     "Asked",
     "Constraint",
+    "Units",
     "asked_of",
     "check_name",
     "conditions_of",
     "constraint",
+    "units_of",
 ]
+
+Units = Callable[[str], str | None]
+"""Unit of a name, None where it is not known."""
+
+_WITH_UNIT = re.compile(
+    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*(?![eE][+-]?\d)(?:%|1?/?[A-Za-z][^<>=]*)"
+)
+"""A number and what may be a unit; `number_with_unit` says whether it is."""
 
 _COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,
@@ -48,14 +60,17 @@ class Constraint:
         One of <=, >=, <, >.
     limit : float
         In the units of the archive.
+    written : str
+        The limit with the unit that it was given in, if it was.
     """
 
     name: str
     sign: str
     limit: float
+    written: str = ""
 
     def __str__(self) -> str:
-        return f"{self.name} {self.sign} {ratio_text(self.limit)}"
+        return f"{self.name} {self.sign} {self.written or ratio_text(self.limit)}"
 
     @property
     def above(self) -> bool:
@@ -67,37 +82,51 @@ class Constraint:
         return np.asarray(_COMPARISONS[self.sign](values, self.limit))
 
 
-def constraint(text: str) -> Constraint:
-    """Read a condition such as "delta <= 1/150" or "delta <= generator".
+def constraint(text: str, units: Units | None = None) -> Constraint:
+    """Read a condition such as "delta <= 1/150", "delta <= generator" or "brake_power >= 60 kW".
+
+    Parameters
+    ----------
+    text : str
+        A name, a sign, and a number, a fraction of two, a number with a unit, or the name of a
+        value, such as a class of cyclic irregularity.
+    units : callable, optional
+        Unit of each name, which limits without a unit are in.
 
     Raises
     ------
     SceneError
-        For anything but a name, a sign, and a number, a fraction of two, or the name of a value,
-        such as a class of cyclic irregularity.
+        For anything else, and for a unit of another kind.
     """
     found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*(.*?)\s*", text)
     if found is None or not found[3]:
         raise _no_condition(text)
-    limit = found[3].strip("'\"")
-    named = _named(found[1])
+    name, sign, limit = found[1], found[2], found[3].strip("'\"")
+    named = _named(name)
     if limit in named:
-        return Constraint(found[1], found[2], named[limit])
+        return Constraint(name, sign, named[limit])
     try:
-        return Constraint(found[1], found[2], number_or_ratio(limit))
+        return Constraint(name, sign, number_or_ratio(limit))
     except ValueError:
-        if named and limit[:1].isalpha() and limit != "nan":
-            raise SceneError(
-                f"condition {shown(text)}: {shown(limit)}: unknown{not_known(limit, named)}, "
-                "or a number such as 1/150"
-            ) from None
-        raise _no_condition(text) from None
+        pass
+    if _WITH_UNIT.fullmatch(limit):
+        unit = units(name) if units is not None else None
+        # Of a name that is not known, whoever looks it up says so.
+        where = f"condition on {name}: limit"
+        number = math.nan if unit is None else number_with_unit(limit, where, unit or "1")
+        return Constraint(name, sign, number, one_line(limit))
+    if named and limit[:1].isalpha() and limit != "nan":
+        raise SceneError(
+            f"condition {shown(text)}: {shown(limit)}: unknown{not_known(limit, named)}, "
+            "or a number such as 1/150"
+        )
+    raise _no_condition(text)
 
 
 def _no_condition(text: str) -> SceneError:
     return SceneError(
         f"condition {shown(text)}: must be a name, one of <= >= < >, and a number, such as "
-        "'delta <= 1/150'"
+        "'delta <= 1/150' or 'brake_power >= 60 kW'"
     )
 
 
@@ -107,9 +136,16 @@ def _named(name: str) -> dict[str, float]:
     return {} if node is None else dict(node.named)
 
 
-def conditions_of(within: str | Sequence[str]) -> list[Constraint]:
-    """Read one condition or several."""
-    return [constraint(text) for text in names_given(within, "within")]
+def conditions_of(within: str | Sequence[str], units: Units) -> list[Constraint]:
+    """Read one condition or several; see `constraint`."""
+    return [constraint(text, units) for text in names_given(within, "within")]
+
+
+def units_of(archive: xr.Dataset) -> Units:
+    """Units of what an archive has."""
+    return lambda name: (
+        str(archive[name].attrs.get("units", "1")) if name in archive.variables else None
+    )
 
 
 def check_name(archive: xr.Dataset, name: str) -> None:

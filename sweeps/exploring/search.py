@@ -18,7 +18,7 @@ from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Integers
 from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
-from sweeps.exploring.conditions import Constraint, asked_of, conditions_of
+from sweeps.exploring.conditions import Constraint, asked_of, conditions_of, units_of
 from sweeps.exploring.every_point import best_at_every_point, front_at_every_point
 from sweeps.exploring.kept_front import Front
 from sweeps.exploring.ranges import ranges
@@ -43,7 +43,8 @@ def best(
     least, most : str
         A quantity or an axis; one of the two.
     within : str or sequence of str
-        Conditions such as "delta <= 1/150" or "delta <= generator", all of which must hold.
+        Conditions such as "delta <= 1/150", "delta <= generator" or "brake_power >= 60 kW", all of
+        which must hold. Without a unit, a number is in the unit of the archive, here W.
     at_every : str or sequence of str
         Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
         `least` depends on them, its largest value there counts, of `most` the smallest.
@@ -83,7 +84,7 @@ def best(
     if (least is None) == (most is None):
         raise SceneError("best: needs either least or most")
     name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
-    conditions = conditions_of(within)
+    conditions = conditions_of(within, units_of(archive))
     if at_every:
         return best_at_every_point(archive, name, sign, conditions, at_every, not_counted)
     if not_counted:
@@ -116,7 +117,7 @@ def pareto(
     most : str or sequence of str
         Those of them of which more is better.
     within : str or sequence of str
-        Conditions such as "delta <= 1/150", all of which must hold.
+        Conditions, all of which must hold, as `best` takes them.
     at_every, not_counted : str or sequence of str
         As `best` takes them: axes at all values of which the conditions must hold, and at which
         the worst value of each quantity counts; outcomes that are left out.
@@ -159,7 +160,7 @@ def pareto(
                 f"pareto: most = {shown(name)}: must be {', '.join(names[:-1])} or {names[-1]}"
             )
     wanted = [(name, -1.0 if name in largest else 1.0) for name in names]
-    conditions = conditions_of(within)
+    conditions = conditions_of(within, units_of(archive))
     if at_every:
         return front_at_every_point(archive, wanted, conditions, at_every, not_counted)
     if not_counted:

@@ -72,7 +72,8 @@ def optimise(
         Quantities and searched parameters; with several of them the Pareto front is found. Of a
         quantity with a value for each bearing the worst bearing counts.
     within : str or sequence of str
-        Conditions such as "delta <= 1/200" or "main_journal_load_max <= 30e3".
+        Conditions such as "delta <= 1/200" or "main_journal_load_max <= 30 kN". Without a unit, a
+        number is in the unit of archives, here N.
     over : str, sequence of str or dict, optional
         What may vary: "inertia = 0.2 to 5" (with "log" after it uniform in the logarithm),
         "cylinders = 4, 6, 8", "arrangement = in-line 6 | V6 60 split-pin"; keys of the scene's

@@ -105,7 +105,7 @@ def read_task(
             why = "a search finds the designs" if table == "designs" else "not of a search"
             raise SceneError(f"{name}: [{table}]: not allowed with optimise: {why}")
     wanted = _wanted(least, most)
-    conditions = conditions_of(within)
+    conditions = conditions_of(within, _unit)
     outcomes_given(not_counted)
     space = read_space(over, raw, name)
     names = list(dict.fromkeys([*(n for n, _ in wanted), *(c.name for c in conditions)]))
@@ -150,6 +150,12 @@ def _wanted(least: str | Sequence[str], most: str | Sequence[str]) -> list[tuple
         if name in [other for other, _ in wanted[:number]]:
             raise SceneError(f"optimise: {name} is given twice; give each name once")
     return wanted
+
+
+def _unit(name: str) -> str | None:
+    """The unit that archives have a name in."""
+    node = ALL_QUANTITIES.get(name) or PARAMETERS.get(name)
+    return None if node is None else node.unit
 
 
 def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:

@@ -7,8 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sweeps.errors import one_line
+from sweeps.exploring.conditions import constraint, units_of
 from sweeps.exploring.every_point import TEXT
 from sweeps.exploring.rows import fixed_of, rows
+from sweeps.presenting.readable_units import converted
 from sweeps.presenting.tables import rows_text
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ MOST = 50
 
 def found_text(
     archive: xr.Dataset, found: xr.Dataset, quantities: Sequence[str] | None = None,
-    units: str | None = None, width: int | None = None,
+    units: str | None = None, width: int | None = None, within: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """Describe what `sweeps.best` returned.
 
@@ -38,6 +40,8 @@ def found_text(
         As `rows_text` takes them.
     width : int, optional
         Of the terminal.
+    within : sequence of str, optional
+        Conditions of the search, which are told with their units.
 
     Raises
     ------
@@ -46,7 +50,17 @@ def found_text(
     """
     place = fixed_of(archive, found)
     lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
+    if within:
+        lines.append(f"conditions: {', '.join(_condition(text, archive) for text in within)}")
     shown = rows(found, quantities=quantities, limit=MOST)
     shown = replace(shown, fixed={**place, **shown.fixed})
     lines.append(rows_text(shown, units, width))
     return "\n".join(lines)
+
+
+def _condition(text: str, archive: xr.Dataset) -> str:
+    """A condition with the unit of its limit."""
+    units = units_of(archive)
+    condition = constraint(text, units)
+    _, unit = converted(units(condition.name) or "", None)
+    return str(condition) if condition.written else f"{condition} {unit}".rstrip()

@@ -11,7 +11,7 @@ import numpy as np
 
 from sweeps.dimensions import DESIGN, FOUND
 from sweeps.errors import counted, one_line
-from sweeps.exploring.conditions import Constraint, constraint
+from sweeps.exploring.conditions import Constraint, constraint, units_of
 from sweeps.optimising.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.presenting.tables import number_text
 from sweeps.ratios import ratio_text
@@ -61,7 +61,7 @@ def _one(
     if about["within"]:
         lines.append(f"conditions{_everywhere(about)}, each with its worst value:")
     for text in about["within"]:
-        condition = constraint(text)
+        condition = constraint(text, units_of(archive))
         value, place = _worst(one, condition.name, condition.above)
         lines.append(f"  {text}: {_value(condition, archive, value)}{place}")
     return lines

@@ -26,6 +26,9 @@ _APPARENT = (
     "efficiency"
 )
 
+_TYPED = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
+"""Characters of units as people write them, for pint."""
+
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
 
 
@@ -49,7 +52,7 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     where : str
         What messages begin with, such as "--power".
     unit : str
-        As pint writes it: "kW", "rpm", "bar", "g/kWh".
+        As pint writes it, "kW", "rpm", "bar", "g/kWh", or as archives do, "kg m2", "1".
 
     Raises
     ------
@@ -62,7 +65,7 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     found = _NUMBER.match(raw) if isinstance(raw, str) else None
     if found is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
-    number, text = float(found[1]), raw[found.end() :].strip()
+    number, text = float(found[1]), raw[found.end() :].strip().translate(_TYPED)
     if text:
         number *= _factor(text, raw, where, unit)
     return _finite(number, raw, where, unit)
@@ -72,7 +75,7 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     """Size of a unit of a person's in `unit`."""
     if text == unit:
         return 1.0
-    if unit == "kW" and _KVA.fullmatch(text) is not None:
+    if unit in ("kW", "W") and _KVA.fullmatch(text) is not None:
         raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
     if _UNIT.fullmatch(text) is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
@@ -86,12 +89,17 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     try:
         text = re.sub(r"([a-z])(-?\d)$", r"\1^\2", f"1{text}" if text.startswith("/") else text)
         given = registry.Quantity(1.0, registry.parse_units(text))
-        if "volt" in str(given.units) and unit == "kW":
+        if "volt" in str(given.units) and unit in ("kW", "W"):
             raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
-        if unit == "rpm" and not any(word in str(given.units) for word in _OF_TURNS):
+        of_turns = any(word in str(given.units) for word in _OF_TURNS)
+        if unit == "rpm" and not of_turns:
             # pint counts radians where none are named: 2700/min would be 430 rpm.
             return float(given.to("1/minute").magnitude)
-        return float(given.to(unit).magnitude)
+        if of_turns != (unit == "rad s-1") and unit in ("rad s-1", "Hz", "min-1"):
+            raise ValueError  # for the same reason
+        if registry.Quantity(0.0, given.units).to(_for_pint(unit)).magnitude:
+            raise ValueError  # a scale of temperature, which no factor converts
+        return float(given.to(_for_pint(unit)).magnitude)
     except SceneError:
         raise
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of arithmetic
@@ -109,15 +117,20 @@ def magnitude(quantity: Any, where: str, unit: str) -> Any:
     given = str(quantity.units)
     if unit == "rpm" and not any(word in given for word in _OF_TURNS):
         wanted = "1/minute"  # as above
-    elif unit == "1":
-        wanted = "dimensionless"
     else:
-        wanted = re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+        wanted = _for_pint(unit)
     try:
         return quantity.to(wanted).magnitude
     except Exception:  # pint raises errors of its own
         allowed = "without a unit" if unit == "1" else f"in {unit}"
         raise SceneError(f"{where}: is in {one_line(given, 60)}; must be {allowed}") from None
+
+
+def _for_pint(unit: str) -> str:
+    """A unit of an archive, `kg m2`, as pint reads it."""
+    if unit == "1":
+        return "dimensionless"
+    return re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
 
 
 def _finite(number: float, raw: Any, where: str, unit: str) -> float:
@@ -127,4 +140,6 @@ def _finite(number: float, raw: Any, where: str, unit: str) -> float:
 
 
 def _wanted(unit: str) -> str:
+    if unit == "1":
+        return "must be a number without a unit, or in percent, such as 0.5 %"
     return f"must be a number in {unit}, or a number with a unit, such as 10 {unit}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -251,6 +252,62 @@ def test_one_design() -> None:
 def test_conditions(text: str, name: str, sign: str, limit: float) -> None:
     found = constraint(text)
     assert (found.name, found.sign, found.limit) == (name, sign, limit)
+
+
+UNITS = {
+    "brake_power": "W", "delta": "1", "speed": "rpm", "omega_max": "rad s-1", "load": "percent",
+    "inertia": "kg m2",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "limit"),
+    [
+        ("brake_power >= 60", 60.0),
+        ("brake_power >= 60 kW", 60e3),
+        ("brake_power>=60kW", 60e3),
+        ("brake_power > 1.5e-2 MW", 15e3),
+        ("delta <= 0.5 %", 0.005),
+        ("load >= 50 %", 50.0),
+        ("speed < 1500 1/min", 1500.0),
+        ("speed < 157.0796327 rad/s", 1500.0),
+        ("omega_max < 1500 rpm", 157.0796327),
+        ("inertia < 5e3 kg cm²", 0.5),
+        ("inertia < 2 kg m2", 2.0),
+    ],
+)
+def test_conditions_with_units(text: str, limit: float) -> None:
+    found = constraint(text, UNITS.get)
+    assert found.limit == pytest.approx(limit, rel=1e-9)
+    assert str(found).partition(found.sign)[2].strip() == text.partition(found.sign)[2].strip()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("brake_power >= 60 bar",
+         "condition on brake_power: limit = '60 bar': must be a number in W"),
+        ("brake_power >= 60 kVA", "is apparent power"),
+        ("delta <= 5 pumps", "without a unit, or in percent"),
+        ("omega_max <= 1500 1/min", "must be a number in rad s-1"),  # pint would count radians
+        ("brake_power >= 60 W**9**9", "must be a number in W"),
+        ("brake_power >= 60 kW; import os", "must be a number in W"),
+    ],
+)  # fmt: skip
+def test_units_that_do_not_fit_a_condition(text: str, told: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(told)):
+        constraint(text, UNITS.get)
+
+
+def test_best_and_pareto_take_limits_with_units(whole: xr.Dataset) -> None:
+    middle = float(whole.imep.median())
+    for within in (f"imep >= {middle}", f"imep >= {middle / 10.0} MPa"):
+        found = sweeps.best(whole, least="imep", within=within)
+        assert float(found.imep) == float(whole.imep.where(whole.imep >= middle * 0.999999).min())
+        front = sweeps.pareto(whole, "delta", "imep", within=within)
+        assert float(front.imep.min()) >= middle * 0.999999
+    with pytest.raises(SceneError, match="'pressur': not in the archive"):
+        sweeps.best(whole, least="imep", within="pressur >= 3 bar")
 
 
 @pytest.mark.parametrize(

@@ -214,3 +214,13 @@ def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
         "inertia = 9.3 is not in the archive; the nearest value, 9.253, was taken"
     ]
     assert nearest_notes(archive, {"inertia": "soft", "load": 50.0}) == []  # told by the cut itself
+
+
+def test_best_tells_its_conditions_with_their_units(path: Path) -> None:
+    def told(*within: str) -> str:
+        options = [part for text in within for part in ("--within", text)]
+        return ok("best", path, "--least", "inertia", *options).splitlines()[0]
+
+    assert told("brake_power >= 15 kW") == "conditions: brake_power >= 15 kW"
+    both = told("brake_power >= 15", "delta <= 1/20", "load >= 50")
+    assert both == "conditions: brake_power >= 15 W, delta <= 1/20, load >= 50 %"

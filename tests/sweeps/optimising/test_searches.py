@@ -172,7 +172,7 @@ def test_restarts_and_generations_are_told() -> None:
 
 def test_a_space_that_can_be_counted_is_computed_whole() -> None:
     archive = sweeps.optimise(
-        engine="ntua", axes=LOADS, least="delta", within="torque_range <= 4000",
+        engine="ntua", axes=LOADS, least="delta", within="torque_range <= 4 kN m",
         over=["cylinders = 1 to 4", "rod_length = 0.36, 0.42, 0.5"], set={"inertia": 20.0},
     )  # fmt: skip
     assert about(archive)["exact"] == "all" and archive.sizes["design"] == 12
