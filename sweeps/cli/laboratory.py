@@ -70,14 +70,14 @@ def import_(
     assumed and changed is printed and written to the header of the CSV file. The options are the
     keys of [indicator] in a scene; the page 'Laboratory files' explains them.
     """
-    check_output(output, overwrite)
-    if figures is not None:
-        check_folder(figures)
     if output.exists() and raw.exists() and output.samefile(raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
     from sweeps.reading.laboratory.pressure import read_pressure
 
     found = read_pressure(raw, **{name: _value(name, v) for name, v in given.items() if v})
+    check_output(output, overwrite)
+    if figures is not None:
+        check_folder(figures)
     text = found.text()
     with writing(output):
         output.parent.mkdir(parents=True, exist_ok=True)

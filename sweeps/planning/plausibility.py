@@ -189,6 +189,8 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         for note in scene.indicator_notes
         if note.startswith(WARNING) and not any(f" {name}: " in f" {note}" for name in off)
     ]
+    if any(" peak_pressure: " in f" {line}" for line in lines):
+        return lines  # the other measures are wrong for the same reason
     for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
         if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:

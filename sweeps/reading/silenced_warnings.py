@@ -8,12 +8,15 @@ from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["ALL", "KNOWN", "SILENCED", "read_silenced"]
+__all__ = ["ALL", "KNOWN", "SILENCED", "STATED_UNIT", "read_silenced"]
 
 ALL = "all"
 """Word that silences every check."""
 
-KNOWN = (*NAMES, *RECORDING_CHECKS, ALL)
+STATED_UNIT = "stated_unit"
+"""Name of the warning that a file states another unit than the one given."""
+
+KNOWN = (*NAMES, *RECORDING_CHECKS, STATED_UNIT, ALL)
 """Names of checks of what is given, of results, and of recorded pressure."""
 
 SILENCED = (

@@ -18,6 +18,7 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.heat_release import (
@@ -48,6 +49,7 @@ from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import angle_factor, pressure_unit, unit_of_name
 from sweeps.reading.laboratory.work_loops import with_loop_angles
+from sweeps.reading.silenced_warnings import STATED_UNIT
 
 __all__ = ["imported", "read_pressure"]
 
@@ -175,6 +177,7 @@ def imported(
             before = f"{name}: " if len(recorded) > 1 else ""
             found = examine(cycles, geometry, silenced=("gap",) if options.is_loop else ())
             warnings += [f"{before}{finding}" for finding in found]
+            warnings += [f"{before}{line}" for line in _unlikely_peak(cycles)]
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)
@@ -219,7 +222,7 @@ def _cycles(
         signals = signals_of(recording, options)
     said += signals.said
     pressures = {
-        name: _pascal(recording, name, values, signals.units[name], options, said)
+        name: _pascal(recording, name, values, signals.units[name], options, said, warnings)
         for name, values in signals.pressures.items()
     }
     for name, values in pressures.items():
@@ -271,11 +274,12 @@ def _falls(angles: Floats) -> bool:
 
 def _pascal(
     recording: Recording, name: str, values: Floats, stated: str, options: PressureOptions,
-    said: list[str],
+    said: list[str], warnings: list[str],
 ) -> Floats:  # fmt: skip
     """Pressure [Pa] of a column, by the unit that is asked for, stated, or part of its name."""
     where = f"{recording.label}, column '{one_line(name, 60)}'"
-    text = options.unit or stated or unit_of_name(name, recording.label)
+    stated = stated or unit_of_name(name, recording.label)
+    text = options.unit or stated
     if not text and options.calibration is not None:
         text = "V"
     if not text:
@@ -286,6 +290,12 @@ def _pascal(
         raise SceneError(
             f"{where}: unit '{one_line(text, 40)}': must be a unit of pressure (bar, kPa, MPa, "
             "psi, Pa ...), or V with calibration"
+        )
+    in_file = pressure_unit(stated, recording.label) if stated else None
+    if in_file not in (None, unit):
+        warnings.append(
+            f"{STATED_UNIT}: column '{one_line(name, 60)}': the file says "
+            f"{one_line(stated, 40)}, unit = '{one_line(text, 40)}' was given and is used"
         )
     if unit.voltage:
         if options.calibration is None:
@@ -471,6 +481,18 @@ def _pegged(
         f"uncertainty {found.uncertainty.mean() / BAR:.2g} bar"
     )
     return found.cycles
+
+
+def _unlikely_peak(cycles: RecordedCycles) -> list[str]:
+    """A warning where the largest pressure is that of neither an engine nor a compressor."""
+    check = next(check for check in DIAGRAM_CHECKS if check.name == "peak_pressure")
+    largest = float(cycles.pressure.max()) / check.si
+    if check.low <= largest <= check.high:
+        return []
+    return [
+        f"{check.name}: {check.what} is {largest:.3g} {check.unit}; usual is {check.low:g} to "
+        f"{check.high:g} {check.unit}; check the unit of the pressure, its calibration and pegging"
+    ]
 
 
 def _describe(

@@ -199,6 +199,26 @@ def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path)
     assert again.exit_code == 2 and "--overwrite" in again.stderr
 
 
+def test_import_refuses_its_input_before_its_output(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("mine")
+    missing = command("import", tmp_path / "none.csv", "-o", tmp_path / "p.csv")
+    assert missing.exit_code == 2 and "none.csv: no such file" in missing.stderr
+
+
+def test_another_unit_than_that_of_the_file_is_warned_of(tmp_path: Path) -> None:
+    avl(tmp_path / "avl.csv")
+    words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "p.csv"]
+    assert "the file says" not in command(*words).stderr
+    told = command(*words, "--overwrite", "--unit", "kPa").stderr.splitlines()
+    assert any("the file says bar, unit = 'kPa' was given and is used" in line for line in told)
+    (peak,) = (line for line in told if "peak_pressure: largest pressure is " in line)
+    assert "usual is 2 to 350 bar; check the unit of the pressure" in peak
+    # The plan repeats both, and makes no guess of its own.
+    told = command("plan", scene(tmp_path, 'file = "p.csv"')).stderr.splitlines()
+    assert len([line for line in told if "peak_pressure: " in line]) == 1
+    assert not any(line.endswith("?") for line in told)
+
+
 def test_cylinders_by_name_on_the_command_line(tmp_path: Path) -> None:
     four_cylinders(tmp_path / "four.csv")
     words = ["import", tmp_path / "four.csv", "-o", tmp_path / "p.csv",
