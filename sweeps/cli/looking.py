@@ -181,7 +181,7 @@ def compare(
         from sweeps.exploring.compare import compare as compare_archives
         from sweeps.presenting.comparison import comparison_text
 
-        found = compare_archives(one, two)
+        found = compare_archives(one, two, (str(first), str(second)))
         described = comparison_text(found)
         if folder is not None:
             from sweeps.presenting.comparison import draw_comparison
@@ -201,6 +201,14 @@ def compare(
 @archive_argument
 @output_option("The table to write, FILE.csv, FILE.parquet or FILE.xlsx.")
 @click.option(
+    "--select",
+    "slices",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Write only this value of an axis, or the nearest one in the archive, in the unit of the "
+    "archive. Several separated by commas, or given several times.",
+)
+@click.option(
     "--quantities",
     metavar="NAMES",
     shell_complete=complete_quantities,
@@ -219,8 +227,8 @@ def compare(
 @untrusted_option
 @guarded
 def export(
-    archive: Path, output: Path, quantities: str | None, head_units: bool, units: str | None,
-    overwrite: bool, quiet: bool,
+    archive: Path, output: Path, slices: tuple[str, ...], quantities: str | None,
+    head_units: bool, units: str | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write ARCHIVE as a table (CSV, Parquet or Excel) with one row for each design.
 
@@ -235,11 +243,14 @@ def export(
 
     check_format(output)
     check_output(output, overwrite, archive)
+    select = axis_slices(slices)
     names = None if quantities is None else [name.strip() for name in quantities.split(",")]
     with opened(archive) as dataset, writing(output):
+        from sweeps.exploring.slices import nearest
         from sweeps.presenting.readable_dataset import in_units
 
-        asked = in_units(dataset, units)
+        check_slices(dataset, select)
+        asked = in_units(nearest(dataset, **select), units)
         done = write(asked, output, quantities=names, overwrite=overwrite, head_units=head_units)
     if quiet:
         return

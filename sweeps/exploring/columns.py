@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "check_one_table",
     "chosen_quantities",
     "columns_of",
     "has_single_numbers",
@@ -64,6 +65,25 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
     return list(quantities)
 
 
+def check_one_table(archive: xr.Dataset, names: Sequence[str]) -> None:
+    """Check that quantities with several numbers for each design have them over the same thing.
+
+    Raises
+    ------
+    SceneError
+        For a curve beside the amplitudes of orders, say: their table would have a row for each pair
+        of an angle and an order.
+    """
+    over = {name: [str(d) for d in archive[name].dims if d in DIMENSIONS] for name in names}
+    widest = max(over, key=lambda name: len(over[name]))
+    for name, dims in over.items():
+        if not set(dims) <= set(over[widest]):
+            raise SceneError(
+                f"{widest} (over {', '.join(over[widest])}) and {name} (over {', '.join(dims)}) "
+                "do not fit into one table; write a table for each of them"
+            )
+
+
 def has_single_numbers(archive: xr.Dataset) -> bool:
     """Whether a quantity beside the outcome has one number for each design."""
     return any(
@@ -100,8 +120,18 @@ def columns_of(
             archive[home].variable if home in archive.coords else _numbered(archive, dimension)
         )
     for name, coordinate in archive.coords.items():
-        if str(name) not in (*dims, *words.values()) and set(coordinate.dims) <= set(dims):
-            columns[str(name)] = coordinate.variable
+        if str(name) in (*dims, *words.values()) or not set(coordinate.dims) <= set(dims):
+            continue
+        # Of an axis of words that was cut the word is told, not its number.
+        cut = coordinate.ndim == 0
+        if (
+            cut
+            and str(name).endswith("_name")
+            and str(name).removesuffix("_name") in archive.coords
+        ):
+            continue
+        home = f"{name}_name" if cut and f"{name}_name" in archive.coords else str(name)
+        columns[str(name)] = archive[home].variable
     for shown_as, name in words.items():
         if shown_as not in columns and set(archive[name].dims) <= set(dims):
             columns[shown_as] = archive[name].variable

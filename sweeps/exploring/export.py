@@ -19,7 +19,13 @@ from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.checks import a_path, check_dataset
 from sweeps.errors import SceneError
-from sweeps.exploring.columns import chosen_quantities, columns_of, in_words, words_of_flags
+from sweeps.exploring.columns import (
+    check_one_table,
+    chosen_quantities,
+    columns_of,
+    in_words,
+    words_of_flags,
+)
 from sweeps.exploring.excel import check_rows, unit_of, workbook
 from sweeps.exploring.ranges import ranges
 
@@ -81,8 +87,9 @@ def export(
     Raises
     ------
     SceneError
-        For another extension, quantities that the archive does not have, or a file that exists; for
-        Parquet without pyarrow, Excel without openpyxl, and more rows than a sheet has.
+        For another extension, quantities that the archive does not have or that do not fit into one
+        table, or a file that exists; for Parquet without pyarrow, Excel without openpyxl, and more
+        rows than a sheet has.
     OSError
         Where the table cannot be written.
 
@@ -108,6 +115,7 @@ def export(
     if head_units and path.suffix.lower() != ".csv":
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
     names = chosen_quantities(archive, quantities)
+    check_one_table(archive, names)
     used = {d for name in names for d in archive[name].dims}
     dims = [str(d) for d in archive.dims if d in used]
     shape = [archive.sizes[d] for d in dims]

@@ -16,7 +16,7 @@ import sweeps
 from sweeps.errors import SceneError
 from sweeps.exploring import export
 from tests.support.archives import run
-from tests.support.commands import ok, refused
+from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import DESIGN_TABLE, TO_JOIN
 
 pytestmark = pytest.mark.compiled
@@ -127,6 +127,57 @@ def test_by_the_command(folder: Path, tmp_path: Path) -> None:
     assert first.startswith("speed,inertia,")
     ok("export", folder / "a.nc", "-o", tmp_path / "c.parquet", "--quantities", "load_torque, imep")
     assert len(read(tmp_path / "c.parquet")) > 28
+
+
+def test_a_slice_is_exported(folder: Path, archive: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    first = float(archive.speed[0])
+    ok(
+        "export",
+        folder / "a.nc",
+        "-o",
+        path,
+        "--select",
+        f"speed={first}",
+        "--units",
+        "speed=rad/s",
+    )
+    table, part = read(path), archive.isel(speed=0)
+    np.testing.assert_array_equal(table["delta"], part.delta)
+    np.testing.assert_allclose(table["speed"], first * np.pi / 30.0)
+    told = invoke("export", folder / "a.nc", "-o", path, "--select", "speed=1501", "--overwrite")
+    assert "speed = 1501 is not in the archive; the nearest value, 1500, was taken" in told.stderr
+    outside = ("--select", "speed=9", "--overwrite")
+    assert "speed = 9: outside the axis" in refused("export", folder / "a.nc", "-o", path, *outside)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "xlsx"])
+def test_one_design_is_exported_without_naming_quantities(
+    ending: str, archive: xr.Dataset, tmp_path: Path
+) -> None:
+    done = sweeps.export(archive.isel(speed=0, inertia=1), tmp_path / f"t.{ending}")
+    assert done.rows == 1 and {"speed", "inertia", "delta"} <= set(done.columns)
+
+
+def test_the_word_of_an_axis_that_was_cut_is_exported(tmp_path: Path) -> None:
+    archive = sweeps.run(DESIGN_TABLE)
+    sweeps.export(sweeps.nearest(archive, method="newton"), tmp_path / "t.csv", quantities="delta")
+    table = read(tmp_path / "t.csv")
+    assert set(table["method"]) == {"newton"} and "method_name" not in table.columns
+
+
+def test_a_curve_and_orders_are_two_tables(tmp_path: Path) -> None:
+    archive = sweeps.run(
+        engine="si_four_87x101",
+        output={"quantities": ["torque", "torque_order", "main_journal_load_max", "delta"]},
+    )
+    path = tmp_path / "t.csv"
+    for names in (["torque", "torque_order"], ["delta", "torque_order", "main_journal_load_max"]):
+        with pytest.raises(SceneError, match=r"\(over .*\) do not fit into one table"):
+            sweeps.export(archive, path, quantities=names)
+        assert not path.exists()
+    done = sweeps.export(archive, path, quantities=["delta", "torque_order"])
+    assert done.rows == archive.sizes["order"]
 
 
 def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path: Path) -> None:
