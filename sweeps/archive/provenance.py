@@ -133,19 +133,25 @@ def check_identity(known: Any) -> None:
             raise ValueError(f"identity: {table}: no table of texts")
 
 
-def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "") -> list[str]:
+def differences(
+    before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "",
+    words: tuple[str, str] = ("was", "is"),
+) -> list[str]:  # fmt: skip
     """What differs between two identities, in words; nothing where they are the same.
 
-    `but` names an axis in which they may differ.
+    `but` names an axis in which they may differ. `words` stand before the two values, such as "in
+    first.nc" and "in second.nc" where neither is the earlier one.
     """
+    earlier, later = words
     found: list[str] = []
     for table, what in (("versions", "version of {}"), ("files", "file {}")):
         one, other = before.get(table, {}), now.get(table, {})
         for key in dict.fromkeys((*one, *other)):
             if one.get(key) != other.get(key):
                 was, new = one.get(key, "missing"), other.get(key, "missing")
-                found.append(f"{what.format(key)} (was {was[:16]}, is {new[:16]})")
-    in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), ""))
+                text = f"({earlier} {was[:16]}, {later} {new[:16]})"
+                found.append(f"{what.format(key)} {text}")
+    in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), "", words))
     left_out = (f"[axes] {but}", f"[axes] {but} ")
     found += [
         f"scene: {text}"
@@ -160,26 +166,28 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str =
     rest = [k for k in dict.fromkeys((*before, *now)) if k not in ("scene", *_TABLES)]
     for key in rest:
         if before.get(key) != now.get(key):
-            found.append(f"{key} (was {before.get(key)}, is {now.get(key)})")
+            found.append(f"{key} ({earlier} {before.get(key)}, {later} {now.get(key)})")
     return found
 
 
 _TABLES = ("values", "files", "versions")
 
 
-def _unequal(before: Any, now: Any, where: str) -> Iterator[tuple[str, str]]:
+def _unequal(
+    before: Any, now: Any, where: str, words: tuple[str, str]
+) -> Iterator[tuple[str, str]]:
     """Places where two scenes differ, and how."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in dict.fromkeys((*before, *now)):
             table = isinstance(before.get(key, now.get(key)), dict)
             name = f"[{key}]" if table and not where else key
-            yield from _unequal(before.get(key), now.get(key), f"{where} {name}".strip())
+            yield from _unequal(before.get(key), now.get(key), f"{where} {name}".strip(), words)
     elif before != now:
         shown = [
             "missing" if value is None else one_line(json.dumps(value, ensure_ascii=False), 60)
             for value in (before, now)
         ]
-        yield where, f"{where} (was {shown[0]}, is {shown[1]})"
+        yield where, f"{where} ({words[0]} {shown[0]}, {words[1]} {shown[1]})"
 
 
 def machine_text() -> str:

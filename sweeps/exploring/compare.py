@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "Difference", "compare"]
 
+NAMES = ("the first", "the second")
+"""What two archives are called where their files are not known."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -79,6 +82,8 @@ class Comparison:
         Quantities that both have, over other axes or with another unit, and why.
     quantities : list of Difference
         Those that both have.
+    names : tuple of str
+        What the archives are called in words.
     """
 
     axes: list[str]
@@ -87,6 +92,7 @@ class Comparison:
     only_second: list[str]
     not_compared: list[str]
     quantities: list[Difference]
+    names: tuple[str, str] = NAMES
 
     @property
     def same(self) -> bool:
@@ -105,13 +111,16 @@ class Comparison:
         )
 
 
-def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
-    """Compare two archives as `sweeps.open` or `sweeps.run` returns them."""
-    names = [str(n) for n in first.data_vars]
+def compare(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str] = NAMES) -> Comparison:
+    """Compare two archives as `sweeps.open` or `sweeps.run` returns them.
+
+    `names` are what they are called in words, such as their files.
+    """
+    own = [str(n) for n in first.data_vars]
     others = [str(n) for n in second.data_vars]
-    axes, one, two = common_part(first, second)
+    axes, one, two = common_part(first, second, names)
     not_compared, quantities = [], []
-    for name in names:
+    for name in own:
         if name not in others:
             continue
         why = unlike(one[name], two[name])
@@ -121,22 +130,25 @@ def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
             quantities.append(_difference(name, one, two))
     return Comparison(
         axes,
-        _made(first, second),
-        [n for n in names if n not in others],
-        [n for n in others if n not in names],
+        _made(first, second, names),
+        [n for n in own if n not in others],
+        [n for n in others if n not in own],
         not_compared,
         quantities,
+        names,
     )
 
 
-def common_part(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+def common_part(
+    first: xr.Dataset, second: xr.Dataset, names: tuple[str, str] = NAMES
+) -> tuple[list[str], xr.Dataset, xr.Dataset]:
     """How axes differ, and both archives at the values that both have."""
     different: list[str] = []
     places: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
     for dimension in dict.fromkeys((*first.dims, *second.dims)):
         name = str(dimension)
         if (name in first.dims) != (name in second.dims):
-            different.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
+            different.append(f"{name}: only in {names[name not in first.dims]}")
             continue
         if first.sizes[name] == second.sizes[name] and _equal(
             _columns(first, name), _columns(second, name)
@@ -151,7 +163,8 @@ def common_part(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Da
             different.append(f"{name}: the same {counted(len(one), 'value')} in another order")
         else:
             different.append(
-                f"{name}: {len(pairs)} in both of {counted(len(one), 'value')} and {len(two)}"
+                f"{name}: {counted(len(pairs), 'value')} in both, of {len(one)} in {names[0]} and "
+                f"{len(two)} in {names[1]}"
             )
     return different, first.isel(places[0]), second.isel(places[1])
 
@@ -244,10 +257,10 @@ def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -
     return place
 
 
-def _made(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+def _made(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str]) -> list[str]:
     """What else differs in how the archives were made, by their own attributes."""
     try:
         one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
-        return differences(one, two)
+        return differences(one, two, words=(f"in {names[0]}", f"in {names[1]}"))
     except (KeyError, ValueError, TypeError, AttributeError):
         return []

@@ -175,7 +175,7 @@ def _check_same(first: Contents, other: Contents, *, axis: str = "", shards: boo
         {key: value for key, value in a.identity.items() if key not in ignored}
         for a in (first, other)
     )
-    found = differences(one, two, but=axis)
+    found = differences(one, two, but=axis, words=(f"in {first.path}", f"in {other.path}"))
     if found:
         raise SceneError(
             f"{other.path}: its scene differs from that of {first.path}: {'; '.join(found)}"

@@ -55,9 +55,9 @@ def comparison_text(found: Comparison) -> str:
     lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
     if found.made:
         lines.append(f"made in different ways: {'; '.join(found.made)}")
-    for names, which in ((found.only_first, "first"), (found.only_second, "second")):
-        if names:
-            lines.append(f"only in the {which}: {', '.join(names)}")
+    for quantities, which in zip((found.only_first, found.only_second), found.names, strict=True):
+        if quantities:
+            lines.append(f"only in {which}: {', '.join(quantities)}")
     lines += [f"not compared: {why}" for why in found.not_compared]
     width = max((len(d.name) for d in found.quantities), default=0)
     for difference in found.quantities:

@@ -94,7 +94,7 @@ def test_where_axes_differ_common_values_are_compared(archive: xr.Dataset) -> No
     other = archive.isel(speed=[3, 0, 2]).copy(deep=True)
     other["delta"].values[0, 0] += 1.0  # at 1600 rpm
     found = compare(archive, other)
-    assert found.axes == ["speed: 3 in both of 4 values and 3"]
+    assert found.axes == ["speed: 3 values in both, of 4 in the first and 3 in the second"]
     (delta,) = (d for d in found.quantities if d.name == "delta")
     assert delta.count == 21
     assert delta.differing == 1
@@ -112,8 +112,9 @@ def test_words_and_tables_of_designs() -> None:
     other["delta"].values[0] *= 2.0
     found = compare(table, other)
     assert found.axes == [
-        "design: 2 in both of 12 values and 2", "method: 1 in both of 2 values and 1",
-    ]  # fmt: skip
+        "design: 2 values in both, of 12 in the first and 2 in the second",
+        "method: 1 value in both, of 2 in the first and 1 in the second",
+    ]
     (delta,) = (d for d in found.quantities if d.name == "delta")
     assert delta.relative == 0.5
     assert delta.relative_at["design"] == "design 4"
@@ -143,8 +144,12 @@ def test_by_the_command(folder: Path) -> None:
     (folder / "other.toml").write_text(scene)
     run(folder / "other.toml", folder / "other.nc", overwrite=True)
     text = ok("compare", folder / "a.nc", folder / "other.nc")
-    assert "axes: inertia: 1 in both of 7 values and 7" in text
-    assert "made in different ways: scene: [axes] inertia stop (was 9.0, is 9.1)" in text
+    names = folder / "a.nc", folder / "other.nc"
+    assert f"axes: inertia: 1 value in both, of 7 in {names[0]} and 7 in {names[1]}" in text
+    assert (
+        f"made in different ways: scene: [axes] inertia stop (in {names[0]} 9.0, in {names[1]} 9.1)"
+        in text
+    )
     told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
     assert told.exit_code == 1
     assert "differ by more than 0.1" in told.stderr
