@@ -2,7 +2,7 @@
 
 python -m benchmarks.engines [--designs N] [-o FILE]
 
-Writes docs/engines.md. Times are processor times of one thread, the least of some runs, so that a
+Writes docs/throughput.md. Times are processor times of one thread, the least of some runs, so that a
 busy machine counts little; ratios are to the even engine of as many cylinders. Engines of the
 catalogue and the plain in-line engine that each is compared with take turns, run by run.
 """
@@ -194,7 +194,7 @@ def even_rows(cases: tuple[tuple[int, float, bool], ...]) -> list[str]:
 
 
 def report(size: int) -> str:
-    """Text of docs/engines.md."""
+    """Text of docs/throughput.md."""
     cases = ((size, 2.0, False), (size, 1.6, False), (size // 50, 2.0, True))
     lines = [
         "# Throughput of engines",
@@ -266,7 +266,7 @@ def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--designs", type=int, default=100_000)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/engines.md"))
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/throughput.md"))
     given = parser.parse_args()
     given.output.write_text(report(given.designs), encoding="utf-8")
     print(f"written: {given.output}")

@@ -67,7 +67,7 @@ def test_the_friction_breakdown_is_current() -> None:
 
 def test_a_table_without_its_place_is_an_error() -> None:
     with pytest.raises(ValueError, match="0 places for the table 'engines'"):
-        page = DOCUMENTS["engine_files.md"].replace("<!-- end engines -->", "")
+        page = DOCUMENTS["engines.md"].replace("<!-- end engines -->", "")
         reference_tables.updated(page, {"engines": reference_tables.engines})
 
 

@@ -12,6 +12,7 @@ import pytest
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.status import MEANINGS
 from sweeps.planning.plan import make_plan
+from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
@@ -49,3 +50,13 @@ def test_keys_say_where_they_stand() -> None:
     assert rows["passes"].endswith("| `[solver]`, `[designs]` |")
     assert "cylinder diameter" in rows["bore"]
     assert "one of `chen_flynn`, `patton_nitschke_heywood`" in rows["friction_law"]
+
+
+def test_every_engine_of_the_catalogue_has_its_sources_and_assumptions() -> None:
+    rows, sources = reference_tables.engines(), reference_tables.engine_sources()
+    for name in catalogue():
+        engine = load_engine(name, Path())
+        assert rows.count(f"| [`{name}`](#{name}) | {engine.title} |") == 1, name
+        part = sources.partition(f"### `{name}`\n")[2].partition("### ")[0]
+        assert part.count("\n- ") == len(engine.sources), name
+        assert all(f"`{key}`" in part for key in engine.assumed if key != "diagram"), name

@@ -266,11 +266,42 @@ def outcomes() -> str:
 def engines() -> str:
     """Engines of the catalogue."""
     rows = []
+    for name, path in catalogue().items():
+        engine = load_engine(name, Path())
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        order = "-".join(str(cylinder) for cylinder in engine.firing_order or ())
+        cylinders = engine.values["cylinders"]
+        layout = str(raw.get("arrangement", f"in-line {cylinders:g}")).removesuffix(f" {order}")
+        kind = f"{layout}, {order}" if cylinders > 1 else "single cylinder"
+        size = " x ".join(f"{1e3 * engine.values[key]:.4g}" for key in ("bore", "stroke"))
+        diagrams = ", ".join(f"`{kind}`" for kind in {one["kind"]: 0 for one in raw["diagram"]})
+        loads = ", ".join(f"{load:g}" for load in engine.family.loads)
+        rows.append([
+            f"[`{name}`](#{name})", engine.title, f"{raw['cycle']}, {kind}", size,
+            f"{engine.values['speed']:g}", f"{diagrams} at {loads} %",
+        ])  # fmt: skip
+    heads = ["engine", "what it is", "cycle, layout, firing order", "bore x stroke (mm)",
+             "speed (rpm)", "diagrams at load"]  # fmt: skip
+    return table(heads, rows)
+
+
+def engine_sources() -> str:
+    """Sources and assumptions of each engine of the catalogue."""
+    parts = []
     for name in catalogue():
         engine = load_engine(name, Path())
-        loads = ", ".join(f"{load:g}" for load in engine.family.loads)
-        rows.append([f"`{name}`", engine.title, f"{loads} %"])
-    return table(["engine", "what it is", "diagrams at load"], rows)
+        assumed = ", ".join(f"`{key}`" for key in engine.assumed if key != "diagram")
+        parts.append(f"### `{name}`\n\n{engine.title}.\n\nSources:\n")
+        parts.append("\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n")
+        if diagram := engine.assumed.get("diagram"):
+            parts.append(f"Diagram: {_in_text(diagram)}\n")
+        parts.append(f"Assumed: {assumed}.\n")
+    return "\n".join(parts)
+
+
+def _in_text(text: str) -> str:
+    """A text of an engine file, in which Markdown finds no signs of its own."""
+    return re.sub(r"([*_<>|\\])", r"\\\1", " ".join(text.split()))
 
 
 def scenes() -> str:
@@ -299,7 +330,8 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {"keys": keys},
     DOCS / "quantities.md": {"axes": axes, "quantities": quantities, "sources": sources},
     DOCS / "status_codes.md": {"outcomes": outcomes},
-    DOCS / "engine_files.md": {"engines": engines, "engine tables": engine_tables},
+    DOCS / "engine_files.md": {"engine tables": engine_tables},
+    DOCS / "engines.md": {"engines": engines, "engine sources": engine_sources},
     DOCS / "scene_files.md": {"scene tables": scene_tables},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "plausibility.md": {"ranges": ranges},
