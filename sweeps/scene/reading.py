@@ -366,7 +366,7 @@ def _assembled(
         reference=None,
         sample=None,
         uncertainty=read_uncertainty(given.uncertainty, values, name),
-        source={},
+        source={"engine": given.engine},  # all of it when the checks have passed
         path=path,
         folder=str(base),
         files={},

@@ -128,6 +128,19 @@ def test_a_scene_may_give_what_the_engine_lacks(tmp_path: Path) -> None:
     read_scene({**scene, "output": {"quantities": ["torque"]}})
 
 
+def test_all_that_is_missing_is_told_at_once(tmp_path: Path) -> None:
+    path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
+    scene = {"engine": str(path), "output": {"quantities": ["delta", "rotating_mass"]}}
+    with pytest.raises(SceneError) as told:
+        read_scene(scene)
+    line = str(told.value)
+    assert "'delta', 'rotating_mass' need " in line
+    assert all(f"{key} (" in line for key in ("inertia", "crank_mass", "rod_mass"))
+    assert line.endswith(f"must be in [set], [axes] or [designs], or in [values] of {path.name}")
+    with pytest.raises(SceneError, match=r"must be in \[set\], \[axes\] or \[designs\]$"):
+        read_scene({"engine": "ntua", "set": {"friction_boundary": 0.3}})
+
+
 def test_no_order_of_throws(tmp_path: Path) -> None:
     order = "firing_order = [1, 2, 3, 4, 5, 6, 7, 8, 9]\n"
     text = VALUES.replace("cylinders = 2", "cylinders = 9") + POINTS

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -95,9 +97,16 @@ PLACES = {
 
 
 def check_needs(scene: Scene, name: str) -> None:
-    """Check that scene and engine give everything that the asked quantities need."""
+    """Check that scene and engine give everything that the asked quantities need.
+
+    Raises
+    ------
+    SceneError
+        With all parameters that are missing, and the quantities that need them.
+    """
     words = variant_words(scene)
     given = _known_values(scene, words) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+    missing: dict[str, list[str]] = {}
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given)
         along_shaft = False
@@ -122,16 +131,35 @@ def check_needs(scene: Scene, name: str) -> None:
             node = select(need, *words)
             along_shaft |= node.throws
             if node.make is None and need in PARAMETERS:
-                place = PLACES.get(need, "in [set], [axes] or [designs]")
-                raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs {need} "
-                    f"({node.long_name}), which engine {scene.engine.name} does not give; must be "
-                    f"{place}"
-                )
+                missing.setdefault(need, []).append(quantity)
+                continue
             waiting += node.needs
             along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
         if along_shaft:
             check_throws(scene, quantity, name)
+    if missing:
+        raise SceneError(f"{name}: [output] quantities: {_missing_text(scene, missing)}")
+
+
+def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
+    """Which quantities need which parameters that nobody gives, and where these belong."""
+    file = str(scene.source.get("engine"))
+    own = f", or in [values] of {Path(file).name}" if file.endswith(".toml") else ""
+    by_place: dict[str, list[str]] = {}
+    for need in missing:
+        place = PLACES.get(need, f"in [set], [axes] or [designs]{own}")
+        by_place.setdefault(place, []).append(need)
+    texts = []
+    for place, needs in by_place.items():
+        asking = dict.fromkeys(q for need in needs for q in missing[need])
+        listed = ", ".join(f"{need} ({PARAMETERS[need].long_name})" for need in needs)
+        quoted = ", ".join(f"'{quantity}'" for quantity in asking)
+        verb = "needs" if len(asking) == 1 else "need"
+        texts.append(
+            f"{quoted} {verb} {listed}, which engine {scene.engine.name} does not "
+            f"give; must be {place}"
+        )
+    return "; ".join(texts)
 
 
 def check_start(scene: Scene, name: str) -> None:
