@@ -13,6 +13,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
 from sweeps.exploring.ranges import ranges
+from sweeps.presenting.key_texts import with_word
 from sweeps.presenting.tables import number_text
 
 if TYPE_CHECKING:
@@ -273,6 +274,8 @@ def _attribute_lines(key: str, value: object) -> list[str]:
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             members = {}
         if members:
+            if key in ("parameters", "engine_values"):
+                members = {name: with_word(name, item) for name, item in members.items()}
             texts = {
                 name: item if isinstance(item, str) else json.dumps(item, ensure_ascii=False)
                 for name, item in members.items()

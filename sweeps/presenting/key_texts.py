@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from sweeps.checks import allowed
 
-__all__ = ["WORDS_OF_KEYS", "default_text", "key_line", "value_text", "values_text"]
+__all__ = ["WORDS_OF_KEYS", "default_text", "key_line", "value_text", "values_text", "with_word"]
 
 MOST_NAMED = 7
 """Names of values that are all listed."""
@@ -73,6 +74,22 @@ def value_text(node: Node, value: float, digits: int = 6) -> str:
     """Return a value of a key: the name of a number that stands for one, else the number."""
     words = {number: name for name, number in node.named} if node.whole else {}
     return words.get(value, f"{value:.{digits}g}")
+
+
+def with_word(key: str, value: object) -> object:
+    """Return the word that a number of a key stands for, with the number; other values as they are.
+
+    Parameters
+    ----------
+    key : str
+        A name in an archive; it need not be that of a key.
+    value : object
+        As the archive holds it.
+    """
+    node = PARAMETERS.get(key)
+    if node is None or not (node.whole and node.named) or not isinstance(value, int | float):
+        return value
+    return f"{value_text(node, value)} ({value:g})"
 
 
 def key_line(node: Node) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from sweeps.cli.main import main
+from sweeps.presenting.archives import archive_text
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, value_text
 from sweeps.presenting.quantity_search import found_quantities
+from sweeps.presenting.report.sections import assumed
 
 
 def listed(*words: str) -> list[str]:
@@ -92,3 +95,11 @@ def test_an_unknown_list_is_refused_in_one_line(word: str, said: str) -> None:
 def test_an_engine_shows_the_words_of_its_values() -> None:
     told = CliRunner().invoke(main, ["info", "si_four_87x101"]).output
     assert "valve_train = dohc_roller_finger_follower [1]" in told
+
+
+def test_an_archive_and_its_report_show_the_words_of_its_values() -> None:
+    node = xr.Dataset(attrs={"parameters": '{"valve_train": 7.0, "bore": 0.08}', "history": "now"})
+    lines = archive_text(node, __file__, provenance=True).splitlines()
+    assert "    valve_train: dohc_roller_finger_follower (7)" in lines
+    assert "    bore: 0.08" in lines
+    assert "dohc_roller_finger_follower (7)" in assumed(node, {})

@@ -13,6 +13,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.errors import one_line
 from sweeps.presenting.archives import outcome_counts
+from sweeps.presenting.key_texts import with_word
 from sweeps.presenting.readable_units import converted
 from sweeps.presenting.report.failures import failures
 from sweeps.presenting.report.html import details, listed, paragraph, preformatted, table
@@ -245,12 +246,17 @@ def assumed(archive: xr.Dataset, choices: Choices) -> str:
         if found
         else [paragraph("No value of the engine is marked as assumed.")]
     )  # fmt: skip
-    given, more = _limited(list(_flat(members(archive, "parameters"))), "parameters")
+    given, more = _limited(list(_flat(_with_words(members(archive, "parameters")))), "parameters")
     if given:
         body = [(key, value, *_about(key)) for key, value in given]
         shown = table(("parameter", "value", "unit", "meaning"), body, (1,)) + more
         parts.append(details("Values of all parameters that do not vary", shown))
     return "".join(parts)
+
+
+def _with_words(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters, those whose numbers stand for words with these."""
+    return {key: with_word(key, value) for key, value in found.items()}
 
 
 def _about(key: str) -> tuple[str, str]:
