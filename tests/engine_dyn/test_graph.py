@@ -13,6 +13,7 @@ import pytest
 import sweeps
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.quantities.arithmetic import power
+from engine_dyn.quantities.curve_means import MEAN, RMS
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     DIMENSIONS,
@@ -170,3 +171,11 @@ def test_powers_have_the_same_bits_in_every_shape(exponent: float) -> None:
     ):  # fmt: skip
         assert np.array_equal(found, expected)
     assert np.array_equal(power(base, mixed)[::2], expected[::2])
+
+
+def test_every_torque_over_the_crank_angle_says_its_sign() -> None:
+    curves = [n for nodes in NODES.values() for n in nodes if n.public and n.kind == "curve"]
+    torques = [n for n in curves if "torque" in n.name and not n.name.endswith((RMS, MEAN))]
+    assert len({n.name for n in torques}) > 10
+    assert not [n.name for n in torques if "positive" not in n.long_name]
+    assert "take-off at throw 1" in ALL_QUANTITIES["torque_after_throw"].long_name
