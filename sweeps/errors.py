@@ -57,12 +57,15 @@ class SceneError(ValueError):
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'inertia'?" for the nearest right name, "" where none is near.
 
-    Case, blanks and hyphens do not count as differences, so that 'Omega Max' finds 'omega_max'.
+    Case, blanks, hyphens and the order of words do not count as differences, so that 'Max Omega'
+    finds 'omega_max'.
     """
     names = list(known)
     plain = {n.lower(): n for n in reversed(names)}
     wanted = name.strip().lower().replace("-", "_").replace(" ", "_")
-    close = difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
+    words = sorted(wanted.split("_"))
+    close = [plain_name for plain_name in plain if sorted(plain_name.split("_")) == words][:1]
+    close = close or difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
     if not close and len(wanted) >= 3:
         # The beginning of a name is a good guess too, although its letters differ: 'recip'.
         close = [plain_name for plain_name in plain if plain_name.startswith(wanted)][:1]

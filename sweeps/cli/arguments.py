@@ -120,8 +120,10 @@ def shard_number(text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
     number, count = (int(found[1]), int(found[2])) if found else (0, 0)
     if not 1 <= number <= count:
+        why = f"{number} is more than {count}; " if number > count else ""
         raise SceneError(
-            f"--shard {one_line(text, 60)}: must be I/N, such as 2/8: the second of eight parts"
+            f"--shard {one_line(text, 60)}: {why}must be I/N, such as 2/8: the second of eight "
+            "parts"
         )
     return number, count
 

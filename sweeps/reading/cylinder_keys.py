@@ -7,6 +7,8 @@ other numbers have the customary even-firing order in line.
 
 from __future__ import annotations
 
+import difflib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -166,11 +168,38 @@ def arrangement_of(given: str | ArrangementTable, period: float) -> Arrangement:
         In one line that begins with `arrangement`, for an arrangement that no engine can have.
     """
     if isinstance(given, str):
-        return arrangement_from_text(given, period)
+        try:
+            return arrangement_from_text(given, period)
+        except ValueError as error:
+            raise ValueError(f"{error}{_meant(given, period)}") from None
     try:
         return _described(given, period)
     except ValueError as error:
         raise ValueError(f"arrangement: {error}") from None
+
+
+_OTHER_WORDS = {
+    "i": "in-line", "l": "in-line", "r": "in-line", "row": "in-line", "straight": "in-line",
+    "flat": "boxer", "opposed": "boxer", "h": "boxer", "star": "radial",
+}  # fmt: skip
+"""What arrangements are also called, and the words that are understood."""
+
+_UNDERSTOOD = ("in-line", "boxer", "radial", "parallel twin", "v", "w")
+
+
+def _meant(text: str, period: float) -> str:
+    """Return "; did you mean 'in-line 3'?" for a text that is nearly an arrangement."""
+    parts = re.match(r"([a-z][a-z -]*?)[ -]*(\d.*)$", text.strip().lower())
+    if parts is None:
+        return ""
+    near = difflib.get_close_matches(parts[1], _UNDERSTOOD, n=1, cutoff=0.6)
+    word = _OTHER_WORDS.get(parts[1], near[0] if near else "")
+    meant = f"{word.upper()}{parts[2]}" if word in ("v", "w") else f"{word} {parts[2]}"
+    try:
+        arrangement_from_text(meant, period)
+    except ValueError:
+        return ""
+    return f"; did you mean '{meant}'?"
 
 
 def _described(given: ArrangementTable, period: float) -> Arrangement:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from engine_dyn.plausibility.judgement import implausible
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_structure, number, plain
 from sweeps.errors import SceneError, not_known
@@ -110,7 +111,10 @@ def read_data_sheet(path: str | Path) -> Sheet:
     for key in ("bore", "stroke"):
         most = KINDS["first_law"].fields[key].high
         if not values[key] < most:
-            raise SceneError(f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m")
+            raise SceneError(
+                f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m"
+                f"{_meant(key, values[key])}"
+            )
     read_cylinders(given, values["cylinders"], PERIOD, name)
     tables = given.model_dump(include=set(TORQUE_TABLE_KEYS))
     read_torque_tables(tables, path.parent, f"{name}: ")
@@ -126,6 +130,12 @@ def read_data_sheet(path: str | Path) -> Sheet:
         rest=rest,
         diagrams=len(given.diagram),
     )
+
+
+def _meant(key: str, value: float) -> str:
+    """What a length may have been meant as, such as "; is bore in mm?"."""
+    bore = implausible(bore=value)  # a stroke has about the length of a bore
+    return f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
 
 
 def described(sheet: Sheet) -> bool:

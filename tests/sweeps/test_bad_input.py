@@ -54,6 +54,10 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "unknown set key": (scene("[set]\nspeeed = 1"), ("[set] speeed", "did you mean 'speed'")),
     "unknown axis": (scene("[axes]\nintertia = [1]"), ("[axes] intertia", "'inertia'")),
     "capitals": (scene("[axes]\nInertia = [1]"), ("Inertia", "did you mean 'inertia'")),
+    "order of words": (scene("[set]\ndelta_wanted = 1"), ("did you mean 'wanted_delta'",)),
+    "inline": (scene("[set]\narrangement = 'inline 3'"), ("did you mean 'in-line 3'?",)),
+    "flat": (scene("[set]\narrangement = 'Flat 4'"), ("did you mean 'boxer 4'?",)),
+    "nothing near": (scene("[set]\narrangement = 'round 4'"), ("'parallel twin ANGLE'\n",)),
     "beginning of a key": (scene("[set]\nrecip = 1"), ("recip", "'reciprocating_mass'")),
     "unknown column": (designs("intertia = [1]"), ("[designs] intertia", "'inertia'")),
     "word nothing is near": (

@@ -317,7 +317,7 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("bore = 0.087\n", "", "[values] bore: missing; must be a number in m"),
         ("bore = 0.087", "bore = -1", "[values] bore = -1"),
         ("four-stroke", "two-stroke", "cycle = 'two-stroke': must be 'four-stroke'"),
-        ("bore = 0.087", "bore = 87", "[values] bore = 87: must be below 3 m"),
+        ("bore = 0.087", "bore = 87", "[values] bore = 87: must be below 3 m; is bore in mm?"),
         ("cylinders = 4", "cylinders = 4\nfriction_constant = 90", "reached: friction consumes"),
         ("cylinders = 4", "cylinders = 4\nload = 3", "load = 3: must be within the loads"),
         ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed here; belongs to a [[diagram]]"),
