@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -185,7 +186,8 @@ class ArchiveAccessor:
         select : mapping, optional
             Values of axes, of which the nearest are taken: ``{"load": 50}``.
         quantities : str or sequence of str, optional
-            If not given, all that have one number for each design.
+            If not given, all that have one number for each design. Those over bearings, cylinders,
+            orders or directions have a row for each of these.
         sort : str, optional
             A column, the smallest first; ``"-delta"``: the largest first.
         limit : int
@@ -252,6 +254,8 @@ class ArchiveAccessor:
         )  # fmt: skip
         with said_in_python():
             text = rows_text(found, units_text(units))
+        text = re.sub(r"--select (\S+) shows", r"select=dict(\1) shows", text)
+        text = re.sub(r"--quantities (\w+) all", r'quantities="\1" all', text)
         print(text.replace("--limit shows", "limit=... shows"))
 
     def to_excel(

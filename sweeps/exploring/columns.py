@@ -80,7 +80,7 @@ def check_one_table(archive: xr.Dataset, names: Sequence[str]) -> None:
         if not set(dims) <= set(over[widest]):
             raise SceneError(
                 f"{widest} (over {', '.join(over[widest])}) and {name} (over {', '.join(dims)}) "
-                "do not fit into one table; write a table for each of them"
+                "do not fit into one table; show or export one after the other"
             )
 
 

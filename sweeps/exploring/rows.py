@@ -23,8 +23,14 @@ from sweeps.dimensions import (
     SHARE,
     UNCERTAIN,
 )
-from sweeps.errors import SceneError, not_known, shown
-from sweeps.exploring.columns import chosen_quantities, columns_of, in_words, words_of_flags
+from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.exploring.columns import (
+    check_one_table,
+    chosen_quantities,
+    columns_of,
+    in_words,
+    words_of_flags,
+)
 from sweeps.exploring.nominal import NOMINAL, nominal_places
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
@@ -36,6 +42,8 @@ if TYPE_CHECKING:
 __all__ = ["Rows", "fixed_of", "rows"]
 
 OUTCOMES = np.array(MEANINGS, dtype=object)
+
+CRANK_ANGLE = "crank_angle"
 
 MOSTLY = 2.0 / 3.0
 """Share of the explained variance that the uncertain values have that are named for a result."""
@@ -60,7 +68,8 @@ class Rows:
     designs : int
         How many there are in the slice, shown or not.
     curves : tuple of str
-        Quantities that are left out because they are not one number for each design.
+        Quantities that are left out because they are curves over the crank angle, where none were
+        asked for.
     changes : frozenset of str
         Columns that are changes in percent.
     elasticities : tuple of str
@@ -69,6 +78,11 @@ class Rows:
         Ends of the uncertainty of quantities in each row, where the archive has it.
     mainly : dict of str
         What that uncertainty is mostly due to, in all of the slice.
+    several : dict of tuple of str
+        Quantities that are left out because they have several numbers for each design, where none
+        were asked for, by one value of what they are over: "main_bearing=2".
+    listed : tuple of str
+        What the quantities that were asked for are over: each design has several rows.
     """
 
     table: pd.DataFrame
@@ -82,6 +96,8 @@ class Rows:
     elasticities: tuple[str, ...] = ()
     bands: dict[str, tuple[npt.NDArray[Any], npt.NDArray[Any]]] = field(default_factory=dict)
     mainly: dict[str, str] = field(default_factory=dict)
+    several: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    listed: tuple[str, ...] = ()
 
 
 def rows(
@@ -104,7 +120,8 @@ def rows(
     select : mapping, optional
         Values of axes, of which the nearest are taken, and words: ``{"load": 50, "case": "B"}``.
     quantities : str or sequence of str, optional
-        If not given, all that have one number for each design.
+        If not given, all that have one number for each design. Those over bearings, cylinders,
+        orders or directions have a row for each of these.
     sort : str, optional
         A column; the smallest come first, with a hyphen before the name the largest. Designs
         without a number come last.
@@ -135,7 +152,8 @@ def rows(
             )
     part = nearest(archive, **(select or {}))
     names = chosen_quantities(part, quantities)
-    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER, UNCERTAIN}]
+    check_one_table(part, names)
+    curved = [n for n in names if CRANK_ANGLE in part[n].dims]
     if curved:
         raise SceneError(
             f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
@@ -184,20 +202,36 @@ def rows(
     }
     texts = {name: str(v.attrs.get("long_name", "")) for name, v in columns.items()}
     fixed = fixed_of(archive, part)
-    left = tuple(
-        str(n)
-        for n in part.data_vars
-        if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER, UNCERTAIN}
-    )
+    curves, several = _left_out(part) if quantities is None else ((), {})
     more = tuple(
         str(name)
         for name in part.data_vars
         if str(name).endswith(ELASTICITY) and name not in names and PARAMETER in part[name].dims
     )
     return Rows(
-        table, units, texts, given, fixed, math.prod(shape), left, changes, more, bands,
-        _mainly(part, uncertain),
+        table, units, texts, given, fixed, math.prod(shape), curves, changes, more, bands,
+        _mainly(part, uncertain), several, tuple(d for d in dims if d in DIMENSIONS),
     )  # fmt: skip
+
+
+def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    """Curves, and other quantities with several numbers for each design by a value to select."""
+    curves: list[str] = []
+    several: dict[str, tuple[str, ...]] = {}
+    for name, data in part.data_vars.items():
+        over = [str(d) for d in data.dims if d in DIMENSIONS and d not in (PARAMETER, UNCERTAIN)]
+        if CRANK_ANGLE in over:
+            curves.append(str(name))
+        elif over and all(dim in part.coords and part.sizes[dim] for dim in over):
+            one = ",".join(f"{dim}={_example(part[dim].values)}" for dim in over)
+            several[one] = (*several.get(one, ()), str(name))
+    return tuple(curves), several
+
+
+def _example(values: npt.NDArray[Any]) -> str:
+    """One value of an axis, the second if there is one, as it may be selected."""
+    value = values[min(1, values.size - 1)]
+    return f"{value:g}" if values.dtype.kind in "iuf" else one_line(value, 40)
 
 
 def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:

@@ -81,9 +81,16 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
             lines.append(f"the same in all of these rows: {', '.join(told)}")
     shown = len(rows.table)
     if shown < rows.designs:
-        lines.append(f"{shown:,} of {counted(rows.designs, 'design')}; --limit shows more")
+        what = "row" if rows.listed else "design"
+        lines.append(f"{shown:,} of {counted(rows.designs, what)}; --limit shows more")
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
+    for one, names in rows.several.items():
+        over = ", ".join(part.partition("=")[0] for part in one.split(","))
+        lines.append(
+            f"not shown, because they have several numbers for each design (over {over}): "
+            f"{', '.join(names)}; --select {one} shows one of them, --quantities {names[0]} all"
+        )
     if rows.bands:
         lines.append(OF_BANDS)
     if rows.elasticities:

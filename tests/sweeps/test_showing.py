@@ -224,3 +224,59 @@ def test_best_tells_its_conditions_with_their_units(path: Path) -> None:
     assert told("brake_power >= 15 kW") == "conditions: brake_power >= 15 kW"
     both = told("brake_power >= 15", "delta <= 1/20", "load >= 50")
     assert both == "conditions: brake_power >= 15 W, delta <= 1/20, load >= 50 %"
+
+
+@pytest.fixture(scope="module")
+def of_bearings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    archive = sweeps.run(
+        engine="si_four_87x101",
+        axes={"load": [50, 100]},
+        output={
+            "quantities": ["delta", "omega", "torque_order", "main_journal_load_max",
+                           "main_journal_load_mean"],
+        },
+    )  # fmt: skip
+    found = tmp_path_factory.mktemp("bearings") / "four.nc"
+    archive.to_netcdf(found)
+    return found
+
+
+def test_what_has_several_numbers_for_each_design_is_no_curve(of_bearings: Path) -> None:
+    told = ok("show", of_bearings).splitlines()
+    assert "not shown, because they are curves: omega" in told
+    assert (
+        "not shown, because they have several numbers for each design (over main_bearing): "
+        "main_journal_load_max, main_journal_load_mean; --select main_bearing=2 shows one of them, "
+        "--quantities main_journal_load_max all"
+    ) in told
+    one = ok("show", of_bearings, "--select", "main_bearing=2", "--quantities",
+             "main_journal_load_max")  # fmt: skip
+    with sweeps.open(of_bearings) as data:
+        expected = data.main_journal_load_max.sel(main_bearing=2).values / 1e3
+    assert all(number_text(float(value)) in one for value in expected)
+    assert "not shown" not in one  # what was not asked for
+
+
+def test_bearings_and_orders_have_a_row_each(of_bearings: Path) -> None:
+    with sweeps.open(of_bearings) as data:
+        found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
+        loads = data.main_journal_load_max.sel(load=50)
+        np.testing.assert_array_equal(found.table.main_journal_load_max, loads)
+        np.testing.assert_array_equal(found.table.main_bearing, data.main_bearing)
+        largest = rows(data, quantities="torque_order", sort="-torque_order", limit=1)
+        assert float(largest.table.torque_order.iloc[0]) == float(data.torque_order.max())
+        assert largest.designs == data.torque_order.size
+    assert "1 of 10 rows; --limit" in ok(
+        "show", of_bearings, "--quantities", "main_journal_load_max", "--limit", "1"
+    )
+    names = "torque_order,main_journal_load_max"
+    told = refused("show", of_bearings, "--quantities", names)
+    assert "(over main_bearing) do not fit into one table" in told
+
+
+def test_hints_are_those_of_python(of_bearings: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with sweeps.open(of_bearings) as data:
+        data.dyn.show()
+    told = capsys.readouterr().out
+    assert 'select=dict(order=1) shows one of them, quantities="torque_order" all' in told
+    assert "--select" not in told
