@@ -2,8 +2,8 @@
 
 python -m benchmarks.engines [--designs N] [-o FILE]
 
-Writes docs/throughput.md. Times are processor times of one thread, the least of some runs, so that a
-busy machine counts little; ratios are to the even engine of as many cylinders. Engines of the
+Writes docs/throughput.md. Times are processor times of one thread, the least of some runs, so that
+a busy machine counts little; ratios are to the even engine of as many cylinders. Engines of the
 catalogue and the plain in-line engine that each is compared with take turns, run by run.
 """
 
