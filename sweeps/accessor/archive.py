@@ -246,8 +246,13 @@ class ArchiveAccessor:
         delta 0.02381 0.005941 0.002970 ...
         """
         from sweeps.exploring.rows import rows
+        from sweeps.presenting.sensitivities import has_indices, sensitivities_text
         from sweeps.presenting.tables import rows_text
 
+        asked = (select, quantities, sort, relative_to)
+        if has_indices(self._archive) and all(one is None for one in asked):
+            print(sensitivities_text(self._archive))
+            return
         found = rows(
             self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
             relative_to=relative_to,

@@ -131,12 +131,18 @@ def show(
     check_file(archive)
     with opened(archive) as dataset:
         from sweeps.exploring.rows import rows
+        from sweeps.exploring.slices import nearest
+        from sweeps.presenting.sensitivities import has_indices, sensitivities_text
         from sweeps.presenting.tables import rows_text
 
         check_slices(dataset, select, base if isinstance(base, dict) else {})
-        found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
-                     relative_to=base)  # fmt: skip
-        text = rows_text(found, units, terminal_width())
+        part = nearest(dataset, **select)
+        if has_indices(part) and names is None and sort is None and base is None:
+            text = sensitivities_text(part)
+        else:
+            found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
+                         relative_to=base)  # fmt: skip
+            text = rows_text(found, units, terminal_width())
     say(text)
 
 

@@ -13,12 +13,17 @@ from sweeps.errors import counted, one_line
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sensitivities_text"]
+__all__ = ["has_indices", "sensitivities_text"]
 
 _CONDITIONAL = "_conditional"
 
 MOST_POINTS = 10
 """Points of the axes beside the sample that are printed."""
+
+
+def has_indices(archive: xr.Dataset) -> bool:
+    """Whether an archive has the Sobol' indices of all parameters, from `sweeps.sensitivities`."""
+    return "sensitivity_method" in archive.attrs and PARAMETER in archive.dims
 
 
 def sensitivities_text(found: xr.Dataset) -> str:
@@ -40,7 +45,8 @@ def sensitivities_text(found: xr.Dataset) -> str:
         for point in points[:MOST_POINTS]:
             place = dict(zip(rest, point, strict=True))
             one = found.isel(place)
-            where = ", ".join(f"{d} = {one[d].item():g}" for d in rest if d in one.coords)
+            at = [d for d, c in one.coords.items() if c.ndim == 0 and c.dtype.kind in "iuf"]
+            where = ", ".join(f"{d} = {one[d].item():g}" for d in at)
             left = int(one[f"{quantity}_left_out"])
             lines += [f"at {where}"] if where else []
             lines += _table(one, quantity, names, ending)
