@@ -214,7 +214,7 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             raw = scene(set={key: value})
         read_scene(raw)
         if node.whole:
-            with pytest.raises(SceneError, match=r"whole|even"):
+            with pytest.raises(SceneError, match=r"whole|even|one of"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
         read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
