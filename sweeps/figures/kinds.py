@@ -10,7 +10,8 @@ Some kinds show certain variables together. All other variables are drawn by the
 a variable over        is drawn as
 =====================  ==========================================================================
 nothing                nothing; so is what is the same in all designs (``engine-dyn show``)
-one axis               points joined by lines
+one axis               points joined by lines; points alone for words, cylinders, bearings and
+                       directions
 two axes               a map with labelled contours; lines if an axis is short, or has words or
                        whole numbers such as those of cylinders
 more axes              small multiples of these; the remaining axes are cut at one slice, which the

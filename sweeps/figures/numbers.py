@@ -33,6 +33,9 @@ UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 WHOLE = (*COUNTED, "cylinders", "passes", "truncation")
 """Dimensions of whole numbers: there is nothing between them that a map could show."""
 
+DIRECTION = "direction"
+"""Two directions of one vector: no axis to draw along where there is another."""
+
 FEWEST_OF_MAP = 5
 """Values of an axis below which lines show more than a map."""
 
@@ -112,8 +115,11 @@ def _study_figures(view: View, name: str) -> NamedFigures:
             over = min((d for d in axes if d != dim), key=lambda d: view.data.sizes[d])
             yield f"{name}_{dim}{view.suffix}", line_figure(view, [name], dim, over)
         return
-    pool = numbers or axes
-    along = max(pool, key=lambda dim: (dim in COUNTED, dim not in WHOLE, view.data.sizes[dim]))
+    pool = [dim for dim in numbers if dim != DIRECTION] or axes
+    along = max(
+        pool,
+        key=lambda d: (d in COUNTED, d not in (*WHOLE, DIRECTION), view.data.sizes[d]),
+    )
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None
     stem += f"_{along}" + (f"_by_{facet}" if facet else "")

@@ -218,6 +218,19 @@ def test_journals_of_one_engine() -> None:
     assert line.get_linestyle() == "None"
 
 
+def test_two_directions_are_points_without_a_line() -> None:
+    forces = variable(("case", "direction"), [[9.0, 0.0], [0.5, 0.6]], "force", "N")
+    words = variable("case", ["four", "six"], "engine", "1")
+    data = xr.Dataset(
+        {"force": forces},
+        coords={"direction": variable("direction", [0.0, 90.0], "direction", "degree"),
+                "case": words},
+    )  # fmt: skip
+    (line,) = plates(data.isel(case=0))["force_direction"].axes[0].get_lines()
+    assert line.get_linestyle() == "None" and len(line.get_xdata()) == 2
+    assert {"force_case"} == {name for name in plates(data) if name.startswith("force")}
+
+
 def test_nothing_is_written_outside_a_figure(found: dict[str, Any]) -> None:
     for stem, figure in found.items():
         renderer, page = figure.canvas.get_renderer(), figure.bbox
