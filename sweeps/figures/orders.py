@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.figures.marks import line_style, shade
+from sweeps.figures.marks import line_style
 from sweeps.figures.scales import comparable, degree_ticks, left_labels, x_label
 from sweeps.figures.sheet import (
     OWN_ORDINATES,
@@ -132,10 +132,10 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
 
 
 def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
-    """Bars at their orders, narrower and darker from value to value so that each is seen."""
+    """Bars at their orders, narrower from value to value so that each is seen; colours of lines."""
     rank, count = of
     width = room * (0.34 if count == 1 else 0.8 * (1.0 - rank / count))
-    colour = shade(1.0 - rank / (count - 1)) if count > 1 else shade(0.15)
+    colour = line_style(rank, count)["color"]
     look = {"color": colour, "edgecolor": rc("axes.facecolor"), "linewidth": 0.3}
     return panel.bar(places, y, width, zorder=2.0 + 0.1 * rank, **look)  # type: ignore[return-value]
 
