@@ -69,7 +69,7 @@ def text(plan: Plan) -> str:
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
         f"about {size_text(memory_bytes(plan))}{block}, time about {_seconds_text(plan)} s (plus "
-        "compilation on the first run of this version)",
+        "compilation on the first run of this kind)",
     ]
     return "\n".join(lines)
 
@@ -105,7 +105,7 @@ def _text_of_several(plan: Plan) -> str:
         f"total: archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it "
         "at once about "
         f"{size_text(memory_bytes(plan))}{f' in {pieces} blocks' if pieces > 1 else ''}, time "
-        f"about {_seconds_text(plan)} s (plus compilation on the first run of this version)",
+        f"about {_seconds_text(plan)} s (plus compilation on the first run of this kind)",
     ]
     return "\n".join(lines)
 
