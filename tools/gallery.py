@@ -381,10 +381,14 @@ def draw(entry: Entry, done: dict[Sequence[str], Path]) -> None:
     new = sorted(set(folder.rglob("*.png")) - known)
     print(f"{entry.kind}: {', '.join(path.stem for path in new)}")
     path = next(one for one in new if one.stem.startswith(entry.picture))
+    in_width(path, WIDTH).quantize(COLOURS).save(PICTURES / f"{entry.kind}.png", optimize=True)
+
+
+def in_width(path: Path, width: int) -> Image.Image:
+    """A picture, scaled to a width in pixels."""
     with Image.open(path) as picture:
-        height = round(picture.height * WIDTH / picture.width)
-        small = picture.convert("RGB").resize((WIDTH, height), Image.Resampling.LANCZOS)
-        small.quantize(COLOURS).save(PICTURES / f"{entry.kind}.png", optimize=True)
+        height = round(picture.height * width / picture.width)
+        return picture.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
 
 
 def run_command(command: str, folder: Path) -> None:

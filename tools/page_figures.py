@@ -13,7 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from gallery import run_command
+from gallery import in_width, run_command
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -109,13 +109,10 @@ def draw(entry: Entry) -> None:
             run_command(command, folder)
         drawn = sorted(folder.rglob("*.png"))
         print(f"{entry.name}: {', '.join(path.stem for path in drawn)}")
-        parts = []
-        for beginning in entry.files:
-            path = next(one for one in drawn if one.stem.startswith(beginning))
-            with Image.open(path) as picture:
-                height = round(picture.height * WIDTH / picture.width)
-                size = (WIDTH, height)
-                parts.append(picture.convert("RGB").resize(size, Image.Resampling.LANCZOS))
+        parts = [
+            in_width(next(one for one in drawn if one.stem.startswith(beginning)), WIDTH)
+            for beginning in entry.files
+        ]
     whole = Image.new("RGB", (WIDTH, sum(part.height for part in parts)), "white")
     top = 0
     for part in parts:

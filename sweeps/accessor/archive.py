@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -258,10 +257,8 @@ class ArchiveAccessor:
             relative_to=relative_to,
         )  # fmt: skip
         with said_in_python():
-            text = rows_text(found, units_text(units))
-        text = re.sub(r"--select (\S+) shows", r"select=dict(\1) shows", text)
-        text = re.sub(r"--quantities (\w+) all", r'quantities="\1" all', text)
-        print(text.replace("--limit shows", "limit=... shows"))
+            text = rows_text(found, units_text(units), python=True)
+        print(text)
 
     def to_excel(
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,

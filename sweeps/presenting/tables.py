@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from sweeps.errors import counted, one_line
 from sweeps.exploring.rows import Rows
@@ -47,7 +47,21 @@ def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
     return text.rstrip("0").rstrip(".") if value == round(value) and places else text
 
 
-def rows_text(rows: Rows, units: str | None = None, width: int | None = None) -> str:
+class _Options(NamedTuple):
+    """How what a table shows is chosen; the values go between the brackets."""
+
+    limit: str
+    select: str
+    quantities: str
+
+
+_OF_COMMAND = _Options("--limit", "--select {}", "--quantities {}")
+_OF_PYTHON = _Options("limit=...", "select=dict({})", 'quantities="{}"')
+
+
+def rows_text(
+    rows: Rows, units: str | None = None, width: int | None = None, *, python: bool = False
+) -> str:
     """Write designs as a table.
 
     Parameters
@@ -58,12 +72,15 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
         ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
     width : int, optional
         Of the terminal.
+    python : bool
+        Name keywords of Python, and not options of the command, where more could be shown.
 
     Raises
     ------
     SceneError
         For units that do not fit.
     """
+    options = _OF_PYTHON if python else _OF_COMMAND
     known = {name: unit for name, unit in rows.units.items() if name not in rows.changes}
     choices = unit_choices(units, known)
     columns = {name: _column(rows, name, choices.get(name)) for name in rows.table.columns}
@@ -82,14 +99,15 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
     shown = len(rows.table)
     if shown < rows.designs:
         what = "row" if rows.listed else "design"
-        lines.append(f"{shown:,} of {counted(rows.designs, what)}; --limit shows more")
+        lines.append(f"{shown:,} of {counted(rows.designs, what)}; {options.limit} shows more")
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
     for one, names in rows.several.items():
         over = ", ".join(part.partition("=")[0] for part in one.split(","))
         lines.append(
             f"not shown, because they have several numbers for each design (over {over}): "
-            f"{', '.join(names)}; --select {one} shows one of them, --quantities {names[0]} all"
+            f"{', '.join(names)}; {options.select.format(one)} shows one of them, "
+            f"{options.quantities.format(names[0])} all"
         )
     if rows.bands:
         lines.append(OF_BANDS)
