@@ -5,6 +5,7 @@ python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies
 python -m benchmarks quantities [--all] [--only NAME ...]  rates of single quantities
 python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
 python -m benchmarks identification [--cases N]            coverage of fitted intervals
+python -m benchmarks compile-times [--short] [--keep]      processor time of compiling
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import (
+    compile_times,
     identification,
     measure,
     own,
@@ -182,6 +184,9 @@ def main() -> None:
         return
     if sys.argv[1:2] == ["identification"]:
         identification.main(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["compile-times"]:
+        compile_times.main(sys.argv[2:])
         return
     parser = argparse.ArgumentParser(description="run time against error, throughput, memory")
     parser.add_argument("--quick", action="store_true", help="a minute, to see that it works")

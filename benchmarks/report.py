@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
+from benchmarks.compile_times import kept_section
 from benchmarks.measure import (
     BigRun,
     Latencies,
@@ -230,8 +231,11 @@ def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[R
     return found
 
 
-def text(m: Measured, machines: Sequence[Reached]) -> str:
-    """The document; `machines` has the aims of this run and of those elsewhere."""
+def text(m: Measured, machines: Sequence[Reached], compiling: Sequence[str]) -> str:
+    """The document; `machines` has the aims of this run and of those elsewhere.
+
+    `compiling` is a section that another command measures.
+    """
     lines = [
         "# Benchmarks",
         "",
@@ -263,7 +267,7 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
         *ratios_section(m), *studies_section(m.studies), *quantities_section(m.quantities),
         *sampled_section(m), *targets_section(m),
         *machines_section(machines), *table_section(m),
-        *scenes_section(m), *scaling_section(m), *rest_section(m),
+        *scenes_section(m), *scaling_section(m), *compiling, *rest_section(m),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
@@ -683,7 +687,8 @@ def throughput(m: Measured) -> Figure:
 def write(m: Measured, folder: Path) -> None:
     """Document and figures below `folder`."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    document = text(m, on_all_machines(reached_here(m), folder, keep=not m.quick))
+    machines = on_all_machines(reached_here(m), folder, keep=not m.quick)
+    document = text(m, machines, kept_section(folder))
     (folder / "benchmarks.md").write_text(document, encoding="utf-8")
     style: Any = STYLE
     with matplotlib.rc_context(style):
