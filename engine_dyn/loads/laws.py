@@ -232,14 +232,20 @@ def covers(high: float, low: float, form: Form) -> bool:
     return bool(speeds[0] <= low * ROUNDED and high <= speeds[speeds.size - 1] * ROUNDED)
 
 
-def slopes_at_nominal(speed: Floats, first: Floats, second: Floats, law: LawFacts) -> Floats:
-    """F'(1) of designs whose law has numbers: half of omega_n T'(omega_n)/T(omega_n)."""
+def slope_and_sign(
+    speed: Floats, first: Floats, second: Floats, form: Form
+) -> tuple[Floats, Floats]:
+    """F'(1) of designs whose law has numbers, and a number with the sign of their mean torque.
+
+    F'(1) is half of omega_n T'(omega_n)/T(omega_n); the number is that of `law_of`.
+    """
+    law = LAWS[form.kind]
     assert law.torque is not None
-    if law.name == LAWS[POWER].name:  # whatever the speed is, whose powers may overflow
-        return 0.5 * first
+    if form.kind == POWER:  # whatever the speed is, whose powers may overflow
+        return 0.5 * first, np.full(first.shape, form.sign)
     torque, slope = law.torque(speed, *(first, second)[: len(law.numbers)])
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(0.5 * speed * slope / torque)
+        return np.asarray(0.5 * speed * slope / torque), form.sign * torque
 
 
 # --- facts --------------------------------------------------------------------------------------------

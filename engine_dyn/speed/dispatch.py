@@ -259,6 +259,7 @@ def _estimate_errors(
     if not known.any():
         return
     results, refined = _results_for(known.size, COMPARED, 0)
+    results.scalars.fill(np.nan)
     finer = replace(
         sweep, second=True, angles=NOWHERE,
         results=results._replace(deferred=sweep.results.deferred),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.loads.laws import covers
 from engine_dyn.speed.batch.block import LANES, LEFT, Scratch
 from engine_dyn.speed.batch.extremes import (
     begin_peaks,
@@ -51,6 +52,7 @@ def finish_lane(
     lanes, peaks = scratch.lanes, scratch.peaks
     top, bottom = peaks.value[0, lane], peaks.value[1, lane]
     fast, slow, mean = math.sqrt(1.0 + top), math.sqrt(1.0 - bottom), lanes.total[lane]
+    speed = designs.speed[which]
     error = 0.5 * (peaks.missed[0, lane] / fast + peaks.missed[1, lane] / slow)
     error += ROUNDING * (1.0 + CANCELLED * designs.eta[which]) / slow
     # The difference of two roots, without cancellation.
@@ -58,8 +60,10 @@ def finish_lane(
     if not (span > 0.0 and bottom < -LOWEST):
         return False
     error *= max(1.0, span / slow) / span
+    gear = designs.gear[which] if task.form.own else 1.0
+    if not covers(gear * speed * fast, gear * speed * slow, task.form):
+        return False
     code = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET
-    speed = designs.speed[which]
     store(
         designs.target[which], code, speed * fast, speed * slow, speed * mean, speed * span,
         lanes.mu[lane], error, lanes.passes[lane], results,

@@ -248,7 +248,10 @@ def begin_rest(
 
 @inlined
 def correct_mu(lanes: Lanes, curves: Curves) -> None:
-    """Move the mean of F towards that at which the cycle takes its time, docs/method.md (70)."""
+    """Move the mean of F towards that at which the cycle takes its time, docs/method.md (70).
+
+    `lanes.total` gets by how much.
+    """
     nodes = curves.drive.shape[0]
     total = lanes.total
     for k in range(total.size):
@@ -260,9 +263,8 @@ def correct_mu(lanes: Lanes, curves: Curves) -> None:
             total[k] += 1.0 / math.sqrt(1.0 + u[k]) - 1.0 + 0.5 * work[k]
     for k in range(total.size):
         late = 2.0 * lanes.free[k] * lanes.slope[k] * total[k] / nodes
-        if lanes.state[k] == SOLVING:
-            lanes.mu[k] += late
-            lanes.change[k] = max(lanes.change[k], abs(late))
+        total[k] = late if lanes.state[k] == SOLVING else 0.0
+        lanes.mu[k] += total[k]
 
 
 @inlined
@@ -308,9 +310,12 @@ def solve_curves(
         return
     add_missed(variable, terms, scratch.law, lanes, curves)
     for _ in range(MOST_PASSES):
-        fill_rest(variable, terms, scratch.law, lanes, curves)
         if timed:
             correct_mu(lanes, curves)
+        fill_rest(variable, terms, scratch.law, lanes, curves)
+        if timed:
+            for k in range(lanes.change.size):
+                lanes.change[k] = max(lanes.change[k], abs(lanes.total[k]))
         repeat_ends(curves.rest)
         run_load(True, lanes, curves)
         close_period(variable, lanes, curves)

@@ -13,7 +13,7 @@ from engine_dyn.types import Floats
 
 __all__ = ["fill_block", "fill_factors", "fill_fine", "forget_fine", "is_same_table"]
 
-AT_ONCE = 6
+AT_ONCE = 8
 """Columns that are added in one loop; their number is a multiple of this."""
 
 
@@ -34,10 +34,12 @@ def add_columns(columns: Floats, share: float, factor: Floats, curve: Floats) ->
     for t in range(0, factor.size, AT_ONCE):
         f0, f1, f2 = share * factor[t], share * factor[t + 1], share * factor[t + 2]
         f3, f4, f5 = share * factor[t + 3], share * factor[t + 4], share * factor[t + 5]
+        f6, f7 = share * factor[t + 6], share * factor[t + 7]
         for i in range(curve.size):
             curve[i] += (
                 f0 * columns[t, i] + f1 * columns[t + 1, i] + f2 * columns[t + 2, i]
                 + f3 * columns[t + 3, i] + f4 * columns[t + 4, i] + f5 * columns[t + 5, i]
+                + f6 * columns[t + 6, i] + f7 * columns[t + 7, i]
             )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import kernel
-from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slopes_at_nominal
+from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slope_and_sign
 from engine_dyn.speed.designs import Designs
 from engine_dyn.types import Booleans, Floats
 
@@ -48,14 +48,16 @@ class Weights(NamedTuple):
 
 def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weights:
     """Weights for coarse intervals of this width [rad], so many in a period."""
-    law = LAWS[form.kind]
-    if law.torque is None:
-        slope = np.empty(designs.kappa.size)
-        _slopes_of_table(designs, form, slope)
+    if LAWS[form.kind].torque is None:
+        slope, sign = np.empty(designs.kappa.size), np.empty(designs.kappa.size)
+        _of_table(designs, form, slope, sign)
     else:
-        slope = slopes_at_nominal(designs.speed, designs.first, designs.second, law)
+        slope, sign = slope_and_sign(designs.speed, designs.first, designs.second, form)
     step = designs.kappa * slope * width
-    solvable = (step >= 0.0) & (step <= LARGEST_STEP)
+    # No load drives, no driver brakes, and both must oppose deviations: 0 is idle, or no slope.
+    with np.errstate(invalid="ignore"):
+        solvable = (designs.kappa * sign >= 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
+    solvable &= sign != 0.0
     x = np.where(solvable, np.maximum(step, TINY * width), TINY * width)
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))
@@ -66,8 +68,8 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
 
 
 @kernel
-def _slopes_of_table(designs: Designs, form: Form, slope: Floats) -> None:
-    """F'(1) of a table over speed."""
+def _of_table(designs: Designs, form: Form, slope: Floats, sign: Floats) -> None:
+    """F'(1) of a table over speed, and the sign of the mean torque that it needs."""
     for i in range(slope.size):
-        law, _ = law_of(designs.speed[i], 0.0, 0.0, designs.gear[i], form)
+        law, sign[i] = law_of(designs.speed[i], 0.0, 0.0, designs.gear[i], form)
         slope[i] = load_terms(1.0, law)[1]

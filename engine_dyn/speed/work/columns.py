@@ -48,10 +48,10 @@ __all__ = [
 FEWEST_NODES = 720
 """Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
 
-FEWEST_COARSE = 36
+FEWEST_COARSE = 48
 """Least number of coarse nodes of a period."""
 
-WIDE, NARROW = 10, 6
+WIDE, NARROW = 6, 4
 """Fine intervals of a coarse one, where there are many and few."""
 
 ATMOSPHERE = 101325.0

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
+from engine_dyn.loads import laws
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
-from engine_dyn.loads.laws import Curve, Law, LinearSquare, load_terms
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import rational
-from engine_dyn.speed.batch.powers import SERIES_RANGE, SERIES_ROWS
-from engine_dyn.speed.batch.state import LANES, LAW_LINEAR, LAW_RISE, LAW_SLOPE, LAW_SQUARE
+from engine_dyn.speed.batch import block
+from engine_dyn.speed.batch.law_polynomial import fit_law
 from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.mechanisms import GENERAL, OWN_CURVES, SHARED_TABLES, counted
+from engine_dyn.speed.mechanisms import BATCH, counted
+from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
@@ -29,68 +28,46 @@ SPEEDS = ("delta", "omega_max", "omega_min", "omega_mean")
 COUNT = 200
 NO_TABLE = np.zeros((3, 0))
 
-
-def python(function: Any) -> Callable[..., Any]:
-    """Return a formula as plain Python, with or without the compiler."""
-    found: Callable[..., Any] = getattr(function, "py_func", function)
-    return found
-
-
-# --- the law -------------------------------------------------------------------------------------
-
 MOTORS = [(150.0, 157.0, 0.16), (150.0, 150.3, 0.3), (150.0, 144.0, 0.1), (150.0, 180.0, 0.25)]
 
-
-def numbers_and_laws() -> list[tuple[tuple[float, ...], Law]]:
-    """Numbers a, n, m and l of a law, and the same law as the general solver has it."""
-    found: list[tuple[tuple[float, ...], Law]] = []
-    for speed, synchronous, slip in MOTORS:
-        numbers = python(rational.motor_numbers)(speed, synchronous, slip)
-        ratio = (1.0 - speed / synchronous) / slip
-        law = Curve(speed, 0.5 * (ratio + 1.0 / ratio), synchronous, slip, NO_TABLE)
-        found.append((numbers, law))
-    for linear, square in ((3.0, 0.0), (3.0, 0.01), (0.0, 0.2)):
-        weight = linear / (linear + 150.0 * square)
-        numbers = python(rational.linear_square_numbers)(150.0, linear, square)
-        found.append((numbers, LinearSquare(weight)))
-    return found
+NUMBERS = [
+    *((laws.MOTOR, -1.0, *numbers) for numbers in MOTORS),
+    *((laws.LINEAR_SQUARE, 1.0, 150.0, *pair) for pair in ((3.0, 0.0), (3.0, 0.01), (0.0, 0.2))),
+    *((laws.POWER, 1.0, 150.0, alpha, 0.0) for alpha in (0.5, 1.0, 3.0, 12.0)),
+]
 
 
 @pytest.mark.quick
-@pytest.mark.parametrize(("numbers", "law"), numbers_and_laws())
-def test_numbers_are_those_of_the_law(numbers: tuple[float, ...], law: Law) -> None:
-    """F - 1 - a u, its slope and its first terms; of a driver with the other sign."""
-    a, n, m, square = numbers
-    _, first, second = load_terms(1.0, law)
-    sign = math.copysign(1.0, first)
-    assert a > 0.0 and a == pytest.approx(sign * first, rel=1e-12)
-    state, coefficients = np.zeros(LAW_SQUARE + LANES), np.zeros(SERIES_ROWS)
-    for row, number in zip((LAW_SLOPE, LAW_RISE, LAW_LINEAR, LAW_SQUARE), numbers, strict=True):
-        state[row] = number
-    rational.fill_rational(1, state, coefficients)
-    for u in np.linspace(-SERIES_RANGE, SERIES_RANGE, 41):
-        value, slope, _ = load_terms(1.0 + u, law)
-        expected = sign * (value - 1.0) - a * u
-        e = math.sqrt(1.0 + u) - 1.0
-        assert python(rational.remainder_over_speed)(e, 0, coefficients) == pytest.approx(
-            expected, abs=1e-13 * a
-        )
-        assert python(rational.rational_remainder)(u, 0, coefficients) == pytest.approx(
-            expected, abs=2e-9 * a
-        )
-        ratio = python(rational.slope_over_nominal)(e, n, m, square)
-        assert a * ratio == pytest.approx(sign * slope, rel=1e-9, abs=1e-12 * a)
-        assert python(rational.keeps_its_sense)(min(u, 0.0), max(u, 0.0), 0, state) == (ratio > 0.0)
-        assert python(rational.rational_slope)(u, a, 0.1, 0, coefficients) == pytest.approx(
-            sign * slope - 1.1 * a, abs=1e-7 * a
-        )
-    b2, b3, b4 = python(rational.terms_of_rational)(n, m, square)
-    assert 2.0 * b2 == pytest.approx(second / first, abs=1e-9)
-    # In fifth order, the difference to both sides of 1 has no even term, and the sum no odd one.
-    u = 1e-2
-    above, below = (sign * (load_terms(1.0 + s * u, law)[0] - 1.0) / a for s in (1.0, -1.0))
-    assert (above - below) / 2.0 == pytest.approx(u + b3 * u**3, abs=1e4 * u**5)
-    assert (above + below) / 2.0 == pytest.approx(b2 * u**2 + b4 * u**4, abs=1e5 * u**6)
+@pytest.mark.parametrize(("kind", "sign", "speed", "first", "second"), NUMBERS)
+def test_a_polynomial_stands_for_every_law(
+    kind: int, sign: float, speed: float, first: float, second: float
+) -> None:
+    """Within its range it is as good as it says, or there is none."""
+    law, _ = laws.law_of(speed, first, second, 1.0, laws.Form(kind, sign, False, NO_TABLE))
+    for low, high in ((-1e-4, 2e-4), (-0.05, 0.06), (-0.3, 0.4)):
+        terms = np.zeros((block.MOST_TERMS, 2))
+        values = np.zeros(block.MOST_TERMS)
+        count, centre, half = fit_law(law, False, POWER_MEAN, low, high, 1, terms, values)
+        if count == 0:
+            assert high > 0.1  # where a motor's torque turns back
+            continue
+        u = np.linspace(low, high, 101)
+        exact = np.array([laws.load_terms(1.0 + one, law)[0] - 1.0 for one in u])
+        found = np.polynomial.polynomial.polyval((u - centre) * half, terms[:, 1])
+        assert np.abs(found - exact).max() <= 1e-9 * np.ptp(exact) + 1e-14
+        assert not terms[:, 0].any() and not terms[count:].any()
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("closure", [POWER_MEAN, CYCLE_TIME])
+def test_a_law_without_slope_is_that_of_the_closure(closure: int) -> None:
+    law, _ = laws.law_of(150.0, 0.0, 0.0, 1.0, laws.Form(laws.POWER, 1.0, False, NO_TABLE))
+    terms, values = np.zeros((block.MOST_TERMS, 1)), np.zeros(block.MOST_TERMS)
+    _, centre, half = fit_law(law, True, closure, -0.1, 0.1, 0, terms, values)
+    for u in (-0.1, -0.01, 0.0, 0.1):
+        found = np.polynomial.polynomial.polyval((u - centre) * half, terms[:, 0])
+        exact = math.log1p(u) if closure == POWER_MEAN else 2.0 - 2.0 / math.sqrt(1.0 + u)
+        assert found == pytest.approx(exact, abs=1e-10)
 
 
 # --- designs -------------------------------------------------------------------------------------
@@ -178,8 +155,7 @@ def test_as_the_general_solver(
     inputs = CASES[case](engines(family, cylinders, shared)) | {"inertia_model": model}
     with counted() as tally:
         many = solve(inputs)
-    # Tables do not contain a load over angle.
-    assert tally.designs[SHARED_TABLES if shared and case != "pump" else OWN_CURVES] == COUNT
+    assert tally.designs[BATCH] >= COUNT
     assert tally.deferred < COUNT / 2
     known = solve(inputs, general=True, finer=2, tolerance=1e-8)
     good = known["status"] == CONVERGED
@@ -190,8 +166,7 @@ def test_as_the_general_solver(
     # A design does not know its neighbours, nor its thread.
     order = np.random.default_rng(1).permutation(COUNT)[:90]
     taken = {k: v[order] if isinstance(v, np.ndarray) and v.ndim else v for k, v in inputs.items()}
-    sharing = (1, COUNT) if shared else (COUNT, 1)
-    part = solve(taken, sharing=sharing, threads=3)
+    part = solve(taken, threads=3)
     for name in (*SPEEDS, "status"):
         np.testing.assert_array_equal(part[name], many[name][order])
 
@@ -237,7 +212,7 @@ def test_curves_over_the_crank_angle(family: Family, model: str) -> None:
     }
     with counted() as tally:
         found = solve(inputs, **curves)
-    assert tally.designs[SHARED_TABLES] == COUNT and tally.deferred < COUNT / 2
+    assert tally.designs[BATCH] == COUNT and tally.deferred < COUNT / 2
     known = solve(inputs, general=True, finer=2, tolerance=1e-8, **curves)
     np.testing.assert_allclose(found["omega"], known["omega"], rtol=1e-6)
     scale = np.nanmax(np.abs(known["angular_acceleration"]), axis=-1, keepdims=True)
@@ -258,8 +233,14 @@ def test_one_part_of_the_load_is_a_power(family: Family, exponent: float) -> Non
 
 
 @pytest.mark.compiled
-def test_the_cycle_time_of_a_motor_is_left_to_the_general_solver(family: Family) -> None:
+def test_the_cycle_time_of_a_motor(family: Family) -> None:
     inputs = motor(engines(family, 1, False)) | {"closure": "cycle_time"}
+    wanted = (*SPEEDS, "load_factor")
     with counted() as tally:
-        solve(inputs)
-    assert dict(tally.designs) == {GENERAL: COUNT}
+        found = solve(inputs, wanted=wanted)
+    assert tally.deferred < COUNT / 2
+    known = solve(inputs, wanted=wanted, general=True, finer=2, tolerance=1e-8)
+    good = (known["status"] == CONVERGED) & (found["status"] == CONVERGED)
+    assert good.sum() > 0.7 * COUNT
+    for name in wanted:
+        np.testing.assert_allclose(found[name][good], known[name][good], rtol=1e-6, err_msg=name)
