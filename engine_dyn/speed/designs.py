@@ -23,7 +23,16 @@ from engine_dyn.speed.work.columns import (
 )
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["LEVELS", "Chosen", "Designs", "Inputs", "Needs", "needs_of", "parts_of_designs", "reduced"]
+__all__ = [
+    "LEVELS",
+    "Chosen",
+    "Designs",
+    "Inputs",
+    "Needs",
+    "needs_of",
+    "parts_of_designs",
+    "reduced",
+]
 
 LEVELS = ("boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction")
 """Levels of the friction over the stroke, in the order of the parts of `StrokeFriction`."""
@@ -104,7 +113,9 @@ class Chosen:
             return array.reshape(1)
         if array.size == self.inputs.size:
             return array.reshape(-1)[self.places]
-        index = [here if size > 1 else 0 for here, size in zip(self._along, array.shape, strict=True)]
+        index = [
+            here if size > 1 else 0 for here, size in zip(self._along, array.shape, strict=True)
+        ]
         return np.asarray(array[tuple(index)])
 
     def full(self, name: str) -> npt.NDArray[Any]:
@@ -155,7 +166,9 @@ def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
     nothing = np.zeros(0, dtype=np.int64)
     rubbed, loads, of_rubbed, of_load = (), (), nothing, nothing
     if any(chosen.has(name) for name in LEVELS):
-        found, of_rubbed = _distinct(chosen, ("row", "scale", "crankcase_pressure", "ring_pressure"))
+        found, of_rubbed = _distinct(
+            chosen, ("row", "scale", "crankcase_pressure", "ring_pressure")
+        )
         rubbed = tuple(RubbedDiagram(*one) for one in found.tolist())
     if over_angle:
         found, of_load = _distinct(chosen, ("gear_ratio", "load_phase"))

@@ -28,7 +28,7 @@ from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.front import solve_one_by_one
 from engine_dyn.speed.grouping import Grouping, Work
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
+from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
@@ -51,6 +51,7 @@ FINEST = 16
 
 FINER = 4
 """Factor on the nodes of the second solution, from which the error follows."""
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -151,9 +152,6 @@ def solve(
     inputs = {**DEFAULTS, **inputs}
     if driven.over_angle is not None:
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
-    if driven.power_law:
-        exponent = np.asarray(inputs["exponent"], dtype=float)
-        inputs["exponent"] = np.where(exponent <= NO_EXPONENT, 0.0, exponent)
     inputs |= {
         "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": codes(METHOD_NAMES, method),
@@ -194,14 +192,10 @@ def _check_methods(used: Integers, driven: DrivenMachine) -> None:
             )
 
 
-def _results_for(
-    size: int, wanted: Sequence[str], angles: int
-) -> tuple[Results, dict[str, Any]]:
+def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results, dict[str, Any]]:
     """Arrays for the results that are wanted, as kernels take them and by name."""
     names = [name for name in SCALAR_NAMES if name in wanted]
-    curves = {
-        name: np.empty((size, angles) if name in wanted else (1, 0)) for name in CURVE_NAMES
-    }
+    curves = {name: np.empty((size, angles) if name in wanted else (1, 0)) for name in CURVE_NAMES}
     results = Results(
         wanted=np.array([names.index(n) if n in names else -1 for n in SCALAR_NAMES]),
         scalars=np.empty((max(len(names), 1), size if names else 0)),
@@ -253,9 +247,9 @@ def _estimate_errors(
     status = sweep.results.status
     known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
     known[missed] = False
-    known &= np.broadcast_to(
-        sweep.inputs.arrays["method"] != THESIS, sweep.inputs.shape
-    ).reshape(-1)
+    known &= np.broadcast_to(sweep.inputs.arrays["method"] != THESIS, sweep.inputs.shape).reshape(
+        -1
+    )
     if not known.any():
         return
     results, refined = _results_for(known.size, COMPARED, 0)
@@ -293,6 +287,8 @@ def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
         solve_as_printed(work, task, work.source.cylinders, sweep.angles, sweep.results)
         return
     designs = work.designs()
+    if form.kind == POWER and code != CLOSED:
+        designs = designs._replace(first=np.where(designs.first <= NO_EXPONENT, 0.0, designs.first))
     left = np.ones(work.size, dtype=np.bool_)
     in_batch = METHODS[code].in_batch and not general
     if in_batch:
@@ -308,6 +304,4 @@ def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
         sweep.tally.note(solver, work.size, to_general)
     rest = np.flatnonzero(left)
     if rest.size:
-        solve_one_by_one(
-            rest, task, columns, designs, sweep.results, last=finer >= FINEST
-        )
+        solve_one_by_one(rest, task, columns, designs, sweep.results, last=finer >= FINEST)

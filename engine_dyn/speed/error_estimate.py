@@ -28,7 +28,7 @@ SAFETY_OF_SLOWEST = 2.0
 quarter even at first order, so it is at most 4/3 of the difference. The remainder of the factor is
 room for rounding, which near a stall is alike in both solutions."""
 
-ITERATED = 1e-2
+ITERATED = 1e-3
 """Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
 
 ITERATED_FINER = 0.025 * LEAST_ERROR

@@ -133,15 +133,21 @@ class Grouping:
             nodes = nodes_of(math.gcd(cylinders.symmetry, repeats), finer * FEWEST_NODES)
             source = Source(self.family, cylinders, box_of(0), nodes, load)
             for alike in _split(same, [box]):
-                mine = boxes_of(alike.take("crank_ratio"), alike.take("offset_ratio"), radius).flat[0]
+                mine = boxes_of(alike.take("crank_ratio"), alike.take("offset_ratio"), radius).flat[
+                    0
+                ]
                 if mine != ALONE:
                     yield alike, replace(source, box=box_of(int(mine), radius))
                     continue
                 # No box has such cranks: each gets columns of its own.
-                pair = np.stack(np.broadcast_arrays(alike.full("crank_ratio"), alike.full("offset_ratio")))
+                pair = np.stack(
+                    np.broadcast_arrays(alike.full("crank_ratio"), alike.full("offset_ratio"))
+                )
                 _, numbers = np.unique(pair, axis=1, return_inverse=True)
                 for one in _split(alike, [numbers.reshape(-1)]):
-                    own = (float(one.take(name).flat[0]) for name in ("crank_ratio", "offset_ratio"))
+                    own = (
+                        float(one.take(name).flat[0]) for name in ("crank_ratio", "offset_ratio")
+                    )
                     yield one, replace(source, box=Box(*((side, 0.0) for side in own)))
 
     def _pieces(self, chosen: Chosen, source: Source, finer: int) -> Iterator[Work]:
@@ -149,17 +155,23 @@ class Grouping:
         row = chosen.take("row")
         if row.size > 1:
             low = np.floor(row).astype(np.int64)
-            chosen = chosen.subset(np.argsort(low.astype(np.min_scalar_type(int(low.max()))), kind="stable"))
+            chosen = chosen.subset(
+                np.argsort(low.astype(np.min_scalar_type(int(low.max()))), kind="stable")
+            )
         most = max(1, MOST_PARTS // len(source.box.degrees))
         waiting = [
-            chosen.subset(slice(begin, begin + PIECE)) for begin in range(0, chosen.places.size, PIECE)
+            chosen.subset(slice(begin, begin + PIECE))
+            for begin in range(0, chosen.places.size, PIECE)
         ]
         while waiting:
             piece = waiting.pop(0)
             needs = needs_of(piece, source.load is not None)
             size = piece.places.size
             if needs.parts.count > most and size > 1:
-                waiting[:0] = [piece.subset(slice(None, size // 2)), piece.subset(slice(size // 2, None))]
+                waiting[:0] = [
+                    piece.subset(slice(None, size // 2)),
+                    piece.subset(slice(size // 2, None)),
+                ]
                 continue
             columns = columns_of(source, needs.parts)
             rough = _is_rough(piece, needs, columns.rough > ROUGHNESS * self.tolerance)

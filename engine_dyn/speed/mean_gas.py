@@ -42,7 +42,9 @@ def mean_gas_torque(
     gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
     three-point Gauss-Legendre on half degrees.
     """
-    given = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (crank_ratio, offset_ratio, row)))
+    given = np.broadcast_arrays(
+        *(np.asarray(v, dtype=float) for v in (crank_ratio, offset_ratio, row))
+    )
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
     ratio, offset, places = (np.array(v).reshape(-1) for v in given)
     result = np.empty(ratio.size)
@@ -105,7 +107,9 @@ def _add_up(
             mean = (1.0 - weight[i]) * means[row[i], t]
             if weight[i] > 0.0:
                 mean += weight[i] * means[row[i] + 1, t]
-            total += factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i]) * mean
+            total += (
+                factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i]) * mean
+            )
         found[i] = total
 
 

@@ -24,6 +24,11 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["Angles", "angles_of", "store", "store_curves", "store_nothing"]
 
+
+PLACES = 2.0**26
+"""Parts of an interval to which places are rounded."""
+
+
 class Angles(NamedTuple):
     """Where curves are wanted, in terms of the fine nodes of a period.
 
@@ -42,9 +47,8 @@ class Angles(NamedTuple):
 def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
     """Where angles [rad] lie among nodes of this width [rad]."""
     place = np.mod(angles, width * nodes) / width
-    # What rounding leaves beside a node is on it.
-    near = np.rint(place)
-    place = np.where(np.abs(place - near) < 1e-9, near, place)
+    # Without what rounding leaves: angles a period apart have the same place.
+    place = np.rint(place * PLACES) / PLACES
     node = np.floor(place)
     return Angles(node.astype(np.int64) % nodes, lagrange_weights(place - node))
 
@@ -86,9 +90,7 @@ def store(
 def store_nothing(target: int, code: int, results: Results) -> None:
     """Write NaN for a design that has no numbers, and its outcome."""
     nothing = math.nan
-    store(
-        target, code, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results
-    )
+    store(target, code, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results)
     for curve in (results.omega, results.acceleration):
         for i in range(curve.shape[1]):
             curve[target, i] = nothing

@@ -69,11 +69,13 @@ class Law(NamedTuple):
 
 @kernel
 def step_cycles(
-    cycle: Cycle, law: Law, start: float, first: int, passes: int, speeds: Floats, rates: Floats
-) -> tuple[int, bool, bool, float, float, float]:
+    cycle: Cycle, law: Law, width: float, start: float, first: int, passes: int, speeds: Floats,
+    rates: Floats,
+) -> tuple[int, bool, bool, float, float, float]:  # fmt: skip
     """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (83).
 
-    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on. `speeds`
+    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps of
+    `width` [rad]. `speeds`
     gets the samples of the last cycle, `rates` the angular acceleration [rad/s2] there. Returns the
     number of cycles done (`passes`, or until one closes where that is 0), whether the cycle closed,
     whether the engine stalled, and the largest, smallest and mean sample of the last cycle.
@@ -92,8 +94,10 @@ def step_cycles(
             speeds[j] = omega
             top, bottom, total = max(top, omega), min(bottom, omega), total + omega
             load = law.offset + law.coefficient * omega**law.exponent
-            rates[j] = (cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega) / cycle.theta[j]
-            omega += rates[j] / omega * DEGREE
+            rates[j] = (cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega) / cycle.theta[
+                j
+            ]
+            omega += rates[j] / omega * width
         mean = total / count
         if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
             return number, True, False, top, bottom, mean
@@ -216,14 +220,17 @@ def solve_as_printed(
             continue
         one = work.chosen.subset(np.array([i]))
         cycle, mean = _cycle_of(one, family, cylinders, task.variable)
-        given = {n: float(one.take(n).flat[0]) for n in ("offset", "exponent", "speed", "passes", "start_speed", "start_angle")}
+        given = {
+            n: float(one.take(n).flat[0])
+            for n in ("offset", "exponent", "speed", "passes", "start_speed", "start_angle")
+        }
         # An idle engine has no load.
         surplus = mean - given["offset"] if designs.kappa[i] != 0.0 else 0.0
         law = Law(given["offset"], surplus / given["speed"] ** given["exponent"], given["exponent"])
         first = (int(round(given["start_angle"] / DEGREE)) + count // 2) % count
         passes = int(given["passes"])
         cycles, closed, stalled, *found = step_cycles(
-            cycle, law, given["start_speed"] or given["speed"], first, passes, speeds, rates
+            cycle, law, DEGREE, given["start_speed"] or given["speed"], first, passes, speeds, rates
         )
         numbers = tuple(found)
         delta, error = periodic.scalars[:, i]

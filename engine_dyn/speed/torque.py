@@ -107,9 +107,7 @@ def _energy(which: int, designs: Designs) -> float:
 
 
 @kernel
-def _swings(
-    count: int, columns: Columns, designs: Designs, found: Floats, curve: Curve
-) -> None:
+def _swings(count: int, columns: Columns, designs: Designs, found: Floats, curve: Curve) -> None:
     """Ranges of the work of the first designs [J]; `curve` is scratch."""
     for which in range(count):
         fill_curve(which, False, columns, designs, curve)

@@ -9,13 +9,10 @@ import pytest
 
 import sweeps
 from engine_dyn.speed.mechanisms import (
+    BATCH,
     GENERAL,
-    OWN_CURVES,
-    SHARED_TABLES,
     Tally,
-    are_shared,
     counted,
-    is_common,
     tally_in_use,
 )
 
@@ -32,10 +29,10 @@ def solved(**tables: Any) -> tuple[Tally, Any]:
 @pytest.mark.parametrize(
     ("tables", "mechanism"),
     [
-        ({"axes": {"inertia": INERTIA.tolist()}}, SHARED_TABLES),
+        ({"axes": {"inertia": INERTIA.tolist()}}, BATCH),
         (
             {"designs": {"inertia": INERTIA, "crank_ratio": np.linspace(0.2, 0.3, 200)}},
-            OWN_CURVES,
+            BATCH,
         ),
         ({"axes": {"inertia": INERTIA.tolist()}, "solver": {"method": "newton"}}, GENERAL),
     ],
@@ -63,18 +60,3 @@ def test_a_tally_without_designs_has_no_shares() -> None:
     with counted() as outer, counted() as inner:
         assert tally_in_use() is inner
     assert np.isnan([outer.deferred_share, outer.general_share]).all()
-
-
-def test_tables_are_shared_where_few_are_needed() -> None:
-    assert are_shared(1, 1, special=False)
-    assert are_shared(1000, 64, special=False)
-    assert are_shared(1000, 1, special=True)
-    assert not are_shared(1000, 1, special=False)
-
-
-def test_a_load_over_angle_is_in_own_curves_where_many_designs_have_the_same() -> None:
-    assert is_common(True, 1, 1, 1000, special=False)
-    assert not is_common(False, 1, 1, 1000, special=False)
-    assert not is_common(True, 2, 1, 1000, special=False)
-    assert not is_common(True, 1, 1, 3, special=False)
-    assert not is_common(True, 1, 1, 1000, special=True)

@@ -11,64 +11,26 @@ from engine_dyn import periodic_speed
 from engine_dyn.loads import laws
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.variants import ALTERNATIVES
-from engine_dyn.speed import dispatch, fields, methods, results
-from engine_dyn.speed.batch import state, storage
-
-
-def test_every_method_has_a_solver() -> None:
-    assert set(dispatch.SOLVERS) == set(methods.METHOD_NAMES)
+from engine_dyn.speed import fields, methods, results
 
 
 def test_codes_of_methods_are_their_places() -> None:
-    codes = (
-        methods.AUTO, methods.THESIS, methods.PICARD, methods.NEWTON, methods.CLOSED,
-    )  # fmt: skip
+    codes = methods.AUTO, methods.THESIS, methods.NEWTON, methods.CLOSED
     assert codes == tuple(range(len(methods.METHODS)))
-    assert methods.STEPPING == ("thesis", "picard")
+    assert methods.STEPPING == ("thesis",)
 
 
-def test_rows_of_the_state_are_the_inputs_of_kernels() -> None:
-    """The batch solver copies inputs BORE to LOAD_SQUARE into its first rows by their places."""
-    rows = (
-        state.BORE, state.DOUBLE_RADIUS, state.MASS, state.SPEED, state.INERTIA, state.EXPONENT,
-        state.OFFSET, state.MEAN_TORQUE, state.SYNCHRONOUS_SPEED, state.BREAKDOWN_SLIP,
-        state.LOAD_LINEAR, state.LOAD_SQUARE,
-    )  # fmt: skip
-    inputs = (
-        fields.BORE, fields.DOUBLE_RADIUS, fields.MASS, fields.SPEED, fields.INERTIA,
-        fields.EXPONENT, fields.OFFSET, fields.MEAN_TORQUE,
-        *(fields.INPUT_NAMES.index(name) for name in (
-            "synchronous_speed", "breakdown_slip", "load_linear", "load_square",
-        )),
-    )  # fmt: skip
-    assert [row // state.LANES for row in rows] == [place - fields.BORE for place in inputs]
-    assert len(rows) == fields.LOAD_SQUARE + 1 - fields.BORE
-
-
-def test_places_of_rows_are_those_of_their_names() -> None:
-    names = [row.name for row in state.ROWS]
-    assert len(set(names)) == len(names)
-    for place, name in enumerate(names):
-        assert getattr(state, name) == place * state.LANES
-    assert len(names) * state.LANES == state.STATE_SIZE
-
-
-def test_places_of_inputs_are_those_of_their_names() -> None:
-    own = tuple(law_input.name for law_input in laws.INPUTS)
-    last = fields.FIRST_OF_LAWS + len(own)
-    for name in fields.INPUT_NAMES[: fields.FIRST_OF_LAWS] + fields.INPUT_NAMES[last:]:
-        assert fields.INPUT_NAMES[getattr(fields, name.upper())] == name
-    assert fields.INPUT_NAMES[fields.FIRST_OF_LAWS : last] == own
-    assert fields.INPUT_NAMES[fields.LOAD_SQUARE] == "load_square"
-    assert fields.INPUT_NAMES[fields.GEAR_RATIO] == "gear_ratio"
-    assert fields.INPUT_NAMES[: fields.TABLE_INPUTS] == fields.TABLE_NAMES
-    assert set(fields.FRICTION_NAMES) <= set(fields.TABLE_NAMES)
+def test_inputs_of_laws_are_inputs_of_solvers() -> None:
+    assert {law_input.name for law_input in laws.INPUTS} < set(fields.INPUT_NAMES)
+    for law in laws.LAWS:
+        assert set(law.numbers) <= set(fields.INPUT_NAMES) and len(law.numbers) <= 2
+    assert len(set(fields.INPUT_NAMES)) == len(fields.FIELDS)
+    assert set(fields.FRICTION_NAMES) <= {f.name for f in fields.FIELDS if f.of_tables}
 
 
 def test_places_of_results_are_those_of_their_names() -> None:
     for name in results.SCALAR_NAMES:
         assert results.SCALAR_NAMES[getattr(results, name.upper())] == name
-    assert storage.SCALAR_ROWS == results.SCALARS * state.LANES
 
 
 def test_results_are_quantities() -> None:
@@ -85,19 +47,25 @@ def test_laws_are_words_of_scenes() -> None:
 
 
 TABLE = np.array([[50.0, 99.0], [1.0, 4.0], [0.1, 0.1]])  # speeds, torques, slopes
-FORMS = (laws.PowerForm(0), laws.CurveForm(1.0, False, TABLE))
+NUMBERS = {"power_law": (1.6, 0.0), "linear_square": (3.0, 0.02), "motor": (90.0, 0.3)}
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: type(form).__name__)
-def test_every_law_is_one_at_the_nominal_speed(form: laws.Form) -> None:
-    values = np.array([law_input.default for law_input in laws.INPUTS])
-    law, sign = laws.make_law(80.0, 1.6, values, np.arange(values.size), form)
-    value, slope, _ = laws.load_terms(1.0, law)
+@pytest.mark.parametrize("kind", range(len(laws.LAWS)), ids=lambda kind: laws.LAWS[kind].name)
+def test_every_law_is_one_at_the_nominal_speed(kind: int) -> None:
+    facts = laws.LAWS[kind]
+    table = TABLE if facts.torque is None else np.zeros((3, 0))
+    form = laws.Form(kind, 1.0, False, table)
+    numbers = NUMBERS.get(facts.name, (0.0, 0.0))
+    law, sign = laws.law_of(80.0, *numbers, 1.0, form)
+    value, slope = laws.load_terms(1.0, law)
     assert sign > 0.0
     assert value == pytest.approx(1.0, abs=1e-15)
     step = 1e-6
     higher, lower = laws.load_terms(1.0 + step, law)[0], laws.load_terms(1.0 - step, law)[0]
     assert slope == pytest.approx((higher - lower) / (2.0 * step), rel=1e-8)
+    if facts.torque is not None:
+        given = (np.array([value]) for value in (80.0, *numbers))
+        assert laws.slope_and_sign(*given, form)[0] == pytest.approx(slope, rel=1e-13)
 
 
 def test_keywords_of_periodic_speed_have_the_defaults_of_the_inputs() -> None:

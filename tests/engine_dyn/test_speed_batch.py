@@ -10,8 +10,6 @@ import pytest
 
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import powers, recurrence, two_grid
-from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from oracle.designs import SmoothPressure, table
 
@@ -22,8 +20,6 @@ PRESSURE = SmoothPressure(
     burn=40.0, burn_angle=math.radians(10.0), burn_order=120,
     after=6.0, after_angle=math.radians(45.0), after_order=30,
 )  # fmt: skip
-
-U = np.linspace(-powers.SERIES_RANGE, powers.SERIES_RANGE, 401)
 
 
 def product(
@@ -49,42 +45,6 @@ def product(
     }  # fmt: skip
 
 
-def of_each(formula: object) -> np.ndarray:
-    python = getattr(formula, "py_func", formula)
-    return np.array([python(u) for u in U])  # type: ignore[operator]
-
-
-def test_series_are_as_good_as_they_say() -> None:
-    roots = np.array([math.sqrt(1.0 + u) - 1.0 - 0.5 * u for u in U])
-    assert np.abs(of_each(powers.root_remainder) - roots).max() < 2e-10
-    rising = np.array([0.5 / math.sqrt(1.0 + u) - 0.5 for u in U])
-    slope = getattr(powers.root_slope, "py_func", powers.root_slope)
-    assert np.abs([slope(u, 0.0) for u in U] - rising).max() < 2e-5
-    assert slope(0.1, 0.3) - slope(0.1, 0.0) == pytest.approx(-0.15)
-    logarithm = getattr(powers.log_of, "py_func", powers.log_of)
-    wide = np.linspace(powers.DEEPEST, powers.HIGHEST, 401)
-    assert max(abs(logarithm(u) - math.log1p(u)) for u in wide) < 2e-13
-
-
-@pytest.mark.parametrize("nodes", [4, 24, two_grid.MOST_IN_SERIES])
-def test_the_work_of_a_period_is_a_polynomial_of_the_load(nodes: int) -> None:
-    """Where y' = -beta y + work ends after a period: one exponential of each interval's work."""
-    coarse = np.random.default_rng(nodes).normal(size=(nodes, two_grid.NODE_FIELDS))
-    constants = np.zeros(two_grid.CONSTANTS)
-    two_grid.fill_series_of_work(coarse, constants)
-    series = getattr(recurrence.work_series, "py_func", recurrence.work_series)
-    behind = np.arange(nodes)[::-1]
-    for field, first in (
-        (two_grid.WORK, two_grid.WORK_SERIES),
-        (two_grid.SQUARES, two_grid.SQUARES_SERIES),
-    ):
-        size = np.abs(coarse[:, field]).sum()
-        for x in np.linspace(0.0, two_grid.LARGEST_STEP, 31):
-            end = np.sum(coarse[:, field] * np.exp(-x * behind))
-            found = series(2.0 * x / two_grid.LARGEST_STEP - 1.0, first, constants)
-            assert found == pytest.approx(end, abs=1e-11 * size)
-
-
 @pytest.mark.parametrize("method", ["auto", "newton"])
 def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
     # The lower node lies in the other valley: 3e-7 of the speed would be missed.
@@ -103,24 +63,6 @@ def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
         wanted=("omega",), method="newton", finer=4, tolerance=1e-9, crank_angle=angles, **inputs
     )["omega"]
     assert found["omega_min"].item() == pytest.approx(curve.min(), rel=1e-8)
-
-
-@pytest.mark.parametrize("half", [0.25, 0.5, 0.8, 1.3, 2.5, 5.0])
-def test_series_of_powers_are_as_good_as_they_say(half: float) -> None:
-    terms = powers.SERIES_TERMS
-    series = np.zeros(powers.SERIES_ROWS)
-    coefficients = [half * (half - 1.0) / 2.0]
-    for i in range(3, terms + 2):
-        coefficients.append(coefficients[-1] * (half - i + 1.0) / i)
-    series[::LANES] = coefficients
-    value = getattr(powers.power_remainder, "py_func", powers.power_remainder)
-    slope = getattr(powers.power_slope, "py_func", powers.power_slope)
-    remainder = (1.0 + U) ** half - 1.0 - half * U
-    rising = half * ((1.0 + U) ** (half - 1.0) - 1.0)
-    assert np.abs([value(u, 0, series) for u in U] - remainder).max() < 1e-11
-    assert np.abs([slope(u, half, 0.0, 0, series) for u in U] - rising).max() < 2e-5
-    turned = slope(0.1, half, 0.3, 0, series) - slope(0.1, half, 0.0, 0, series)
-    assert turned == pytest.approx(-0.3 * half)
 
 
 @pytest.mark.compiled

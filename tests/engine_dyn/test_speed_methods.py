@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.loads.laws import Power
+from engine_dyn.loads.laws import POWER, Form, law_of
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.general.euler import step_cycles
+from engine_dyn.speed.general.curve import Design, make_curve
 from engine_dyn.speed.general.newton import newton
-from engine_dyn.speed.general.picard import repeat_cycles
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.thesis import Cycle, Law, step_cycles
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import (
     CONVERGED,
@@ -52,12 +52,13 @@ def by_newton(
 ) -> tuple[int, float, Any]:
     """Return steps, mu and q at the nodes."""
     w, dw, tau, dtau = smooth(nodes, variable)
-    d = np.zeros(nodes)
-    steps, mu, _, _ = newton(
-        kappa, Power(half), closure, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, d,
-        np.empty((8, nodes)), 1e-7, 60,
-    )  # fmt: skip
-    return steps, mu, (1.0 + d) / tau
+    curve = make_curve(nodes, 1)
+    for array, values in zip(curve[:4], (w, dw, tau, dtau), strict=True):
+        array[:] = values
+    law, _ = law_of(1.0, 2.0 * half, 0.0, 1.0, Form(POWER, 1.0, False, np.zeros((3, 0))))
+    design = Design(0.0, kappa, law, half == 0.0, 1.0)
+    steps, mu, _, _ = newton(closure, 2.0 * np.pi / nodes, 1e-7, 60, design, curve)
+    return steps, mu, (1.0 + curve.d) / tau
 
 
 @pytest.mark.parametrize("variable", [False, True])
@@ -105,25 +106,6 @@ def test_newton_finds_it_from_weak_to_overwhelming_loads(half: float, kappa: flo
         assert closed == pytest.approx(1.0, abs=1e-10)
 
 
-@pytest.mark.parametrize("kappa", [0.3, 3.0])
-def test_repeated_cycles_are_of_fourth_order_and_end_where_newton_does(kappa: float) -> None:
-    misses = []
-    exact = by_newton(192, 0.75, kappa=kappa)[2]
-    for nodes in (12, 24, 48):
-        w, dw, tau, dtau = smooth(nodes)
-        d = np.zeros(nodes)
-        cycles, closed, stalled = repeat_cycles(
-            kappa, Power(0.75), 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, d, 1.2, 0, 1, 0,
-            1e-12,
-        )  # fmt: skip
-        assert closed and not stalled and cycles > 1
-        misses.append(np.abs(1.0 + d - exact[:: 192 // nodes]).max())
-        # The same formula, so the same numbers as Newton's at the same nodes.
-        np.testing.assert_allclose(1.0 + d, by_newton(nodes, 0.75, kappa=kappa)[2], atol=1e-10)
-    assert misses[0] / misses[1] > 8.0
-    assert misses[1] / misses[2] > 13.0
-
-
 @pytest.mark.parametrize("alpha", [0.0, 1.0, 1.6, 2.0])
 def test_euler_is_of_first_order(alpha: float) -> None:
     """One pass of the thesis's method against a step 64 times as fine."""
@@ -132,9 +114,10 @@ def test_euler_is_of_first_order(alpha: float) -> None:
         phi = np.arange(samples) * (CYCLE / samples)
         torque = 60.0 + 500.0 * np.sin(phi) + 300.0 * np.cos(2.5 * phi)
         trace = np.empty(samples)
+        cycle = Cycle(torque, np.full(samples, 2.0), np.zeros(samples))
         done, closed, stalled, top, bottom, mean = step_cycles(
-            torque, np.full(samples, 2.0), np.zeros(samples), samples, CYCLE / samples, 20.0,
-            40.0 / 125.0**alpha, alpha, 125.0, 0, 1, 1, trace, np.empty(samples),
+            cycle, Law(20.0, 40.0 / 125.0**alpha, alpha), CYCLE / samples, 125.0, 0, 1, trace,
+            np.empty(samples),
         )  # fmt: skip
         assert (done, closed, stalled) == (1, True, False)
         assert bottom == trace.min() and top == trace.max()
@@ -158,7 +141,7 @@ def test_all_methods_are_one_solution(exponent: float, model: str) -> None:
         load_exponent=exponent, inertia_model=model,
     )  # fmt: skip
     auto = solved(design)
-    methods = ["newton", "picard"] + (["closed"] if exponent in (0.0, 2.0) else [])
+    methods = ["newton"] + (["closed"] if exponent in (0.0, 2.0) else [])
     for method in methods:
         found = solved(design, method=method)
         assert found.status == CONVERGED, method
@@ -224,34 +207,14 @@ def test_error_of_the_thesis_method_is_reported() -> None:
 
 
 @compiled
-def test_passes_of_cycle_repetition_are_counted_and_kept() -> None:
-    design = design_of(SINGLE)
-    start = 1.05 * design.omega_n
-    found = [solved(design, method="picard", passes=n, start_speed=start) for n in (1, 5, 80)]
-    assert [one.iterations for one in found] == [1, 5, 80]
-    assert all(one.status == PASSES_DONE for one in found)
-    exact = solved(design).omega_mean
-    misses = [abs(one.omega_mean - exact) for one in found]
-    # The deviation dies out by the same factor in every cycle.
-    rho = (misses[1] / misses[0]) ** 0.25
-    assert 0.0 < rho < 1.0
-    assert misses[2] <= 1.5 * misses[0] * rho**79 + 1e-7 * exact
-
-
-@compiled
 @pytest.mark.parametrize("count", [1, 4])
-def test_energy_form_does_not_drift(count: int) -> None:
-    """Exponent 0: Euler climbs for ever, the energy form stays where it starts."""
+def test_euler_climbs_under_a_constant_load(count: int) -> None:
+    """Exponent 0: nothing opposes the energy that every step adds."""
     design = replace(design_of(SINGLE), load_exponent=0.0, cylinders=count)
-    euler_means, picard_means = (
-        [solved(design, method=method, passes=n).omega_mean for n in (1, 100, 300)]
-        for method in ("thesis", "picard")
-    )
-    assert euler_means[1] - euler_means[0] > 1e-6 * design.omega_n
+    means = [solved(design, method="thesis", passes=n).omega_mean for n in (1, 100, 300)]
+    assert means[1] - means[0] > 1e-6 * design.omega_n
     # Twice as many further cycles, about twice the climb.
-    climb = (euler_means[2] - euler_means[0]) / (euler_means[1] - euler_means[0])
-    assert climb == pytest.approx(299.0 / 99.0, rel=0.2)
-    assert np.ptp(picard_means) <= 1e-9 * design.omega_n
+    assert (means[2] - means[0]) / (means[1] - means[0]) == pytest.approx(299.0 / 99.0, rel=0.2)
 
 
 # --- what the nominal speed is ------------------------------------------------------------------
@@ -328,7 +291,7 @@ def test_no_load(name: str) -> None:
 
 
 @compiled
-@pytest.mark.parametrize("method", ["auto", "newton", "picard", "thesis"])
+@pytest.mark.parametrize("method", ["auto", "newton", "thesis"])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
 def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
     design = replace(design_of(SINGLE), load_exponent=exponent)
@@ -340,7 +303,7 @@ def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
     span = float(span["torque_max"] - span["torque_min"])
     for excess, status in ((2e-9, NO_STEADY_STATE), (0.1, NO_STEADY_STATE), (0.5e-9, None)):
         inputs["offset"] = inputs["mean_torque"] + excess * span
-        passes = {"passes": 3.0} if method in ("thesis", "picard") else {}
+        passes = {"passes": 3.0} if method == "thesis" else {}
         found = dispatch.solve(wanted=("delta",), method=method, **inputs, **passes)
         if status is None:
             assert int(found["status"]) in (CONVERGED, PASSES_DONE)
@@ -351,7 +314,7 @@ def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
 
 
 @compiled
-@pytest.mark.parametrize("method", ["auto", "newton", "closed", "picard", "thesis"])
+@pytest.mark.parametrize("method", ["auto", "newton", "closed", "thesis"])
 def test_stall(method: str) -> None:
     found = solved(design_of("stalled, alpha 2, constant"), method=method)
     assert found.status == STALLED
@@ -360,7 +323,7 @@ def test_stall(method: str) -> None:
 
 
 @compiled
-@pytest.mark.parametrize("method", ["auto", "newton", "picard", "thesis"])
+@pytest.mark.parametrize("method", ["auto", "newton", "thesis"])
 def test_vanishing_inertia_is_invalid(method: str) -> None:
     design = design_of("inertia vanishes, 1 cyl")
     assert solved(design, method=method, closure="power_mean").status == INVALID_INPUT
@@ -374,24 +337,6 @@ def test_closed_at_other_exponents_is_invalid(exponent: float) -> None:
     assert solved(design_of(SINGLE), method="closed", load_exponent=exponent).status == (
         INVALID_INPUT
     )
-
-
-@compiled
-def test_cycle_repetition_closes_nowhere_but_at_the_solution() -> None:
-    """Light flywheels: what it calls converged has the asked mean speed and Newton's delta."""
-    design = design_of("alpha 1, variable, 3 cyl, power_mean")
-    family = family_of(design)
-    for count, model in ((12, "variable"), (12, "constant"), (1, "variable")):
-        inputs = inputs_of(replace(design, cylinders=count, inertia_model=model), family)
-        inputs["inertia"] = design.inertia * np.geomspace(1e-4, 1.0, 60)
-        found = dispatch.solve(wanted=SCALAR_NAMES, method="picard", **inputs)
-        exact = dispatch.solve(wanted=SCALAR_NAMES, method="newton", **inputs)
-        good = found["status"] == CONVERGED
-        assert good.any()
-        assert (exact["status"][good] == CONVERGED).all()
-        np.testing.assert_allclose(found["delta"][good], exact["delta"][good], rtol=1e-6)
-        # Exponent 1: the mean of omega is the nominal speed.
-        np.testing.assert_allclose(found["omega_mean"][good], design.omega_n, rtol=1e-6)
 
 
 @compiled

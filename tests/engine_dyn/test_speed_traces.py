@@ -10,7 +10,6 @@ import pytest
 
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import angles
 from engine_dyn.speed.methods import INERTIA_MODELS
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
@@ -201,22 +200,3 @@ def test_many_tables(designs: int) -> None:
         alone = {**arguments, "crank_ratio": ratios[i]}
         part = dispatch.solve(wanted=("omega",), crank_angle=ANGLES[:50], **alone)
         np.testing.assert_array_equal(part["omega"], found["omega"][i])
-
-
-@pytest.mark.parametrize("cylinders", [1, 3])
-def test_runs_cover_every_angle(cylinders: int) -> None:
-    family = inputs()["family"]
-    engine = even_cylinders(cylinders, CYCLE)
-    at = angles.make_angles(ANGLES, family, np.array([0]), engine, 736, 8)
-    tile = np.repeat(np.arange(at.first_run.size - 1), np.diff(at.first_run))
-    covered = np.zeros(ANGLES.size, dtype=int)
-    period = 4.0 * np.pi / cylinders
-    width = period / 736
-    for run, target in enumerate(at.target):
-        for i in range(at.length[run]):
-            covered[target + i] += 1
-            here = tile[run] * angles.TILE + at.source[run] + i
-            phase = at.node[here] * width + at.offset[here]
-            turn = (ANGLES[target + i] - phase) / period
-            assert turn == pytest.approx(round(turn), abs=1e-9)
-    assert (covered == 1).all()

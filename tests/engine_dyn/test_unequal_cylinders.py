@@ -148,13 +148,9 @@ def test_agrees_with_an_independent_solution(name: str) -> None:
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", [n for n, d in DESIGNS.items() if d.closure == "power_mean"])
 def test_repeated_cycles_come_to_the_same_speed(name: str) -> None:
-    """Whole cycles marched from a start, by both methods that do so."""
+    """A whole cycle marched from a start by the thesis's method."""
     design = DESIGNS[name]
     exact = solved(design)
-    picard = solved(design, method="picard", passes=400 if design.load_exponent > 0.0 else 3)
-    if design.load_exponent > 0.0:
-        assert picard.delta == pytest.approx(exact.delta, rel=1e-4)
-        assert picard.omega_mean == pytest.approx(exact.omega_mean, rel=1e-5)
     # The thesis's method is of first order; what it sees of the torque is what counts.
     start = float(solved(design, crank_angle=[-np.pi]).omega[0])
     thesis = solved(design, method="thesis", passes=1, start_speed=start)

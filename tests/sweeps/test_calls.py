@@ -32,7 +32,7 @@ NAMES = {
     "traces": ("speed/general/storage.py:store_curves", "speed/batch/traces.py:write_block"),
     "iterations": (
         "speed/general/segments.py:iterate", "speed/batch/iteration.py:iterate",
-        "speed/general/newton.py:newton", "speed/general/picard.py:repeat_cycles",
+        "speed/general/newton.py:newton", "speed/thesis.py:step_cycles",
     ),
 }  # fmt: skip
 

@@ -365,7 +365,7 @@ def test_pumps_that_are_none(folder: Path, change: tuple[str, str], words: str) 
 def test_error_estimate_and_methods() -> None:
     found = run(
         ["delta", "delta_error"], set={**MOTORED, **MOTOR, "load_table": "own.csv"},
-        solver={"method": ["auto", "newton", "picard", "closed"],
+        solver={"method": ["auto", "newton", "closed"],
                 "inertia_model": ["constant", "variable"]},
     )  # fmt: skip
     assert (found["status"].values[:3] == 0).all() and (found["status"].values[3] == 4).all()

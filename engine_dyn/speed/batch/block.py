@@ -16,7 +16,18 @@ from engine_dyn.speed.work.summit import WINDOW
 from engine_dyn.types import Booleans, Floats
 
 __all__ = [
-    "HALO", "LANES", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "Curves", "Lanes", "Scratch", "Table", "make_scratch",
+    "HALO",
+    "LANES",
+    "LEFT",
+    "MANY",
+    "MOST_TERMS",
+    "SETTLED",
+    "SOLVING",
+    "Curves",
+    "Lanes",
+    "Scratch",
+    "Table",
+    "make_scratch",
 ]
 
 LANES = 64

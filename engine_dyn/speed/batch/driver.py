@@ -84,9 +84,7 @@ def solve_blocks(
     table, lanes = scratch.table, scratch.lanes
     current = -1
     for first in range(0, count, LANES):
-        current = fill_block(
-            first, current, task, columns, weights, designs, table, scratch.curves
-        )
+        current = fill_block(first, current, task, columns, weights, designs, table, scratch.curves)
         solve_curves(
             first, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
         )
@@ -113,4 +111,6 @@ def solve_blocks(
         end_peaks(scratch.peaks)
         for lane in range(here):
             if not left[first + lane]:
-                left[first + lane] = not finish_lane(lane, first + lane, task, designs, results, scratch)
+                left[first + lane] = not finish_lane(
+                    lane, first + lane, task, designs, results, scratch
+                )

@@ -137,7 +137,10 @@ def middle_of(
     width = scratch.width
     d_tau, d_tau_after = width * eta * turn[node], width * eta * turn[n]
     excess = missed + cubic_in_middle(
-        u * tau, u_after * tau_after, slope * tau + u * d_tau, slope_after * tau_after + u_after * d_tau_after
+        u * tau,
+        u_after * tau_after,
+        slope * tau + u * d_tau,
+        slope_after * tau_after + u_after * d_tau_after,
     )
     inertia = eta * table.fine_square[2, node] + cubic_in_middle(tau, tau_after, d_tau, d_tau_after)
     return excess / inertia - cubic_in_middle(u, u_after, slope, slope_after)

@@ -47,6 +47,9 @@ MOST_PASSES = 40
 ROUNDING = 2e-15
 """Change of the remainder that is nothing but rounding."""
 
+LIGHTEST = 0.25
+"""Least inertia over its mean at any node."""
+
 TERMS_AT_ONCE = 4
 """Terms of polynomials that are evaluated in one loop; their number is a multiple of this."""
 
@@ -290,6 +293,21 @@ def settle_lanes(tolerance: float, lanes: Lanes) -> bool:
 
 
 @inlined
+def leave_light(lanes: Lanes, curves: Curves) -> None:
+    """Leave designs whose variable inertia falls too low somewhere to the general solver."""
+    least = lanes.total
+    for k in range(least.size):
+        least[k] = 1.0
+    for i in range(curves.inertia.shape[0]):
+        tau = curves.inertia[i]
+        for k in range(least.size):
+            least[k] = min(least[k], tau[k])
+    for k in range(least.size):
+        if not (least[k] > LIGHTEST):
+            lanes.state[k] = LEFT
+
+
+@inlined
 def solve_curves(
     first: int, variable: bool, closure: int, tolerance: float, form: Form, weights: Weights,
     designs: Designs, scratch: Scratch,
@@ -301,6 +319,8 @@ def solve_curves(
     """
     lanes, curves = scratch.lanes, scratch.curves
     begin_lanes(first, weights, lanes)
+    if variable:
+        leave_light(lanes, curves)
     run_load(False, lanes, curves)
     close_period(variable, lanes, curves)
     timed = closure == CYCLE_TIME

@@ -16,7 +16,7 @@ __all__ = ["Weights", "weights_of"]
 TINY = 1e-11
 """Least beta [1/rad]: where there is no load, it stands for the limit of a weak one."""
 
-LARGEST_STEP = 0.5
+LARGEST_STEP = 0.05
 """Largest beta times coarse interval: a stronger load is left to the general solver."""
 
 
@@ -54,10 +54,11 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     else:
         slope, sign = slope_and_sign(designs.speed, designs.first, designs.second, form)
     step = designs.kappa * slope * width
-    # No load drives, no driver brakes, and both must oppose deviations: 0 is idle, or no slope.
+    # No load drives, no driver brakes, and both oppose deviations or do not depend on the speed.
     with np.errstate(invalid="ignore"):
-        solvable = (designs.kappa * sign >= 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
-    solvable &= sign != 0.0
+        solvable = (designs.kappa * sign > 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
+    if LAWS[form.kind].torque is None:  # a table without slope holds no speed
+        solvable &= slope != 0.0
     x = np.where(solvable, np.maximum(step, TINY * width), TINY * width)
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))

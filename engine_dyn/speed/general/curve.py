@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import POWER, Law, is_power, law_of, load_terms
+from engine_dyn.loads.laws import POWER, TABLE, Law, is_power, law_of, load_terms
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
@@ -47,8 +47,8 @@ class Curve(NamedTuple):
         chi - 1 and q of the solution.
     rate : ndarray, shape (node,)
         Slope of q.
-    slope : ndarray, shape (node,)
-        Slope of chi, where cycles were followed in time.
+    slope, between : ndarray, shape (node,)
+        Slope of chi, and chi - 1 in the middle of intervals, where cycles were followed in time.
     work : ndarray, shape (6, node)
         Scratch.
     factor : ndarray, shape (term,)
@@ -65,13 +65,14 @@ class Curve(NamedTuple):
     q: Floats
     rate: Floats
     slope: Floats
+    between: Floats
     work: Floats
     factor: Floats
 
 
 def make_curve(nodes: int, terms: int) -> Curve:
     """Memory of one design."""
-    return Curve(*(np.zeros(nodes) for _ in range(10)), np.zeros((6, nodes)), np.zeros(terms))
+    return Curve(*(np.zeros(nodes) for _ in range(11)), np.zeros((6, nodes)), np.zeros(terms))
 
 
 @inlined
@@ -91,7 +92,9 @@ def _add_part(
 
 
 @inlined
-def fill_curve(which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve) -> None:
+def fill_curve(
+    which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve
+) -> None:
     """Fill in w, w', tau and tau' at the nodes: docs/method.md (47)."""
     for t in range(curve.factor.size):
         curve.factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
@@ -114,9 +117,12 @@ def fill_curve(which: int, variable: bool, columns: Columns, designs: Designs, c
 
 @inlined
 def _is_flat(law: Law) -> bool:
-    """Whether a law does not depend on the speed, from half to twice the nominal one."""
-    if law.kind == POWER:
-        return law.first == 0.0
+    """Whether a law does not depend on the speed, from half to twice the nominal one.
+
+    A table that does not is refused: it holds no speed.
+    """
+    if law.kind == POWER or law.kind == TABLE:
+        return law.kind == POWER and law.first == 0.0
     flat = True
     for q in (0.25, 1.0, 4.0):
         value, slope = load_terms(q, law)
@@ -125,9 +131,7 @@ def _is_flat(law: Law) -> bool:
 
 
 @inlined
-def begin_design(
-    which: int, task: Task, designs: Designs, curve: Curve
-) -> tuple[Design, int]:
+def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tuple[Design, int]:
     """Reduced numbers of a design whose curve is filled in, and its outcome so far.
 
     docs/method.md (44), and (60) for idle.

@@ -96,7 +96,7 @@ def _write(
             curve.q[j] = (1.0 + curve.d[j]) / curve.tau[j]
         # The slope of a solution that was followed in time is no difference of large numbers.
         if missed > 0.0:
-            take_slope(curve)
+            take_slope(width, curve)
         else:
             fill_rate(mu, design, curve)
         high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, curve)
@@ -104,7 +104,7 @@ def _write(
         if not (low > 0.0):
             code = STALLED
         elif not covers(gear * high, gear * low, task.form):
-            code = INVALID_INPUT
+            code = INVALID_INPUT if pulls_back(design) else NO_STEADY_STATE
         elif not _is_stable(design, curve):
             code = NO_STEADY_STATE
         elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
@@ -167,5 +167,15 @@ def follow_designs(
         if results.status[designs.target[which]] == TOLERANCE_NOT_MET and code != CONVERGED:
             continue
         _write(
-            which, code, mu, max(missed, 1e-15), cycles, width, task, design, designs, curve, results
+            which,
+            code,
+            mu,
+            max(missed, 1e-15),
+            cycles,
+            width,
+            task,
+            design,
+            designs,
+            curve,
+            results,
         )

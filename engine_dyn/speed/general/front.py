@@ -22,19 +22,24 @@ def solve_one_by_one(
 ) -> None:
     """Solve the designs `chosen`, such as those that the batch solver leaves.
 
-    Where Newton's method finds no solution, cycles are followed in time. With a power of the speed
-    that finds no other, but for loads so strong that no number of nodes meets the tolerance; `last`
-    says that no more nodes are tried.
+    Where Newton's method finds no solution, cycles are followed in time. `last` says that no more
+    nodes are tried.
     """
     nodes, terms = columns.fine.shape[1:]
     curve = make_curve(nodes, terms)
     solve_designs(chosen, task, columns, designs, curve, results)
-    outcomes = [TOLERANCE_NOT_MET] if last else []
-    if task.form.kind != POWER:
-        outcomes += [NOT_CONVERGED, STALLED, NO_STEADY_STATE]
-    elif last:
-        outcomes.append(NOT_CONVERGED)
+    outcomes = followed(task, last)
     left = chosen[np.isin(results.status[designs.target[chosen]], outcomes)]
     # Compiled only where there are such designs.
     if left.size:
         follow_designs(left, task, columns, designs, curve, results)
+
+
+def followed(task: Task, last: bool) -> tuple[int, ...]:
+    """Outcomes of Newton's method after which cycles are followed.
+
+    With a power of the speed its stalls are certain. The last number of nodes is where a missed
+    tolerance counts: the load may be so strong that no number of nodes resolves it.
+    """
+    of_law = () if task.form.kind == POWER else (NOT_CONVERGED, STALLED, NO_STEADY_STATE)
+    return (*of_law, NOT_CONVERGED, TOLERANCE_NOT_MET) if last else of_law

@@ -28,7 +28,6 @@ from engine_dyn.types import Floats
 __all__ = ["closure_terms", "newton"]
 
 
-
 @inlined
 def closure_terms(q: float, law: Law, flat: bool, closure: int) -> tuple[float, float]:
     """Return the density of the closure's residual, whose mean must vanish, and its derivative.

@@ -54,11 +54,12 @@ class Interval(NamedTuple):
 class Passed(NamedTuple):
     """What becomes of the energy over an interval.
 
-    `end` is its value there, `slope` its slope times the width, `factor` that of a small deviation
-    over the interval, and `missed` bounds the error of one passage.
+    `end` and `middle` are its values there, `slope` its slope at the end times the width, `factor`
+    that of a small deviation over the interval, and `missed` bounds the error of one passage.
     """
 
     end: float
+    middle: float
     slope: float
     factor: float
     missed: float
@@ -70,17 +71,21 @@ def slope_of(
 ) -> tuple[float, float, float, float, float]:
     """Coefficients of the slope, times the width, between node j and the next: docs/method.md (125).
 
-    A cubic through four slopes, and a quartic that vanishes at both ends and makes its integral the
-    rise of the values.
+    The quartic through four slopes whose integral is the rise of the values.
     """
     nodes = value.size
     after = j + 1 if j + 1 < nodes else 0
     far, before = after + 1 if after + 1 < nodes else 0, j - 1 if j > 0 else nodes - 1
-    s0, s1, s2, s3 = width * slope[before], width * slope[j], width * slope[after], width * slope[far]
+    s0, s1, s2, s3 = (
+        width * slope[before],
+        width * slope[j],
+        width * slope[after],
+        width * slope[far],
+    )
     c0, c1 = s1, -s0 / 3.0 - 0.5 * s1 + s2 - s3 / 6.0
     c2, c3 = 0.5 * (s0 + s2) - s1, (s3 - s0) / 6.0 + 0.5 * (s1 - s2)
-    missed = 30.0 * (value[after] - value[j] - (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0))
-    return c0, c1, c2 + missed, c3 - 2.0 * missed, missed
+    missed = 30.0 / 11.0 * (value[after] - value[j] - (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0))
+    return c0, c1 + 2.0 * missed, c2 - missed, c3 - 2.0 * missed, missed
 
 
 @inlined
@@ -171,14 +176,16 @@ def _step(
 def _in_steps(
     steps: int, e: float, interval: Interval, push: float, mu: float, law: Law
 ) -> tuple[Passed, bool]:
-    """Pass an interval in so many equal steps."""
-    size, slope, factor = 1.0 / steps, 0.0, 1.0
+    """Pass an interval in so many equal steps; the middle has no meaning with one step."""
+    size, slope, factor, middle = 1.0 / steps, 0.0, 1.0, e
     for k in range(steps):
         e, slope, more, found = _step(k * size, size, e, interval, push, mu, law)
         factor *= more
         if not found:
-            return Passed(e, slope, factor, math.inf), False
-    return Passed(e, slope, factor, 0.0), True
+            return Passed(e, middle, slope, factor, math.inf), False
+        if 2 * (k + 1) == steps:
+            middle = e
+    return Passed(e, middle, slope, factor, 0.0), True
 
 
 @inlined
@@ -201,6 +208,6 @@ def pass_interval(
         before, known, last = passed, followed, difference
         steps *= 2
     return (
-        Passed(passed.end, passed.slope, passed.factor, difference),
+        Passed(passed.end, passed.middle, passed.slope, passed.factor, difference),
         followed and difference < math.inf,
     )

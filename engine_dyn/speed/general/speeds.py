@@ -62,8 +62,9 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
         up, down = sign * rate[j], sign * rate[n]
         if up >= 0.0 and down < 0.0 and sign * q[j] + width * up >= highest:
             value, missed = _peak(sign, j, width, curve)
-            if value >= best:
-                best, miss = value, missed
+            # Rounding may place it below the node at which the interval begins or ends.
+            if value >= best or (best == highest and node in (j, n)):
+                best, miss = max(value, best), missed
     return sign * best, miss
 
 
@@ -113,9 +114,16 @@ def fill_rate(mu: float, design: Design, curve: Curve) -> None:
 
 
 @inlined
-def take_slope(curve: Curve) -> None:
-    """Slope of q at the nodes from that of the energy."""
+def take_slope(width: float, curve: Curve) -> None:
+    """Slope of q at the nodes from that of the energy, which was followed in time.
+
+    What cubics miss is that of the energy then, not of the work.
+    """
+    d, slope = curve.d, curve.slope
     for j in range(curve.q.size):
+        n = j + 1 if j + 1 < curve.q.size else 0
+        cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
+        curve.w_missed[j] = curve.between[j] - cubic
         curve.rate[j] = (curve.slope[j] - curve.q[j] * curve.dtau[j]) / curve.tau[j]
 
 

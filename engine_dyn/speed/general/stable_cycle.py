@@ -48,7 +48,7 @@ def _pass_cycle(
 ) -> tuple[int, float, float, float]:
     """Follow one period from the energy `start` at node 0.
 
-    `curve` gets e - 1 at the nodes and its slope. Returns whether the design STANDS, RUNS_AWAY, is
+    `curve` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design STANDS, RUNS_AWAY, is
     LOST or nothing of this (REPEATS), the energy at the end, the factor of a deviation, and the sum
     of what all intervals may miss.
     """
@@ -65,6 +65,7 @@ def _pass_cycle(
         if not followed:
             return LOST, e, factor, missed
         curve.d[j] = e - 1.0
+        curve.between[j] = passed.middle - 1.0
         curve.slope[after] = passed.slope / width
         e = passed.end
         factor *= passed.factor

@@ -27,6 +27,9 @@ RATIO_EDGES = np.array([0.0, 0.2, 0.36, 0.5, 0.6, 0.7, 0.77, 0.82])
 """Edges of boxes of the crank ratio. Boxes shrink towards the ratio where the crank cannot turn, so
 that polynomials of one degree serve all."""
 
+LARGEST_WITH_OFFSET = 0.5
+"""Largest crank ratio of boxes with an offset: beyond, polynomials of this degree do not suffice."""
+
 OFFSET_EDGE = 0.2
 """Largest offset over the crank radius of a box; offsets of either sign have boxes of their own."""
 
@@ -73,7 +76,9 @@ class Box:
     @cached_property
     def samples(self) -> Floats:
         """Ratio and offset of every Chebyshev point, shape (samples, 2)."""
-        sides = [_points(*side, n) for side, n in zip((self.ratio, self.offset), self.sizes, strict=True)]
+        sides = [
+            _points(*side, n) for side, n in zip((self.ratio, self.offset), self.sizes, strict=True)
+        ]
         grids = np.meshgrid(*sides, indexing="ij")
         return np.stack([grid.reshape(-1) for grid in grids], axis=1)
 
@@ -130,7 +135,8 @@ def boxes_of(ratio: Floats, offset: Floats, largest_radius: float = 1.0) -> Inte
     own = ratio * largest_radius
     number = np.searchsorted(RATIO_EDGES, own, side="right") - 1
     number = np.where(own == RATIO_EDGES[-1], len(RATIO_EDGES) - 2, number)
-    lies = (own >= 0.0) & (own <= RATIO_EDGES[-1]) & (np.abs(offset) <= OFFSET_EDGE)
+    lies = (own >= 0.0) & (own <= np.where(offset == 0.0, RATIO_EDGES[-1], LARGEST_WITH_OFFSET))
+    lies &= np.abs(offset) <= OFFSET_EDGE
     sign = np.where(offset > 0.0, 1, np.where(offset < 0.0, 2, 0))
     return np.where(lies, SIGNS * number + sign, ALONE)
 

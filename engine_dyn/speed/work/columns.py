@@ -51,7 +51,7 @@ FEWEST_NODES = 720
 FEWEST_COARSE = 48
 """Least number of coarse nodes of a period."""
 
-WIDE, NARROW = 6, 4
+WIDE, NARROW = 5, 4
 """Fine intervals of a coarse one, where there are many and few."""
 
 ATMOSPHERE = 101325.0
@@ -159,6 +159,7 @@ def nodes_of(times: int, fewest: int) -> Nodes:
     each = -(-fewest // times)
     stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
     coarse = max(-(-each // stride), FEWEST_COARSE)
+    coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
     return Nodes(coarse * stride, stride, times)
 
 
@@ -328,7 +329,8 @@ def _add_square(
         rates += _folded(curve.slope, source.nodes)
     # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
     # mean: it is subtracted first.
-    for level in (work[:, :1].copy(), (work - work[:, :1]).mean(axis=1, keepdims=True)):
+    first = work[:, :1].copy()
+    for level in (first, ((work - first) + 2.0 * (halves - first)).mean(axis=1, keepdims=True) / 3.0):
         work -= level
         halves -= level
 
@@ -374,8 +376,10 @@ def _add_friction(
         low = int(np.floor(diagram.row))
         rows = np.array([low, low + (diagram.row > low)])
         weights = np.array([1.0 - (diagram.row - low), diagram.row - low])
-        pressure = diagram.scale * weights @ pressures_of_rows(
-            source.family, rows, angle, member.pressure_factor
+        pressure = (
+            diagram.scale
+            * weights
+            @ pressures_of_rows(source.family, rows, angle, member.pressure_factor)
         )
         load = diagram.ring + pressure - diagram.crankcase
         shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))

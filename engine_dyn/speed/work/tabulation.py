@@ -75,7 +75,8 @@ def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float, mean: Fl
                 half[i] = here + width * (half[i] - 0.5 * level)
                 after = here + width * (work[i] - level)
                 work[i] = here
-                total += here
+                # Simpson's rule, as for the means over coarse intervals.
+                total += (here + 2.0 * half[i]) / 3.0
                 here = after
             total /= nodes
             for i in range(nodes):
