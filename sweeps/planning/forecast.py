@@ -228,7 +228,8 @@ def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     engines = list(plan.leaves["cylinders_by_count"].data.values())
     cylinders = sum(len(engine.representatives) for engine in engines)
     boxes, terms = _columns_of_box(plan)
-    yield "columns", float(cylinders * diagram_count(plan) * boxes * terms)
+    yield "groups of designs", float(len(engines) * boxes)
+    yield "columns of diagrams", float(cylinders * diagram_count(plan) * boxes)
     if "uniform_friction" not in words:
         yield "columns of friction", float(cylinders * _combinations(plan, RUBBED_BY) * boxes)
     # Two diagrams, what all pressures have in common, the squared velocity, and friction in parts.

@@ -22,7 +22,8 @@ SECONDS: dict[str, float] = {
     "revolutions": 0.0001,
     "modelled cycles": 0.00027,
     "mean torques": 1.2e-08,
-    "columns": 3e-05,
+    "groups of designs": 0.003,
+    "columns of diagrams": 0.0001,
     "columns of friction": 0.002,
     "columns added up": 5e-08,
     "torques": 1e-05,
@@ -34,7 +35,8 @@ SECONDS: dict[str, float] = {
 }
 """Seconds that one core takes for one piece of work, by its name."""
 
-SERIAL = frozenset(("calls", "values", "points of curves", "revolutions",
+SERIAL = frozenset(("calls", "values", "points of curves", "revolutions", "groups of designs",
+                    "columns of diagrams", "columns of friction",
                     "mean torques"))  # fmt: skip
 """Work that is not shared by threads."""
 
