@@ -26,10 +26,10 @@ SECONDS: dict[str, float] = {
     "columns of diagrams": 0.0001,
     "columns of friction": 0.002,
     "columns added up": 5e-08,
-    "torques": 1e-05,
+    "torques": 6.6e-06,
     "batch solver: designs of exponent 2": 3e-07,
     "batch solver: designs that iterate": 1e-06,
-    "batch solver: designs with curves": 5e-06,
+    "batch solver: designs with curves": 3.2e-05,
     "general solver: designs": 0.0001,
     "designs by thesis": 0.01,
 }
