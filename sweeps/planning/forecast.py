@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import psutil
 
+from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
@@ -224,9 +225,9 @@ def _table_count(plan: Plan, stage: Stage) -> float:
 def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of making columns, and of adding them up to the tables of designs."""
     words = variant_words(plan.scene)
-    # Columns are sums over the cylinders that are no copies of each other.
     engines = list(plan.leaves["cylinders_by_count"].data.values())
-    cylinders = sum(len(engine.representatives) for engine in engines)
+    # Columns are sums over the cylinders that are no copies of each other.
+    cylinders = sum(len(engine.representatives) * _cycle_nodes(engine) for engine in engines)
     boxes, terms = _columns_of_box(plan)
     yield "groups of designs", float(len(engines) * boxes)
     yield "columns of diagrams", float(cylinders * diagram_count(plan) * boxes)
@@ -235,6 +236,14 @@ def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     # Two diagrams, what all pressures have in common, the squared velocity, and friction in parts.
     pieces = 4 if "uniform_friction" in words else 8
     yield "columns added up", _table_count(plan, stage) * pieces * terms
+
+
+def _cycle_nodes(engine: Cylinders) -> float:
+    """Nodes of a cycle over the fewest: a short period of the torque gets more of them."""
+    from engine_dyn.speed.work.columns import FEWEST_NODES, nodes_of
+
+    nodes = nodes_of(engine.symmetry, FEWEST_NODES)
+    return nodes.count * nodes.times / FEWEST_NODES
 
 
 def _columns_of_box(plan: Plan) -> tuple[int, int]:
@@ -248,13 +257,13 @@ def _columns_of_box(plan: Plan) -> tuple[int, int]:
                   for v, dims in values]  # fmt: skip
         return np.asarray(sum(shaped))
 
-    radius = 0.5 * given("stroke")
-    if "crank_ratio" in plan.leaves:
-        ratio = given("crank_ratio")
-    else:
-        ratio = radius / given("rod_length")
-    # With an offset the radius differs a little from half the stroke, and most boxes do not.
-    offset = given("pin_offset", "crank_offset") / radius
+    half, offset = 0.5 * given("stroke"), given("pin_offset", "crank_offset")
+    known = "crank_ratio" in plan.leaves
+    rod = half / given("crank_ratio") if known else given("rod_length")
+    # docs/method.md (13). Of cranks that cannot turn, any number will do.
+    rest = np.maximum(rod * rod - half * half, 1e-12)
+    radius = half * np.sqrt(np.maximum(1.0 - offset * offset / rest, 1e-12))
+    ratio, offset = given("crank_ratio") if known else radius / rod, offset / radius
     numbers, counts = np.unique(boxes_of(ratio, offset), return_counts=True)
     alone = int(counts[numbers == ALONE].sum())
     boxes = numbers[numbers != ALONE]
