@@ -37,14 +37,8 @@ GROUPED_BY = ("row", "cylinder_set")
 RUBBED_BY = ("row", "pressure_scale", "crankcase_pressure")
 """What columns of friction over the stroke depend on, besides crank ratio and offset."""
 
-DIRECT = {
-    2.0: "in closed form, without iteration",
-    0.0: "in one sweep, without iteration",
-}
+DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
-
-SQUARE = 2.0
-"""The load exponent at which the equation of the energy is linear."""
 
 SEARCH_STEPS = 5
 """Solutions on the way to the inertia for a wanted delta."""
@@ -282,7 +276,7 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     scene = plan.scene
     linear = 0.0
     if "power_law" in variant_words(scene) and scene.closure == "power_mean":
-        linear = float(np.mean(plan.leaves["load_exponent"].data == SQUARE))
+        linear = float(np.mean(np.isin(plan.leaves["load_exponent"].data, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
     yield from _work_of_columns(plan, stage)

@@ -388,7 +388,7 @@ def _truncation(draw: Draw, given: Given) -> None:
 def _stepping(draw: Draw, given: Given) -> None:
     """Methods that go step by step, and where they start."""
     given.solver["method"] = draw(
-        st.sampled_from(["thesis", "picard", ["auto", "thesis"], ["picard", "newton"]])
+        st.sampled_from(["thesis", ["auto", "thesis"], ["thesis", "newton"]])
     )
     omega = given.own["speed"] * RPM
     starts = {
@@ -534,12 +534,9 @@ def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> No
             st.sampled_from([*INERTIA_MODELS, *([] if simple else [list(INERTIA_MODELS)])])
         )
     if "thesis" not in solver.get("method", "") and draw(st.booleans()):
-        stepped = "picard" in solver.get("method", "")
-        solver["closure"] = draw(
-            st.sampled_from([c for c in CLOSURES if not (stepped and c == "cycle_time")])
-        )
+        solver["closure"] = draw(st.sampled_from(CLOSURES))
     if not simple and "method" not in solver and draw(st.booleans()):
-        plain = [name for name in METHOD_NAMES if name not in ("thesis", "picard", "closed")]
+        plain = [name for name in METHOD_NAMES if name not in ("thesis", "closed")]
         solver["method"] = draw(st.sampled_from([*plain, plain]))
     if draw(st.booleans()):
         solver["tolerance"] = draw(st.sampled_from([1e-9, 1e-7, 1e-6]))

@@ -365,13 +365,12 @@ def test_pumps_that_are_none(folder: Path, change: tuple[str, str], words: str) 
 def test_error_estimate_and_methods() -> None:
     found = run(
         ["delta", "delta_error"], set={**MOTORED, **MOTOR, "load_table": "own.csv"},
-        solver={"method": ["auto", "newton", "picard", "closed"],
+        solver={"method": ["auto", "newton", "closed"],
                 "inertia_model": ["constant", "variable"]},
     )  # fmt: skip
-    assert (found["status"].values[:3] == 0).all() and (found["status"].values[3] == 4).all()
-    assert (found["delta_error"].values[:3] < 1e-6).all()
-    for other in (1, 2):
-        np.testing.assert_allclose(found["delta"][other], found["delta"][0], rtol=1e-6)
+    assert (found["status"].values[:2] == 0).all() and (found["status"].values[2] == 4).all()
+    assert (found["delta_error"].values[:2] < 1e-6).all()
+    np.testing.assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-6)
 
 
 @compiled
