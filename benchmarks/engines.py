@@ -247,13 +247,12 @@ def report(size: int) -> str:
         "number of nodes in one period of its torque. With cylinders of unequal mass "
         "the torque repeats once per cycle instead of Z times. An offset or friction "
         "over the stroke costs nothing beyond making the shared table.",
-        "- Where few designs share a table, centred engines with equal throws "
-        "assemble their work curves from harmonics of the piston velocity. With an "
-        "offset, friction over the stroke (whose level follows peak pressure and "
-        "piston speed) or throws of unequal radius, each design needs a table of its "
-        "own: 720 nodes and 4320 quadrature points for each representative cylinder, "
-        "at about twenty nanoseconds per node and two per point. Friction takes twice "
-        "as long, because its means come first.",
+        "- A table of its own is a sum of columns: the works of a diagram, one for "
+        "each polynomial of crank ratio and offset. Columns are made once for all "
+        "designs, for each diagram and each cylinder that is no copy of another, so "
+        "cylinders on different throws cost no more for a further design. With an offset "
+        "there are six times as many columns to add up. Columns of friction over the "
+        "stroke are made for each diagram, scale and crankcase pressure.",
         "- Parameters of single cylinders (`mass_factor_3`) make each design an "
         "engine of its own, whose diagrams are sampled again. This takes some "
         "milliseconds, ten times as long as a table.",

@@ -49,8 +49,7 @@ def cases(threads: int, quick: bool) -> list[Case]:
     found.append(
         Case("closed", "exponents 0 and 2", own(threads, method="closed"), exponents=(0.0, 2.0))
     )
-    # Repeating cycles takes hundreds of them: few designs, few runs. Euler never closes at 0.
-    found.append(Case("picard", "until closed", own(threads, method="picard"), runs=3))
+    # Repeating cycles takes hundreds of them: few runs. Euler never closes at 0.
     found.append(
         Case("thesis", "Euler, 1 degree", own(threads, method="thesis"), runs=3,
              exponents=(1.0, 1.6, 2.0))

@@ -34,7 +34,7 @@ from benchmarks.wording import number, rows, small, span
 from engine_dyn.compilation import source_hash
 from sweeps.figures.sheet import STYLE
 
-OWN = ("auto", "newton", "closed", "picard", "thesis")
+OWN = ("auto", "newton", "closed", "thesis")
 AIM = 1e-6  # relative error of delta that the ratios are at
 LOOP, SHARING = "Numba loop", "Numba loop, shared tables"
 BALANCE = "Harmonic balance"
@@ -428,8 +428,7 @@ def table_section(m: Measured) -> list[str]:
         f"`sweep.solve` alone, given the mean torque of each design: "
         f"{number(m.table_alone.rate)} designs/s. "
         "`closed` solves only the exponents 0 and 2, harmonic balance only 2, and they are timed "
-        "on these. `picard` "
-        "and `thesis` repeat cycles until one closes. Explicit Euler (`thesis`, Euler "
+        "on these. `thesis` repeats cycles until one closes. Explicit Euler (`thesis`, Euler "
         "in Python) is timed on the exponents above 0, because at 0 its drift never "
         "ends. Euler in Python is stopped after 3,000 cycles; designs stopped there "
         "count as without an answer.",
@@ -602,7 +601,6 @@ LOOKS: dict[str, tuple[str, str]] = {
     "auto": ("#D55E00", "o"),
     "newton": ("#CC79A7", "s"),
     "closed": ("#E69F00", "D"),
-    "picard": ("#882255", "^"),
     "thesis": ("#661100", "v"),
     LOOP: ("#0072B2", "P"),
     SHARING: ("#56B4E9", "P"),

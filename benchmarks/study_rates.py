@@ -1,8 +1,9 @@
 """Seconds of the pieces of work that `engine-dyn plan` estimates times by, fitted to measurements.
 
-python -m benchmarks rates [--part FRACTION] [--threads N] [--runs N] [-o FILE]
+python -m benchmarks rates [--part FRACTION] [--runs N] [-o FILE]
 
-Times studies of `benchmarks.studies` at two sizes, fits the seconds of each piece of work (see
+Times studies of `benchmarks.studies` at two sizes, by the processor time of one thread, so that a
+busy machine counts little; fits the seconds of each piece of work (see
 `sweeps.planning.forecast.work_of`) so that relative errors are least, and writes
 `sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
 """
@@ -10,16 +11,18 @@ Times studies of `benchmarks.studies` at two sizes, fits the seconds of each pie
 from __future__ import annotations
 
 import argparse
-import os
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from unittest import mock
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.optimize import nnls
 
 import sweeps
-from benchmarks import measure
-from benchmarks.studies import STUDIES, study
+from benchmarks.studies import STUDIES, Scene, study
+from engine_dyn.pressure import memory
 from sweeps.planning import rates
 from sweeps.planning.forecast import seconds_of_computing, work_of
 from sweeps.planning.plan import Plan, make_plan
@@ -39,17 +42,25 @@ def plan_of(recorded: Recorded) -> Plan:
     return make_plan(read_scene(study(recorded.study).build(recorded.designs)))
 
 
-def timed(threads: int, runs: int, share: float) -> list[Recorded]:
-    """Time all studies, warm."""
+def seconds_of_run(scene: Scene) -> float:
+    """Processor time of a run that is warm but for its columns, which a command makes anew."""
+    with mock.patch.object(memory, "_kept", WeakKeyDictionary()):
+        begin = time.process_time()
+        sweeps.run(scene, threads=1)
+        return time.process_time() - begin
+
+
+def timed(runs: int, share: float) -> list[Recorded]:
+    """Time all studies, whose kernels are compiled."""
     found = []
     for one in STUDIES:
         for part in SHARES:
             size = max(300, int(one.designs * part * share))
             scene = one.build(size)
-            sweeps.run(scene, threads=threads)
-            times = [measure.seconds_of(sweeps.run, scene, threads=threads) for _ in range(runs)]
+            sweeps.run(scene, threads=1)
+            times = [seconds_of_run(scene) for _ in range(runs)]
             # The least: other work on the machine only ever adds.
-            found.append(Recorded(one.name, size, threads, min(times)))
+            found.append(Recorded(one.name, size, 1, min(times)))
             print(f"{one.name:<20}{size:>10}{found[-1].seconds:>12.4f} s", flush=True)
     return found
 
@@ -101,11 +112,10 @@ def main(arguments: Sequence[str]) -> None:
     """Measure, fit, write, and print what the fit makes of the measurements."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks rates", description=__doc__)
     parser.add_argument("--part", type=float, default=1.0, help="of the designs of each study")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("-o", "--output", type=Path, default=FILE)
     options = parser.parse_args(arguments)
-    recorded = timed(options.threads, options.runs, options.part)
+    recorded = timed(options.runs, options.part)
     seconds = fitted(recorded)
     options.output.write_text(
         written(FILE.read_text(encoding="utf-8"), seconds, recorded), encoding="utf-8"

@@ -40,16 +40,16 @@ def test_table(benchmark: Any, exponent: float) -> None:
     assert np.isfinite(benchmark(own.answer, source, THREADS)["delta"]).all()
 
 
-@pytest.mark.parametrize("method", ["newton", "picard"])
+@pytest.mark.parametrize("method", ["newton", "thesis"])
 def test_method(benchmark: Any, method: str) -> None:
-    source = problem.table(4, (1.0, 2.0))  # picard repeats hundreds of cycles
+    source = problem.table(4, (1.0, 2.0))  # thesis repeats hundreds of cycles
     own.answer(source, THREADS, method=method)
     assert np.isfinite(benchmark(own.answer, source, THREADS, method=method)["delta"]).all()
 
 
 @pytest.mark.parametrize("one", STUDIES, ids=lambda one: one.name)
 def test_study(benchmark: Any, one: Study) -> None:
-    """Every kind of study, and so every mechanism that solves designs."""
+    """Every kind of study, and so every way in which designs are solved."""
     scene = one.build(200 if one.modelled else 2000)
     sweeps.run(scene, threads=THREADS)
     found = benchmark(sweeps.run, scene, threads=THREADS)

@@ -132,7 +132,7 @@ def alone(
     """How many of some designs have other bits in other company and by one thread; of how many."""
     picks = random.permutation(chunk.size)[:count]
     column = replace(chunk, columns=chunk.flat(picks), shape=(picks.size,))
-    found = column.solve(threads=1, sharing=chunk.sharing)
+    found = column.solve(threads=1)
     unlike = {}
     for name, array in results.items():
         one, other = found[name], array[picks]

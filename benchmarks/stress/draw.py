@@ -63,13 +63,6 @@ class Chunk:
         """Number of designs."""
         return math.prod(self.shape)
 
-    @property
-    def sharing(self) -> tuple[int, int]:
-        """Tables of the chunk, and designs that share one."""
-        of_tables = (self.columns[name].shape for name in ("crank_ratio", "row", "crankcase"))
-        tables = math.prod(np.broadcast_shapes(*of_tables))
-        return tables, self.size // tables
-
     def solve(self, **options: Any) -> Any:
         """The kernels' answer, shaped as the product."""
         c = self.columns

@@ -387,8 +387,8 @@ def _sampled(m: Measured) -> list[str]:
                "deferred, %", "broken rules"], outcomes),
         "",
         "All of these designs were solved again by the general solver with "
-        f"{sampled.FINER} times the nodes, which uses neither the basis of harmonics nor shared "
-        "tables. The table gives relative differences of δ and of the three speeds "
+        f"{sampled.FINER} times the nodes, which solves them one by one at the fine nodes. "
+        "The table gives relative differences of δ and of the three speeds "
         f"where the status is converged. Off: beyond {sample.TOLERANCE:g}; border: at the limit "
         "between running and stalling.",
         "",
@@ -439,11 +439,11 @@ def _repetition(m: Measured) -> list[str]:
         f"With load exponent 2, a deviation shrinks by the factor ρ in each cycle. The "
         "weaker the load, the more cycles are needed until the speeds at the two ends "
         "of a cycle agree within "
-        f"{weak.STOP:g} rad/s (Euler), or until δ is accurate to 1e-9 (the energy form, method "
-        "`picard`; stopped after 30000 cycles). Euler's false energy then also shifts "
+        f"{weak.STOP:g} rad/s (Euler; stopped after 30000 cycles), or until {weak.LEFT:g} of the "
+        "deviation is left (any repetition that is exact). Euler's false energy then also shifts "
         "the speed more. The solver needs the same few sweeps for every load.",
         "",
-        *rows(["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of the energy form",
+        *rows(["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of an exact repetition",
                "sweeps of the solver"], body),
         "",
         "![Cycles and errors against the weakness of the load](figures/stability_weak.png)",
@@ -543,7 +543,7 @@ def draw_weak(m: Measured) -> Figure:
     x = [w.weakness for w in m.weak]
     for name, values, colour, marker in (
         ("explicit Euler, 1°", [w.euler for w in m.weak], EULER, "v"),
-        ("repetition, energy form", [w.repetition for w in m.weak], REPEATED, "^"),
+        ("exact repetition", [w.repetition for w in m.weak], REPEATED, "^"),
         ("periodic solution", [w.iterations for w in m.weak], OURS, "o"),
     ):
         left.plot(x, values, color=colour, marker=marker, markersize=4.5, linewidth=1.4, label=name)

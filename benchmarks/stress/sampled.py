@@ -1,8 +1,8 @@
 """Sampled studies as people run them, over wider ranges: rules, bits, and error of the solver.
 
 `sweeps.run` solves them, so that loads, offsets, misfires and modelled cycles pass through the
-graph of quantities. What shared tables or curves of each design add to the error is seen in all
-designs, which the general solver solves again with twice the nodes. How far that is from the true
+graph of quantities. What the batch solver adds to the error is seen in all designs, which the
+general solver solves again with twice the nodes. How far that is from the true
 solution is seen in a few dozen of each kind, which an independent solver solves.
 """
 
@@ -28,8 +28,7 @@ from benchmarks.studies import SCALARS, Scene, columns, pump_torque, scene
 from benchmarks.study_errors import differences
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import MANY_MEANS
-from engine_dyn.speed.mechanisms import MANY_TABLES, counted
+from engine_dyn.speed.mechanisms import counted
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 from oracle.solution import IDLE
@@ -42,10 +41,9 @@ DESIGNS = 2_110_000
 CHUNK = 50_000
 """Designs that are solved at a time, so that memory stays small."""
 
-AGAIN, WITH_ERROR = max(MANY_TABLES, MANY_MEANS), 0.1
+AGAIN, WITH_ERROR = 500, 0.1
 """Designs of a chunk that are solved again in other company, and share of it that is solved with
-`delta_error`, at least as many. With fewer the solver takes other mechanisms for works and for mean
-torques, whose bits are others."""
+`delta_error`, at least as many."""
 
 FEWEST = 2 * AGAIN
 """Designs of a chunk at least."""

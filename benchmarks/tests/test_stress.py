@@ -327,7 +327,7 @@ def test_the_finer_solution_is_finer(name: str, design: dict[str, float]) -> Non
         draw.designs_of(part.columns, "power_mean"), calibration.pressure_of(family),
         calibration.knots_of(family),
     )  # fmt: skip
-    found = part.solve(family=family, sharing=(1000, 1))
+    found = part.solve(family=family)
     error = abs(found["delta"][0] / exact.delta[0] - 1.0)
     assert 1e-11 < error <= found["delta_error"][0] <= 1e-6
 
@@ -411,7 +411,7 @@ def test_spoiled_diagrams(kind: str) -> None:
     ],
 )  # fmt: skip
 def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, designs: int) -> None:
-    """Status 0 is true by the estimate of the kernels alone, with shared tables and without.
+    """Status 0 is true by the estimate of the kernels alone, with one table and with many.
 
     Against Newton's method with eight times the nodes. Of each draw one design was off by 2e-6 to
     3e-3 under status 0, when the kernels took every diagram for a smooth one.
@@ -420,7 +420,6 @@ def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, de
     family = family_from_diagrams([0.0], [diagram_from_points(*spikes.spoiled(kind, random))])
     bore = random.uniform(0.05, 0.25, designs)
     stroke = bore * random.uniform(0.7, 1.6, designs)
-    # As many tables as designs take the panels, one table the table itself.
     crank_ratio = random.uniform(0.05, 0.9, designs if designs > 64 else 1)
     cylinders = int(random.integers(1, 9))
     lever = 0.125 * np.pi * np.square(bore) * stroke

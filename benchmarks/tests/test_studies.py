@@ -11,7 +11,7 @@ import pytest
 import sweeps
 from benchmarks import study_rates, study_report, study_times
 from benchmarks.studies import STUDIES, Study, study
-from engine_dyn.speed.mechanisms import OWN_CURVES, counted
+from engine_dyn.speed.mechanisms import BATCH, counted
 from sweeps.planning import forecast
 from sweeps.planning.plan import make_plan
 from sweeps.planning.rates import RECORDED, SERIAL, Recorded
@@ -132,7 +132,7 @@ def test_studies_are_measured_with_their_errors() -> None:
         assert row.errors.speeds < 1e-6
         assert row.timing.rate > 0.0
     assert found.rows[1].errors.honest == 1.0
-    assert found.rows[3].tally.designs[OWN_CURVES] == 300
+    assert found.rows[3].tally.designs[BATCH] == 300
     assert found.rows[3].tally.general_share == 0.0
     lines = study_report.table(found)
     assert len(lines) == 2 + len(chosen)

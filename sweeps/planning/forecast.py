@@ -5,17 +5,21 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import psutil
 
+from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.speed.fields import TABLE_QUANTITIES
-from engine_dyn.speed.methods import CLOSURES, METHOD_NAMES, STEPPING
+from engine_dyn.speed.mechanisms import BATCH, GENERAL
+from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
-from sweeps.dimensions import ARRANGEMENT, DESIGN, ENGINE
+from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
@@ -25,15 +29,15 @@ from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.variants import variant_words
 
-__all__ = ["mechanism", "seconds", "seconds_of_computing", "table_count", "text", "work_of"]
+__all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "text", "work_of"]
 
-SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
-"""Designs that agree in all of these share a table of work."""
+GROUPED_BY = ("row", "cylinder_set")
+"""Designs that agree in these are solved one after the other."""
 
-DIRECT = {
-    2.0: "in closed form, without iteration",
-    0.0: "from the moments of the table, in one sweep without iteration",
-}
+RUBBED_BY = ("row", "pressure_scale", "crankcase_pressure")
+"""What columns of friction over the stroke depend on, besides crank ratio and offset."""
+
+DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
 SEARCH_STEPS = 5
@@ -181,96 +185,113 @@ def _work_once(plan: Plan) -> dict[str, float]:
     return {name: count for name, count in found.items() if count}
 
 
-def table_count(plan: Plan, stage: Stage) -> int:
-    """Tables of work that a kernel needs: one for each combination of what they depend on."""
-    dims = {s.node.name: s.dims for s in plan.stages}
-    dims |= {name: value.dims for name, value in plan.leaves.items()}
-    along = {d for name in SHARED_BY if name in stage.node.needs for d in dims[name]}
-    return math.prod(plan.sizes[d] for d in along)
+def mechanism(method: str) -> str:
+    """Return what solves the designs of a method, one of `engine_dyn.speed.mechanisms`."""
+    return BATCH if METHODS[METHOD_NAMES.index(method)].in_batch else GENERAL
 
 
-def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float) -> str:
-    """Return what solves the designs of a stage, one of `engine_dyn.speed.mechanisms`."""
-    # Kernels are imported with it, which a plan without a solution does not need.
-    from engine_dyn.speed.arguments import ANY_EXPONENT, Choice, kind_of_law
-    from engine_dyn.speed.mechanisms import are_shared, is_common, mechanism_of
+def diagram_count(plan: Plan) -> int:
+    """Diagrams that designs need, at most: each lies on one row of the family, or between two."""
+    needed, load = 2 * _combinations(plan, ("row",)), plan.leaves.get("load")
+    if load is not None and plan.dims("row") == load.dims and plan.scene.characteristic is None:
+        needed = 2 * np.unique(load.data).size
+    return int(min(plan.leaves["family"].data.row_count, needed))
 
-    scene, words = plan.scene, variant_words(plan.scene)
-    kind = {0.0: 0, 1.0: 1, 2.0: 2}.get(exponent, ANY_EXPONENT)
-    machine = driven_machine(scene)
-    if not machine.power_law:
-        kind = kind_of_law(machine.law)
-    choice = Choice(
-        METHOD_NAMES.index(method), kind, model == "variable", CLOSURES.index(scene.closure),
-        scene.tolerance, 0.0,
-    )  # fmt: skip
-    special = "uniform_friction" not in words or "own_cycles" in words
-    curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
-    tables, designs, angles = plan.leaves["sharing"].data
-    angle_load = machine.over_angle is not None and is_common(
-        machine.over_speed is None, angles, tables, designs, special
-    )
-    return mechanism_of(
-        choice, machine.over_angle is not None, are_shared(tables, designs, special), curves,
-        "equal_throws" in words, angle_load,
-    )  # fmt: skip
+
+def _combinations(plan: Plan, names: tuple[str, ...]) -> int:
+    """Combinations of points of the axes that any of some quantities depends on."""
+    return math.prod(plan.sizes[d] for d in {d for name in names for d in plan.dims(name)})
+
+
+def _table_count(plan: Plan, stage: Stage) -> float:
+    """Work tables that are added up of columns: one wherever a design's is not that of the last."""
+    sorted_by = {d for name in GROUPED_BY for d in plan.dims(name)}
+    others = {d for n in TABLE_QUANTITIES if n in stage.node.needs and n != "row"
+              for d in plan.dims(n)}  # fmt: skip
+    alike = 1
+    for d in reversed(stage.dims):
+        if d in others:
+            break
+        alike *= 1 if d in sorted_by else plan.sizes[d]
+    return stage.size / alike
+
+
+def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
+    """Work of making columns, and of adding them up to the tables of designs."""
+    words = variant_words(plan.scene)
+    engines = list(plan.leaves["cylinders_by_count"].data.values())
+    # Columns are sums over the cylinders that are no copies of each other.
+    cylinders = sum(len(engine.representatives) * _cycle_nodes(engine) for engine in engines)
+    boxes, terms = _columns_of_box(plan)
+    yield "groups of designs", float(len(engines) * boxes)
+    yield "columns of diagrams", float(cylinders * diagram_count(plan) * boxes)
+    if "uniform_friction" not in words:
+        yield "columns of friction", float(cylinders * _combinations(plan, RUBBED_BY) * boxes)
+    # Two diagrams, what all pressures have in common, the squared velocity, and friction in parts.
+    pieces = 4 if "uniform_friction" in words else 8
+    yield "columns added up", _table_count(plan, stage) * pieces * terms
+
+
+def _cycle_nodes(engine: Cylinders) -> float:
+    """Nodes of a cycle over the fewest: a short period of the torque gets more of them."""
+    from engine_dyn.speed.work.columns import FEWEST_NODES, nodes_of
+
+    nodes = nodes_of(engine.symmetry, FEWEST_NODES)
+    return nodes.count * nodes.times / FEWEST_NODES
+
+
+def _columns_of_box(plan: Plan) -> tuple[int, int]:
+    """How many boxes of crank ratio and offset there are, and how many columns most have."""
+    from engine_dyn.speed.work.boxes import ALONE, box_of, boxes_of
+
+    def given(*names: str) -> npt.NDArray[Any]:
+        """Sum of some leaves over the axes of the scene."""
+        values = [(plan.leaves[n].si, plan.leaves[n].dims) for n in names if n in plan.leaves]
+        shaped = [np.reshape(v, [-1 if d in dims else 1 for d in plan.scene.dimensions])
+                  for v, dims in values]  # fmt: skip
+        return np.asarray(sum(shaped))
+
+    half, offset = 0.5 * given("stroke"), given("pin_offset", "crank_offset")
+    known = "crank_ratio" in plan.leaves
+    rod = half / given("crank_ratio") if known else given("rod_length")
+    # docs/method.md (13). Of cranks that cannot turn, any number will do.
+    rest = np.maximum(rod * rod - half * half, 1e-12)
+    radius = half * np.sqrt(np.maximum(1.0 - offset * offset / rest, 1e-12))
+    ratio, offset = given("crank_ratio") if known else radius / rod, offset / radius
+    numbers, counts = np.unique(boxes_of(ratio, offset), return_counts=True)
+    alone = int(counts[numbers == ALONE].sum())
+    boxes = numbers[numbers != ALONE]
+    terms = max([len(box_of(int(number)).degrees) for number in boxes], default=1)
+    return boxes.size + alone, terms
 
 
 def _torque_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of the extremes of torque and work at nominal speed."""
+    yield from _work_of_columns(plan, stage)
     yield "torques", float(stage.size)
-    yield "tables of torque", float(table_count(plan, stage))
 
 
 def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of the periodic speed of all designs of a stage."""
-    from engine_dyn.speed.mechanisms import GENERAL, OWN_CURVES
-
-    scene, words = plan.scene, variant_words(plan.scene)
-    powers = np.zeros(1)
-    if "power_law" in words:
-        powers = np.asarray(plan.leaves["load_exponent"].data).reshape(-1)
-    direct = float(np.mean(np.isin(powers, list(DIRECT)))) if "power_law" in words else 0.0
+    scene = plan.scene
+    linear = 0.0
+    if "power_law" in variant_words(scene) and scene.closure == "power_mean":
+        linear = float(np.mean(np.isin(plan.leaves["load_exponent"].data, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
-    tables = table_count(plan, stage)
-    # A table is a sum over the cylinders that are no copies of each other.
-    engines = plan.leaves["cylinders_by_count"].data.values()
-    share = float(np.mean([len(engine.representatives) for engine in engines]))
-    special = not {"uniform_friction", "equal_throws"} <= set(words)
+    curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
+    yield from _work_of_columns(plan, stage)
     for method in scene.methods:
         for model in scene.inertia_models:
             if method in STEPPING:
                 yield f"designs by {method}", each
                 continue
-            solver = mechanism(plan, stage, method, model, float(powers[0]))
-            if solver == GENERAL:
-                law = "designs" if driven_machine(scene).plain else "driven designs"
-                yield f"{solver}: {law}", each
+            if mechanism(method) == GENERAL:
+                yield f"{GENERAL}: designs", each
                 continue
-            if solver == OWN_CURVES:
-                # Bounds of uneven engines are taken from tables that are slower to build.
-                kind = "uneven tables" if share > 1.0 else "tables"
-                yield f"{solver}: {kind}", share * min(2 * tables, _diagrams(plan))
-            else:
-                yield f"{solver}: {'special ' if special else ''}tables", share * tables
-            if solver == OWN_CURVES and "offset" in words:
-                yield f"{solver}: designs with an offset", each
-                continue
-            if model == "variable":
-                yield f"{solver}: designs with variable inertia", each
-                continue
-            yield f"{solver}: designs in closed form", each * direct
-            yield f"{solver}: designs that iterate", each * (1.0 - direct)
-
-
-def _diagrams(plan: Plan) -> int:
-    """About how many diagrams designs add up their curves from."""
-    leaves = plan.leaves
-    loads = leaves["load"].data if "load" in leaves else np.zeros(plan.designs)
-    cycles = np.unique(leaves["cycle"].data).size
-    rows = min(leaves["family"].data.row_count, 2 * np.unique(loads).size * cycles) + 1
-    sets = np.unique(leaves["cylinder_set"].data).size
-    return int(rows * sets)
+            straight = linear if model == "constant" else 0.0
+            yield f"{BATCH}: designs of exponent 2", each * straight
+            yield f"{BATCH}: designs that iterate", each * (1.0 - straight)
+            yield f"{BATCH}: designs with curves", each * curves
 
 
 def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
@@ -293,41 +314,30 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
-    """How a kernel does its work: tables, part of the cycle, iteration, traces."""
+    """How a kernel does its work: diagrams, part of the cycle, iteration, traces."""
     speed = stage.node.can_fail
     solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
     repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
     lines = []
     if solved:
-        tables = table_count(plan, stage)
-        shared = stage.size // tables
-        # Designs of a list may agree by chance: what they share is not counted beforehand.
-        count = f"{'up to ' if DESIGN in stage.dims else ''}{counted(tables, 'table')}"
-        each = f", each shared by {shared}" if shared > 1 else ""
-        lines.append(f"  {count} of work for {counted(stage.size, 'design')}{each}")
+        diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
+        # Diagrams that lie on a row of the table need no second one: that is not looked at here.
+        most = "" if plan.leaves["family"].data.row_count == 1 else "up to "
+        lines.append(
+            f"  work over the angle of {most}{counted(diagrams, 'diagram')} and "
+            f"{counted(sets, 'set')} of cylinders, for {counted(stage.size, 'design')}"
+        )
         lines += [f"  {line}" for line in _part_of_cycle(plan)]
     if speed:
         if solved:
             lines += [f"  method {', '.join(solved)}: {how}" for how in _iteration(plan, solved)]
-            lines.append(f"  solved by: {', '.join(_mechanisms(plan, stage, solved))}")
+            lines.append(f"  solved by: {', '.join(dict.fromkeys(map(mechanism, solved)))}")
         if repeated:
             lines.append(f"  method {', '.join(repeated)}: whole cycles, repeated from a start")
         traces = [name for name in ("omega", "angular_acceleration") if plan.has(name)]
         kept = f"{', '.join(traces)}, {plan.sizes['crank_angle']} angles each" if traces else "none"
         lines.append(f"  traces over crank angle kept: {kept}")
     return lines
-
-
-def _mechanisms(plan: Plan, stage: Stage, methods: list[str]) -> list[str]:
-    """What solves the designs of some methods, without repetitions."""
-    powers = [0.0]
-    if "power_law" in variant_words(plan.scene):
-        powers = np.unique(plan.leaves["load_exponent"].data).tolist()[:4]
-    found = {
-        mechanism(plan, stage, method, model, power): None
-        for method in methods for model in plan.scene.inertia_models for power in powers
-    }  # fmt: skip
-    return list(found)
 
 
 def _part_of_cycle(plan: Plan) -> list[str]:

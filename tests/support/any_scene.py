@@ -534,10 +534,7 @@ def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> No
             st.sampled_from([*INERTIA_MODELS, *([] if simple else [list(INERTIA_MODELS)])])
         )
     if "thesis" not in solver.get("method", "") and draw(st.booleans()):
-        stepped = "thesis" in solver.get("method", "")
-        solver["closure"] = draw(
-            st.sampled_from([c for c in CLOSURES if not (stepped and c == "cycle_time")])
-        )
+        solver["closure"] = draw(st.sampled_from(CLOSURES))
     if not simple and "method" not in solver and draw(st.booleans()):
         plain = [name for name in METHOD_NAMES if name not in ("thesis", "closed")]
         solver["method"] = draw(st.sampled_from([*plain, plain]))

@@ -227,8 +227,8 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "unknown method": (scene('[solver]\nmethod = "newtn"'), ("'newtn'", "did you mean 'newton'")),
     "no methods": (scene("[solver]\nmethod = []"), ("method = []", "thesis")),
     "method twice": (scene('[solver]\nmethod = ["auto", "auto"]'), ("duplicate 'auto'",)),
-    "method a number": (scene("[solver]\nmethod = 3"), ("method = 3", "newton")),
-    "method a list of numbers": (scene("[solver]\nmethod = [3]"), ("method", "newton")),
+    "method a number": (scene("[solver]\nmethod = 3"), ("method = 3", "thesis")),
+    "method a list of numbers": (scene("[solver]\nmethod = [3]"), ("method", "thesis")),
     "unknown model": (
         scene('[solver]\ninertia_model = "varable"'),
         ("inertia_model", "'varable'", "did you mean 'variable'"),

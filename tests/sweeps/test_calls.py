@@ -22,18 +22,14 @@ from sweeps.planning.forecast import DIRECT
 ROOT = Path(__file__).resolve().parents[2]
 
 NAMES = {
-    # The work of one geometry; its argument `table` is (row, node).
-    "table": ("speed/tables/work_tables.py:build",),
+    # The work of one geometry; its argument `table` has curves (row, node).
+    "table": ("speed/batch/tables.py:fill_table",),
     "speed": ("speed/dispatch.py:solve",),
     "torque": ("speed/torque.py:torque_extremes",),
     "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
-    # What makes the tables of designs; others are made to judge how many nodes are needed.
-    "of designs": ("speed/general/driver.py:solve_designs", "speed/batch/driver.py:hold_table"),
-    "traces": ("speed/general/storage.py:store_curves", "speed/batch/traces.py:write_block"),
-    "iterations": (
-        "speed/general/segments.py:iterate", "speed/batch/iteration.py:iterate",
-        "speed/general/newton.py:newton", "speed/thesis.py:step_cycles",
-    ),
+    "of designs": ("speed/batch/tables.py:fill_block",),
+    "traces": ("speed/storage.py:store_curves",),
+    "iterations": ("speed/batch/solution.py:fill_rest",),
 }  # fmt: skip
 
 PROGRAM = """
@@ -62,7 +58,7 @@ def count(frame, event, _):
         with lock:
             calls[name] = calls.get(name, 0) + 1
             if name in table and named(frame.f_back.f_code) in designs:
-                tables.append(list(frame.f_locals["table"].shape))
+                tables.append(list(frame.f_locals["table"].gas.shape))
 
 threading.setprofile(count)
 sys.setprofile(count)
@@ -135,20 +131,21 @@ def test_the_gas_work_is_made_once_for_designs_that_share_it() -> None:
     assert run.shapes["delta"] == [2, 2, 2]
     assert run.of("speed") == 1
     assert len(run.tables) == 1
-    ratios = called("delta", axes={"inertia": [2.0, 3.0], "crank_ratio": [0.2, 0.25, 0.3]})
+    # One table is kept at a time: designs that share it come one after the other.
+    ratios = called("delta", axes={"crank_ratio": [0.2, 0.25, 0.3], "inertia": [2.0, 3.0]})
     assert len(ratios.tables) == 3
 
 
 def test_even_firing_solves_one_firing_period() -> None:
     one = called("delta", axes={"inertia": [2.0, 3.0]})
-    six = called("delta", axes={"inertia": [2.0, 3.0]}, set={"cylinders": 6})
-    (_, nodes), (_, part) = one.tables[0], six.tables[0]
-    assert len(one.tables) == len(six.tables) == 1
-    assert 6 * part <= 1.2 * nodes  # rounded up to what the lanes divide
+    two = called("delta", axes={"inertia": [2.0, 3.0]}, set={"cylinders": 2})
+    (_, nodes), (_, part) = one.tables[0], two.tables[0]
+    assert len(one.tables) == len(two.tables) == 1
+    assert 2 * part == nodes
 
 
 @pytest.mark.parametrize("exponent", sorted(DIRECT))
-def test_load_exponents_2_and_0_never_iterate(exponent: float) -> None:
+def test_load_exponent_2_never_iterates(exponent: float) -> None:
     run = called("delta", axes={"inertia": [2.0, 3.0]}, set={"load_exponent": exponent})
     assert run.of("speed") == 1
     assert run.of("iterations") == 0

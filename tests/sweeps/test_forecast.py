@@ -1,4 +1,4 @@
-"""What `plan` tells: work counted against designs, shared tables, iteration, what is skipped."""
+"""What `plan` tells: work counted against designs, diagrams, iteration, what is skipped."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from engine_dyn.speed.mechanisms import MECHANISMS
 from engine_dyn.speed.methods import METHOD_NAMES, STEPPING
 from sweeps.planning import forecast
 from sweeps.planning.forecast import (
+    diagram_count,
     seconds,
     seconds_of_computing,
-    table_count,
     text,
     work_of,
 )
@@ -53,28 +53,44 @@ def test_stages_are_counted_against_designs() -> None:
 
 
 @pytest.mark.parametrize(
-    ("axes", "engine", "tables"),
+    ("axes", "engine", "diagrams"),
     [
-        ({"inertia": [1, 2], "speed": [1000, 1100], "bore": [0.1, 0.2]}, "ntua", 1),
+        ({"inertia": [1, 2], "speed": [1000, 1100], "bore": [0.1, 0.2]}, "ntua", 2),
         ({"inertia": [1, 2], "crank_ratio": [0.2, 0.3]}, "ntua", 2),
         ({"load": [0, 50, 90], "crank_ratio": [0.2, 0.3], "inertia": [1, 2]}, "ntua", 6),
-        ({"cylinders": [1, 2], "crankcase_pressure": [0, 1]}, "ntua", 4),
-        ({"speed": [1000, 1100]}, "diesel_105x137", 2),  # its pressure follows the speed
+        ({"load": {"start": 0, "stop": 90, "num": 1000}}, "ntua", 181),  # all that there are
+        ({"speed": [1000, 1100]}, "compressor_79x83", 1),
     ],
 )
-def test_tables_of_work(axes: dict[str, list[float]], engine: str, tables: int) -> None:
+def test_diagrams_that_are_needed(axes: dict[str, list[float]], engine: str, diagrams: int) -> None:
     plan = plan_of("delta", engine=engine, axes=axes)
-    (stage,) = (s for s in plan.stages if s.node.kind == "stage")
-    assert table_count(plan, stage) == tables
-    assert f"{tables} table" in text(plan)
+    assert diagram_count(plan) == diagrams
+    assert f"{diagrams} diagram" in text(plan)
 
 
-def test_shared_tables_and_the_part_of_the_cycle() -> None:
+def test_sets_of_cylinders_and_the_part_of_the_cycle() -> None:
     told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
-    assert "9 tables of work for 72 designs, each shared by 8" in told
+    assert "work over the angle of up to 2 diagrams and 3 sets of cylinders, for 72 designs" in told
     assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
-    told = text(plan_of("delta", designs={"crank_ratio": [0.2, 0.2], "inertia": [1.0, 2.0]}))
-    assert "up to 2 tables of work for 2 designs" in told
+
+
+def test_work_of_columns_and_of_tables() -> None:
+    """Columns are of diagrams, cylinders and boxes; tables of what differs among designs."""
+
+    def work(**tables: Any) -> dict[str, float]:
+        return work_of(plan_of("delta", **tables))
+
+    many = {"start": 0.2, "stop": 0.33, "num": 100}
+    alone = work(axes={"inertia": [1.0, 2.0]})
+    ratios = work(axes={"crank_ratio": many, "inertia": [1.0, 2.0]})
+    assert ratios["columns of diagrams"] == alone["columns of diagrams"]
+    assert ratios["columns added up"] == 100 * alone["columns added up"]
+    within = work(axes={"inertia": [1.0, 2.0], "crank_ratio": many})
+    assert within["columns added up"] == 200 * alone["columns added up"]
+    wider = work(axes={"crank_ratio": [0.25, 0.4]})
+    assert wider["columns of diagrams"] == 2 * alone["columns of diagrams"]
+    offset = work(axes={"pin_offset": [0.001, 0.002]})
+    assert offset["columns added up"] > 6 * alone["columns added up"]
 
 
 @pytest.mark.parametrize(
@@ -85,7 +101,7 @@ def test_shared_tables_and_the_part_of_the_cycle() -> None:
         ({"solver": {"method": "newton"}}, "newton: iterates"),
         ({"solver": {"closure": "cycle_time"}}, "iterates: closure cycle_time"),
         ({"solver": {"inertia_model": "variable"}}, "iterates: variable inertia"),
-        ({"solver": {"method": ["thesis", "picard"]}}, "thesis, picard: whole cycles, repeated"),
+        ({"solver": {"method": "thesis"}}, "thesis: whole cycles, repeated"),
     ],
 )
 def test_iteration(tables: dict[str, Any], expected: str) -> None:
@@ -165,16 +181,13 @@ NEAR = 2.5
 """Factor up to which a rate may differ from a measured one."""
 
 
-@pytest.mark.parametrize(
-    ("method", "row"), [("thesis", "thesis, Euler, 1 degree"), ("picard", "picard, until closed")]
-)
-def test_rates_of_stepping_methods_are_near_the_benchmarks(method: str, row: str) -> None:
+def test_rate_of_method_thesis_is_near_the_benchmark() -> None:
     text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
     threads = int(re.search(r"^Machine: .* (\d+) threads", text, re.M)[1])  # type: ignore[index]
-    measured = re.search(rf"^\| {row} \| ([\d,.]+) \|", text, re.M)
+    measured = re.search(r"^\| thesis, Euler, 1 degree \| ([\d,.]+) \|", text, re.M)
     assert measured is not None
     each = float(measured[1].replace(",", "")) / threads
-    assert each / NEAR < 1.0 / SECONDS[f"designs by {method}"] < each * NEAR
+    assert each / NEAR < 1.0 / SECONDS["designs by thesis"] < each * NEAR
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ import sweeps, sweeps.archive.netcdf, sweeps.presenting.archives
 from engine_dyn.speed import dispatch as sweep
 
 def solve(*, wanted, family, method, inertia_model, closure, tolerance, cylinders, crank_angle,
-          threads, progress, sharing, **inputs):
+          threads, progress, **inputs):
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), np.shape(cylinders))
     found = {name: np.full(shape, 0.5) for name in wanted if name != "status"}
     return {**found, "status": np.zeros(shape, np.int8)}

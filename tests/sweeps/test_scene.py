@@ -318,8 +318,8 @@ def test_reference_by_axis_and_label(tmp_path: Path) -> None:
 
 
 def test_reference_by_words(tmp_path: Path) -> None:
-    body = '[solver]\nmethod = ["newton", "auto"]\n'
-    reference = with_reference(tmp_path, body, "method,delta\nauto,2\n").reference
+    body = '[solver]\nmethod = ["newton", "thesis"]\n'
+    reference = with_reference(tmp_path, body, "method,delta\nthesis,2\n").reference
     assert reference is not None
     assert reference.dimensions == ("method",)
     np.testing.assert_array_equal(reference.columns["delta"], [np.nan, 2.0])
