@@ -6,9 +6,16 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from engine_dyn.compilation.decorators import inlined
+import numba
+
+from engine_dyn.compilation.decorators import OPTIONS
 
 __all__ = ["by_type"]
+
+
+def _compiled(function: Callable[..., Any]) -> Any:
+
+    return numba.njit(forceinline=True, **OPTIONS)(function)
 
 
 def by_type(function: Callable[..., Any]) -> Any:
@@ -30,12 +37,12 @@ def by_type(function: Callable[..., Any]) -> Any:
         def _terms_of_power(q: float, law: Power) -> float:
             return q**law.half
     """
-    general = inlined(function)
+    general = _compiled(function)
     special: dict[Any, Any] = {}
 
     def of(kind: type) -> Callable[[Callable[..., Any]], Any]:
         def register(implementation: Callable[..., Any]) -> Any:
-            special[kind] = inlined(implementation)
+            special[kind] = _compiled(implementation)
             return special[kind]
 
         return register
