@@ -45,7 +45,8 @@ for word in sys.argv[1:] or ["1.5"]:
 
 def start(folder: Path, *words: str, **environment: str) -> subprocess.Popen[str]:
     """Start a process that calls a kernel, and keeps it below `folder` unless told otherwise."""
-    (folder / "module.py").write_text(MODULE)
+    if not (folder / "module.py").exists():  # older versions of Numba look at its date
+        (folder / "module.py").write_text(MODULE)
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *words],
         text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
