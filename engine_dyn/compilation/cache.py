@@ -8,7 +8,6 @@ name has a hash of all that determines the code.
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import os
 import re
@@ -21,6 +20,7 @@ import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +84,7 @@ def archive_of(function: Callable[..., Any]) -> Path:
 def unpacked(archive: Path) -> str:
     """Folder that this process alone has, with what is in an archive that is there and whole."""
     folder = tempfile.mkdtemp(prefix="engine-dyn-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # not in a fork
     whole = False
     with suppress(Exception), zipfile.ZipFile(archive) as content:
         os.utime(archive)

@@ -1,11 +1,9 @@
-"""The decorators of kernels and of the functions that they call.
-
-Nothing compiles on import. With ``NUMBA_DISABLE_JIT=1`` plain Python functions come back.
-"""
+"""The decorators of compiled functions; with ``NUMBA_DISABLE_JIT=1`` they leave plain Python."""
 
 from __future__ import annotations
 
 import functools
+import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -23,27 +21,27 @@ __all__ = ["OPTIONS", "formula", "inlined", "kernel"]
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
 
-# All that a kernel calls is inlined: else it would be optimised apart from a kernel that was just
-# compiled, but together with one from the disk, and last digits of results would tell. What only
-# Python needs is left out, which saves a sixth of the time to compile.
+# A kernel has all that it calls inlined: else that would be optimised apart from a new kernel, but
+# together with one from the disk, and last digits would tell. Without what only Python needs, it
+# takes a sixth less time to compile.
 PART = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 
 
 class _Compiled:
     """A function that Python and kernels may call, compiled for each when it first does."""
 
-    _lock = threading.Lock()
+    _lock, _process = threading.Lock(), 0
+    _kept: tuple[str, Path] | None = None
 
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
         self.py_func, self.part = function, numba.njit(**PART)(function)
-        self._whole: Any = None
-        self._kept: tuple[str, Path] | None = None
 
     def __call__(self, *given: Any) -> Any:
-        if self._whole is None:
-            with self._lock:  # threads may come at once
-                self._whole = self._whole or self._made()
+        if self._process != os.getpid():  # at first, and in a fork, whose folder is another
+            with self._lock:
+                if self._process != os.getpid():
+                    self._whole, self._process = self._made(), os.getpid()
         before = seconds_compiling()
         try:
             result = self._whole(*given)
@@ -61,12 +59,12 @@ class _Compiled:
         before = {name: getattr(NUMBA, name, "") for name in ours}
         try:
             archive = archive_of(self.py_func)
-            folder = unpacked(archive)
-            vars(NUMBA).update(ours, CACHE_DIR=folder)
-            made, self._kept = numba.njit(cache=True, **OPTIONS)(self.py_func), (folder, archive)
-            return made
+            self._kept = unpacked(archive), archive
+            vars(NUMBA).update(ours, CACHE_DIR=self._kept[0])
+            return numba.njit(cache=True, **OPTIONS)(self.py_func)
         except (OSError, RuntimeError) as error:
             not_kept(error)
+            self._kept = None
             return numba.njit(**OPTIONS)(self.py_func)
         finally:
             vars(NUMBA).update(before)

@@ -142,6 +142,39 @@ def test_a_process_leaves_no_other_files(tmp_path: Path) -> None:
     assert {path.suffix for path in tmp_path.rglob("__pycache__/*")} <= {".pyc"}
 
 
+FORKS = """
+import os, sys
+from pathlib import Path
+from module import twice
+assert twice(1.5) == 3.0
+mine = set(Path(os.environ["TMPDIR"]).iterdir())
+if child := os.fork():
+    assert os.waitpid(child, 0)[1] == 0
+    assert set(Path(os.environ["TMPDIR"]).iterdir()) == mine
+else:
+    assert twice(2) == 4.0
+    assert len(set(Path(os.environ["TMPDIR"]).iterdir()) - mine) == 1
+    sys.exit()
+assert twice(1j) == 2j
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+def test_a_fork_works_in_a_folder_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "module.py").write_text(MODULE)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    subprocess.run(
+        [sys.executable, "-c", FORKS], check=True,
+        env={
+            **os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "TMPDIR": str(scratch),
+        },
+    )  # fmt: skip
+    assert list(scratch.iterdir()) == []
+    assert run(tmp_path) == (False, "")
+
+
 def cannot(errors: str) -> str:
     """Why kernels cannot be kept, which must be said in one line."""
     (line,) = errors.splitlines()
