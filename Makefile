@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates stress \
+.PHONY: help demo check test coverage lint imports types docs validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates compile-times stress \
 	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -36,6 +36,7 @@ help:
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
 	@echo "make quantities  rates of single quantities, on the terminal (5 min; QUANTITIES='--all', and others)"
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
+	@echo "make compile-times  processor time of compiling: run thesis, each study, all studies (10 min; COMPILE_TIMES='--short')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make large-runs  docs/large_runs.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
@@ -115,6 +116,10 @@ quantities: $(VENV)/.installed-test
 # Writes sweeps/planning/rates.py. Settings: RATES='--part 0.1', and others.
 rates: $(VENV)/.installed-test
 	$(python) -m benchmarks rates $(RATES)
+
+# Empty caches of its own. Settings: COMPILE_TIMES='--keep' (docs/benchmarks.md too), '--short', and others.
+compile-times: $(VENV)/.installed-test
+	$(python) -m benchmarks compile-times $(COMPILE_TIMES)
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py

@@ -42,6 +42,10 @@ def cases(threads: int, quick: bool) -> list[Case]:
     for finer in (1,) if quick else (1, 2, 4):
         nodes = f"nodes x {finer}"
         found.append(Case("newton", nodes, own(threads, method="newton", finer=finer)))
+    # What peers that solve exponent 2 alone are compared with.
+    found.append(
+        Case("auto", "tolerance 1e-06, exponent 2", own(threads, tolerance=1e-6), exponents=(2.0,))
+    )
     found.append(
         Case("closed", "exponents 0 and 2", own(threads, method="closed"), exponents=(0.0, 2.0))
     )

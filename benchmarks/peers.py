@@ -8,15 +8,16 @@ the torque tabulated or evaluated for each design as part of the work:
 Shooting for the start is Newton with the tangent s = dq/dq(0) carried along; at alpha = 2 the
 equation is linear, so that one step is exact, and at alpha = 0 the return map is the identity and
 the level follows from the closure, the mean of log q being zero. Extremes come from a cubic Hermite
-through nodes and slopes, the mean speed from the nodes. Every solver runs on all threads asked for:
-compiled ones in threads, those bound by Python in processes.
+through nodes and slopes, the mean speed from the nodes. Harmonic balance shoots for nothing and has
+the extremes of its Fourier series. Every solver runs on all threads asked for: compiled ones in
+threads, those bound by Python in processes.
 """
 
 from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -88,6 +89,8 @@ class Processes:
     def __init__(self, count: int) -> None:
         self.count = count
         self.pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+        # They import this file now, not in the first call of a solver.
+        list(self.pool.map(steps_of, [360] * count, [1] * count))
 
     def __call__(self, solver: Solver, designs: Designs) -> Floats:
         """`solver` over chunks of the designs."""
@@ -538,6 +541,109 @@ def _numpy_delta(q: Floats, slope: Floats, width: float) -> Floats:
         np.maximum.at(extreme, column, sign * value)
         found.append(sign * extreme)
     return np.asarray((np.sqrt(found[0]) - np.sqrt(found[1])) / np.sqrt(q).mean(axis=0))
+
+
+# Harmonic balance: NumPy again, one FFT of the torque ---------------------------------------------
+
+NODES_AT_ONCE = 20_000
+"""Nodes of all designs of a block, whose arrays so stay in the caches."""
+
+LEAST_NODES = 12
+"""Over a firing period; the steps of other peers need more, see `steps_of`."""
+
+DEGREE = 7
+"""Of the Taylor polynomial of the Fourier series about a node."""
+
+
+def harmonic_balance(designs: Designs, whole: int) -> Floats:
+    """One division a harmonic: alpha = 2 and constant inertia, where the equation is linear.
+
+    The torque at nodes, `whole` of them over the cycle of one cylinder, is transformed. Its zeroth
+    harmonic is the mean torque, hence kappa; harmonic k of q is that of the drive over i k + kappa.
+    The last harmonic is left out, because nodes do not tell its phase. The transform back gives q
+    at the nodes, and their mean speed.
+
+    Extremes are those of the Fourier series, not of the nodes, see `_refined`. What error remains
+    is that of too few nodes, and it falls exponentially with their number.
+
+    Raises
+    ------
+    ValueError
+        Another exponent, or variable inertia.
+    """
+    if designs.variable or np.any(designs.exponent != 2.0):
+        raise ValueError("harmonic balance is written for exponent 2 and constant inertia")
+    z = designs.cylinders
+    nodes = 2 * math.ceil(max(whole / z, LEAST_NODES) / 2)
+    phi = np.arange(nodes * z) * CYCLE / (nodes * z)
+    motored = MOTORED(phi)
+    # Both revolutions of a cycle have the same kinematics, and pressures of their own.
+    motored, burnt = (
+        curve.reshape(2, -1) for curve in (motored - CRANKCASE, PRESSURE(phi) - motored)
+    )
+    sine, cosine = (curve(phi[: phi.size // 2]) for curve in (np.sin, np.cos))
+    wave = 0.5j * z * np.arange(nodes // 2)
+    at_nodes = 2.0 * np.exp(np.outer(phi[:nodes], wave))
+    powers = [wave**order / math.factorial(order) for order in range(1, DEGREE + 1)]
+    weights = [power.real + power.imag for power in powers]  # one of the two is zero
+    delta = np.empty(len(designs))
+    block = max(1, NODES_AT_ONCE // nodes)
+    for begin in range(0, len(designs), block):
+        some = designs.take(slice(begin, begin + block))
+        column = {name: getattr(some, name)[:, None] for name in Designs.COLUMNS}
+        ratio, scale = column["ratio"], 2.0 / (column["inertia"] * column["speed"] ** 2)
+        root = np.sqrt(1.0 - (ratio * sine) ** 2)
+        v = sine * (1.0 + ratio * cosine / root)
+        b = cosine + ratio * (cosine**2 - sine**2 + ratio**2 * sine**4) / (root * root * root)
+        b *= 2.0 * column["mass"] * RADIUS**2 / column["inertia"]
+        gas = (scale * LEVER)[:, None] * (motored + column["heat"][:, None] * burnt)
+        drive = ((gas - b[:, None]) * v[:, None]).reshape(len(some), z, nodes).sum(axis=1)
+        waves = np.fft.rfft(drive, norm="forward")[:, :-1]
+        waves[:, :1] -= scale * column["friction"]
+        waves /= wave + waves[:, :1].real
+        q = np.fft.irfft(waves, nodes, norm="forward")
+        high, low = _refined(q, waves, at_nodes, weights, 0.5 * phi[1])
+        mean = np.sqrt(q).mean(axis=1)
+        delta[begin : begin + block] = (np.sqrt(high) - np.sqrt(low)) / mean
+    return delta
+
+
+def _refined(
+    q: Floats, waves: Any, at_nodes: Any, weights: Sequence[Floats], reach: float
+) -> tuple[Floats, Floats]:
+    """Largest and smallest value of the Fourier series of each row, `q` at its nodes.
+
+    Every node near which the series can pass the best node is refined: the largest node need not
+    lie beside the largest value. The series is expanded about it, and Newton's steps on the slope
+    of the polynomial find the extreme within `reach`, half the distance of two nodes.
+    """
+    high, low = q.max(axis=1), q.min(axis=1)
+    beside = np.empty_like(q)
+    np.add(q[:, :-2], q[:, 2:], out=beside[:, 1:-1])
+    np.add(q[:, -2], q[:, 0], out=beside[:, -1])
+    np.add(q[:, -1], q[:, 1], out=beside[:, 0])
+    # A parabola through three nodes rises by at most an eighth of its second difference above the
+    # middle one; twice that is allowed.
+    bound = 1.5 * q - 0.25 * beside
+    row, node = np.nonzero((bound >= high[:, None]) | (bound <= low[:, None]))
+    terms = waves[row] * at_nodes[node]
+    # No product of matrices: the threads of BLAS would be in the way of the other processes.
+    parts = np.ascontiguousarray(terms.real), -np.ascontiguousarray(terms.imag)
+    taylor = [np.einsum("ck,k->c", parts[i % 2], weight) for i, weight in enumerate(weights, 1)]
+    step = np.zeros(row.size)
+    for _ in range(3):
+        slope, bend = np.zeros(row.size), np.zeros(row.size)
+        for order in range(DEGREE, 0, -1):
+            bend = bend * step + slope
+            slope = slope * step + order * taylor[order - 1]
+        step = np.clip(step - slope / bend, -reach, reach)
+    value = np.zeros(row.size)
+    for coefficient in reversed(taylor):
+        value = (value + coefficient) * step
+    value += q[row, node]
+    np.maximum.at(high, row, value)
+    np.minimum.at(low, row, value)
+    return high, low
 
 
 # JAX ----------------------------------------------------------------------------------------------
@@ -1043,6 +1149,11 @@ def cases(threads: int, processes: Processes, quick: bool) -> tuple[list[Case], 
         Case("NumPy steps", f"{n} steps", numpy_steps(n, threads), runs=3, least=many)
         for n in ((360,) if quick else (180, 360, 720, 1440))
     ]
+    found += [
+        Case("Harmonic balance", f"{n} nodes",
+             partial(processes, partial(harmonic_balance, whole=n)), least=many, exponents=(2.0,))
+        for n in ((96,) if quick else (64, 96, 112, 128, 180))
+    ]  # fmt: skip
     for tolerance, nodes in ((1e-6, 720),) if quick else ((1e-5, 360), (1e-7, 720), (1e-10, 2880)):
         solver = partial(_scipy_ivp, tolerance=tolerance, nodes=nodes)
         found.append(

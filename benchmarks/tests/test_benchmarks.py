@@ -88,6 +88,27 @@ def test_peers_solve_sampled_designs(cylinders: int, processes: peers.Processes)
         assert errors.worst < (1e-3 if "90 steps" in case.setting else 2e-5), case
 
 
+@pytest.mark.parametrize("cylinders", [1, 2, 3, 8])
+def test_errors_of_harmonic_balance_fall_with_the_number_of_nodes(cylinders: int) -> None:
+    # So many designs that the largest node often lies beside another extreme than the largest.
+    designs = problem.sampled(300, cylinders)
+    exact = problem.reference(designs)
+    worst = [
+        measure.errors_of(peers.harmonic_balance(designs, nodes), exact).worst
+        for nodes in (96, 144, 192)
+    ]
+    assert worst[0] < 1e-5
+    assert worst[1] < 0.1 * worst[0]
+    assert worst[2] < min(0.3 * worst[1], 2e-9)
+
+
+@pytest.mark.parametrize(("exponent", "variable"), [(1.0, False), (2.0, True)])
+def test_harmonic_balance_refuses_what_is_not_linear(exponent: float, variable: bool) -> None:
+    designs = problem.scene(60, exponent, 1, variable).designs(np.arange(3))
+    with pytest.raises(ValueError, match="exponent 2 and constant inertia"):
+        peers.harmonic_balance(designs, 96)
+
+
 def test_sampled_designs_of_all_numbers_of_cylinders_at_once() -> None:
     some = sampled_peers.groups(24)
     assert [each.cylinders for each in some] == list(range(1, 9))
@@ -110,6 +131,23 @@ def test_time_at_an_error_is_interpolated() -> None:
     assert np.isnan(report.seconds_at(results, 1e-9))
     lost = replace(results[1], errors=replace(results[1].errors, unanswered=0.1))
     assert report.seconds_at([results[0], lost], 1e-6) == pytest.approx(1e-3)
+
+
+def test_peers_of_one_exponent_are_compared_on_its_designs() -> None:
+    def result(series: str, setting: str, rate: float, *exponents: float) -> measure.Result:
+        errors = measure.Errors(1e-9, 1e-9, 1e-9, 0.0, 10)
+        case = peers.Case(series, setting, own.own(1), exponents=exponents)
+        return measure.Result(case, measure.Timing(10, (10.0 / rate,)), errors, 0.0)
+
+    results = [
+        result("auto", "tolerance 1e-06", 100.0),
+        result("auto", "tolerance 1e-06, exponent 2", 300.0, 2.0),
+        result(report.BALANCE, "96 nodes", 50.0, 2.0),
+        result("Euler in Python", "1 degree", 50.0, 1.0, 1.6, 2.0),
+    ]
+    assert report.times_faster(results) == [
+        [f"{report.BALANCE} (exponent 2 alone)", "6"], ["Euler in Python", "2"],
+    ]  # fmt: skip
 
 
 def test_other_machines_are_remembered(tmp_path: Path) -> None:

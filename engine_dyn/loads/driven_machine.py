@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.given_numbers import given_array
-from engine_dyn.loads.laws import LOAD_LAWS, CurveForm, Form
+from engine_dyn.loads.laws import LAWS, Form, slip_torque
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
@@ -269,21 +269,12 @@ class DrivenMachine:
     @property
     def form(self) -> Form:
         """Form of the law over speed, as kernels take it."""
-        known = LOAD_LAWS.get(self.law)
-        if known is not None and known.form is not None:
-            return known.form
         curve, table = self.over_speed, np.zeros((3, 0))
         if curve is not None:
             table = np.stack([curve.speed, curve.torque, curve.slope])
         own = curve is not None and curve.own_speed
-        return CurveForm(-1.0 if self.has_driver else 1.0, own, table)
-
-    @property
-    def angle_table(self) -> Floats:
-        """Table of the load over angle, as kernels take it; empty where there is none."""
-        if self.over_angle is None:
-            return np.zeros((4, 0))
-        return np.ascontiguousarray(self.over_angle.table)
+        kind = [law.name for law in LAWS].index(self.law)
+        return Form(kind, -1.0 if self.has_driver else 1.0, own, table)
 
 
 NOTHING_DRIVEN = DrivenMachine()
@@ -457,8 +448,7 @@ def motor_torque(
     docs/method.md (40). Speeds are those of the crank [rad/s]; above the synchronous speed the
     machine brakes.
     """
-    slip = 1.0 - omega / synchronous_speed
-    return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
+    return breakdown_torque * slip_torque(omega, synchronous_speed, breakdown_slip)[0]
 
 
 def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:

@@ -48,7 +48,7 @@ def _load_of_characteristic(
 
 _OF_TORQUE = (
     "characteristic_torque", "characteristic_share", "variant_of", "speed", "family", "cycle",
-    "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale", "bore",
+    "crank_ratio", "offset_ratio", "pressure_share", "diagram_scale", "bore",
     "double_radius", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
     "stroke_share", "all_cycles_known", "auxiliary_torque",
 )  # fmt: skip

@@ -93,7 +93,6 @@ _CONSTANTS = tuple(
         ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
-        ("sharing", "tables of the sweep, and designs that share one"),
         ("characteristic", "power and torque over speed"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )

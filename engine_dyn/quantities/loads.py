@@ -15,7 +15,7 @@ __all__ = ["NODES", "OF_ANGLE", "load_coefficient_unit"]
 OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
 """What a load over angle needs."""
 
-_BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.torque is not None)
+_BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""
 
 _SHAPED = {
@@ -40,7 +40,7 @@ def _at_nominal(law: LawFacts) -> Node:
 
     def torque(speed: Any, **needs: Any) -> Any:
         assert law.torque is not None
-        return law.torque(speed, *(needs[name] for name in law.needs))
+        return law.torque(speed, *(needs[name] for name in law.needs))[0]
 
     return Node(
         "shape_at_nominal", "", "N m", "torque of the load's law at nominal speed, over k",
@@ -60,9 +60,8 @@ def _load_torque(law: LawFacts) -> Node:
 
     def torque(load_over_angle: Any, load_coefficient: Any, omega: Any, **needs: Any) -> Any:
         assert law.torque is not None
-        return load_over_angle + load_coefficient * law.torque(
-            omega, *(needs[name] for name in law.needs)
-        )
+        shape, _ = law.torque(omega, *(needs[name] for name in law.needs))
+        return load_over_angle + load_coefficient * shape
 
     return Node(
         "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",

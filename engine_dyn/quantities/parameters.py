@@ -311,15 +311,15 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "passes", "N", "1",
-        "number of cycles to compute (methods thesis and picard)", whole=True, low=1.0,
+        "number of cycles to compute (method thesis)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2", unless_given=0.0,
     ),
     parameter(
-        "start_speed", r"\omega_1", "rad s-1", "crank speed at the start (thesis and picard)",
+        "start_speed", r"\omega_1", "rad s-1", "crank speed at the start (method thesis)",
         low=0.0, source="Kakaitsas section 4.2", unless_given=0.0,
     ),
     parameter(
-        "start_angle", r"\varphi_1", "degree", "crank angle at the start (thesis and picard)",
+        "start_angle", r"\varphi_1", "degree", "crank angle at the start (method thesis)",
         si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
         source="Kakaitsas section 4.2", unless_given=-180.0,
     ),

@@ -72,25 +72,24 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
 
 
 def _mean_gas_of_equal_throws(
-    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any,
-    sharing: tuple[int, ...],
-) -> Any:  # fmt: skip
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
+) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed import mean_gas
 
     return mean_gas.mean_gas_of_equal_throws(
-        crank_ratio, offset_ratio, row, family, pressure_share, sharing[0]
+        crank_ratio, offset_ratio, row, family, pressure_share
     )
 
 
 def _mean_gas_of_unequal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
-    cylinders_by_count: Any, sharing: tuple[int, ...],
+    cylinders_by_count: Any,
 ) -> Any:  # fmt: skip
     from engine_dyn.speed import mean_gas
 
     return mean_gas.mean_gas_of_unequal_throws(
-        crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count, sharing[0]
+        crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count
     )
 
 
@@ -192,7 +191,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
+        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share"),
         make=_mean_gas_of_equal_throws, when="equal_throws",
     ),
     Node(
@@ -200,7 +199,7 @@ NODES: tuple[Node, ...] = (
         "mean of pressure times piston velocity over the engine's crank radius and speed",
         public=False, when="unequal_throws",
         needs=("crank_ratio", "offset_ratio", "row", "family", "cylinder_set",
-               "cylinders_by_count", "sharing"),
+               "cylinders_by_count"),
         make=_mean_gas_of_unequal_throws,
     ),
     Node(

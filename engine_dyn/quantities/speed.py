@@ -96,7 +96,7 @@ def _solution(law: str, angle: str) -> Node:
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
             constant, "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count",
-            "passes", "start_speed", "start_angle", "family", "closure", "tolerance", "sharing",
+            "passes", "start_speed", "start_angle", "family", "closure", "tolerance",
             "method", "inertia_model", "crank_angle", *acting,
         ),
         make=_solve, source="mathematics: energy form of Kakaitsas eq. 3.1",

@@ -179,7 +179,7 @@ def periodic_speed(
     inertia_model : {"constant", "variable"}
         Theta and inertia torque at nominal speed (Kakaitsas 2015, eq. 3.1), or the exact equation
         of one degree of freedom (Eksergian).
-    method : {"auto", "thesis", "picard", "newton", "closed"}
+    method : {"auto", "thesis", "newton", "closed"}
         "auto" takes the cheapest method that meets the tolerance.
     closure : {"power_mean", "cycle_time"}
         What the nominal speed is: the power mean of order alpha of omega over angle, or the angle
@@ -187,7 +187,7 @@ def periodic_speed(
     tolerance : float
         Relative error of delta aimed at.
     passes, start_speed, start_angle
-        For "thesis" and "picard": the number of cycles (until the cycle closes if not given), the
+        For "thesis": the number of cycles (until the cycle closes if not given), the
         speed [rad/s] (nominal if not given) and the angle [rad] at which they start.
     crank_angle : array_like, optional
         Angles [rad] at which omega is wanted.

@@ -1,65 +1,43 @@
-"""Broadcasting front of the kernels: arrays of parameters in, arrays of results out.
+"""Broadcasting front of the solvers: arrays of parameters in, arrays of results out.
 
-Inputs are NumPy arrays that broadcast against each other: an input does not depend on an axis along
-which its size is 1. What designs have in common follows from these shapes; names of axes are not
-known here. A sweep is split into parts whose designs can be treated alike; each part goes to the
-batch solver, which defers what it cannot solve, or to the general solver.
+Inputs are NumPy arrays that broadcast against each other. Designs are grouped by what their columns
+have in common (cylinders, box of crank ratios, repeats of a load) and sorted by their diagram. Each
+group is solved in pieces: by the batch solver, and what this leaves by the general one. Nothing
+that a design gets depends on the others.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
-from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.arguments import ANY_EXPONENT, MOTOR, AngleLoad, Choice, Problem, kind_of_law
-from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
-from engine_dyn.speed.batch.two_grid import CHUNK
-from engine_dyn.speed.broadcasting import (
-    along_axes,
-    codes,
-    cylinders_of,
-    shape_of,
-    without_unknown,
-)
+from engine_dyn.speed.batch.front import solve_in_blocks
+from engine_dyn.speed.broadcasting import codes, shape_of, without_unknown
+from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
-from engine_dyn.speed.fields import DEFAULTS, FRICTION_NAMES, TABLE_NAMES
-from engine_dyn.speed.general.front import GeneralSolver, samples_of
-from engine_dyn.speed.general.segments import SEGMENTS
-from engine_dyn.speed.mechanisms import (
-    GENERAL,
-    OWN_CURVES,
-    are_shared,
-    is_common,
-    mechanism_of,
-    tally_in_use,
-)
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS
-from engine_dyn.speed.packing import Packed, Part, aligned, split
-from engine_dyn.speed.pieces import Progress
+from engine_dyn.speed.fields import DEFAULTS
+from engine_dyn.speed.general.front import solve_one_by_one
+from engine_dyn.speed.grouping import Grouping, Work
+from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
+from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
-from engine_dyn.speed.tables.node_counts import (
-    fewest_nodes,
-    fewest_nodes_of_load,
-    may_be,
-    repeats_of_load,
-    row_map,
-    rows_needed,
-)
-from engine_dyn.speed.tables.work_tables import steps_per_cycle
+from engine_dyn.speed.storage import angles_of
+from engine_dyn.speed.task import Task
+from engine_dyn.speed.thesis import solve_as_printed
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
-from engine_dyn.types import Booleans, Floats, Integers
+from engine_dyn.types import Floats, Integers
 
-__all__ = ["SOLVERS", "solve"]
+__all__ = ["solve"]
 
 NOWHERE = np.zeros(0)
 
@@ -71,73 +49,31 @@ of q^(alpha/2) - 1 would cost as much."""
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
+FINER = 4
+"""Factor on the nodes of the second solution, from which the error follows."""
 
 @dataclass(frozen=True)
 class Sweep:
-    """All designs of one call of `solve`, as arrays that broadcast to `shape`.
+    """All designs of one call of `solve`.
 
-    `methods` and `models` are codes, `row` is the place of the diagrams in the family, `sets` are
-    the keys of `cylinders_by_count`. `shared` says that tables are common to many designs, or
-    depend on inputs that harmonics know nothing of. `load` is a load over angle that own curves
-    can contain. With `general` the batch solver is not
-    used. The other fields are those of `solve`.
+    `second` says that these are solutions with more nodes, for the error of those before. The other
+    fields are those of `solve`; methods and inertia models are codes among the inputs.
     """
 
-    shape: tuple[int, ...]
-    inputs: Mapping[str, Any]
-    packed: Packed
-    family: Family
-    methods: npt.NDArray[Any]
-    models: npt.NDArray[Any]
-    row: npt.NDArray[Any]
-    sets: npt.NDArray[Any]
-    cylinders_by_count: Mapping[int, Cylinders] | None
+    grouping: Grouping
     closure: int
     tolerance: float
-    driven: DrivenMachine
-    general: bool
-    shared: bool
-    load: AngleLoad | None
+    iterated: float
     angles: Floats
     threads: int
+    results: Results
+    tally: Tally | None
+    second: bool = False
 
-    def check_methods(self) -> None:
-        """Refuse methods that cannot solve the law of load or driver.
-
-        Raises
-        ------
-        ValueError
-            Naming the method.
-        """
-        for code in np.unique(self.methods):
-            method = METHODS[code]
-            if not method.can_solve(self.driven.law, self.driven.over_angle is not None):
-                raise ValueError(
-                    f"method {method.name!r} supports only the load law a + k omega^alpha: take "
-                    "another"
-                )
-
-    def stepping(self) -> Booleans:
-        """Which designs, flat, have a method that repeats cycles."""
-        steps = np.array([method.steps for method in METHODS])[self.methods]
-        return np.broadcast_to(steps, self.shape).reshape(-1)
-
-    def keys(self) -> list[npt.NDArray[Any]]:
-        """What must be the same for all designs of a part: see `_problem_of`."""
-        rank, driven = len(self.shape), self.driven
-        period = self.family.period
-        gear = aligned(np.asarray(self.inputs["gear_ratio"], dtype=float), rank)
-        exponent = aligned(np.asarray(self.inputs["exponent"], dtype=float), rank)
-        return [
-            self.methods,
-            self.models,
-            _kinds(exponent) if driven.power_law else np.full((1,) * rank, kind_of_law(driven.law)),
-            is_steep(exponent),
-            fewest_nodes(self.family, self.row, self.tolerance),
-            repeats_of_load(driven.over_angle, gear, period),
-            fewest_nodes_of_load(driven.over_angle, gear, period, self.tolerance),
-            *along_axes(self.sets),
-        ]
+    @property
+    def inputs(self) -> Inputs:
+        """Inputs of all designs."""
+        return self.grouping.inputs
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -158,7 +94,6 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
-    sharing: tuple[int, ...] | None = None,
     driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
 ) -> dict[str, Any]:
@@ -200,12 +135,8 @@ def solve(
         tolerance unless given.
     general : bool
         Do not use the batch solver.
-    sharing : tuple of int, optional
-        Number of tables of the whole sweep, of designs for each, and of angles of a load over
-        angle, where these designs are a block of it, because blocks must not decide for themselves
-        how tables are made. The numbers of these designs unless given; the last may be missing.
     driven : DrivenMachine
-        Load over angle, load over speed or driver; tables over speed need the general solver.
+        Load over angle, load over speed or driver.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -218,133 +149,58 @@ def solve(
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
     inputs = {**DEFAULTS, **inputs}
-    chosen = codes(METHOD_NAMES, method), codes(INERTIA_MODELS, inertia_model)
-    shape = shape_of(*inputs.values(), *chosen, cylinders)
-    rank, size = len(shape), math.prod(shape)
     if driven.over_angle is not None:
-        period = family.period
-        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
-    if sharing is None:
-        tables = math.prod(shape_of(*(inputs[name] for name in TABLE_NAMES)))
-        sharing = tables, size // max(tables, 1)
-    special = _own_tables(inputs) or isinstance(family, CycleTable)
-    sweep = Sweep(
-        shape=shape,
-        inputs=inputs,
-        packed=Packed.of(inputs, shape),
-        family=family,
-        methods=aligned(chosen[0], rank),
-        models=aligned(chosen[1], rank),
-        row=aligned(np.asarray(inputs["row"], dtype=float), rank),
-        sets=aligned(np.asarray(cylinders, dtype=np.int64), rank),
-        cylinders_by_count=cylinders_by_count,
-        closure=CLOSURES.index(closure),
-        tolerance=float(tolerance),
-        driven=driven,
-        general=general,
-        shared=are_shared(sharing[0], sharing[1], special=special),
-        load=_common_load(driven, inputs, sharing, special),
-        angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
-        threads=threads or os.cpu_count() or 1,
-    )
-    sweep.check_methods()
+        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
+    if driven.power_law:
+        exponent = np.asarray(inputs["exponent"], dtype=float)
+        inputs["exponent"] = np.where(exponent <= NO_EXPONENT, 0.0, exponent)
+    inputs |= {
+        "cylinders": np.asarray(cylinders, dtype=np.int64),
+        "method": codes(METHOD_NAMES, method),
+        "inertia_model": codes(INERTIA_MODELS, inertia_model),
+    }
+    shape = shape_of(*inputs.values())
+    _check_methods(np.unique(inputs["method"]), driven)
     compared = [name for name in COMPARED if "delta_error" in wanted and name not in wanted]
-    wanted = (*wanted, *compared)
-    found, deferred = _solve_once(sweep, wanted, finer, iterated, progress)
-    status = found["status"]
-    # More nodes help where the tolerance is missed; they are tried once where nothing converged.
-    failed = status == TOLERANCE_NOT_MET
-    if finer == 1:
-        failed |= status == NOT_CONVERGED
-    missed = np.flatnonzero(failed)
-    if iterated is not None:  # the finer one of two solutions is taken as it is
-        missed = missed[:0]
-    stepping = sweep.stepping()
-    if missed.size and finer < FINEST:
-        # Repeating cycles from a start has an error of its own, which more nodes do not reduce.
-        missed = missed[~stepping[missed]]
-    if missed.size and finer < FINEST:
-        again = solve(
-            family=family, wanted=wanted, closure=closure, tolerance=tolerance,
-            cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
-            finer=4 * finer, general=True, driven=driven,
-            **{
-                name: _chosen(value, missed, shape)
-                for name, value in {
-                    **inputs, "method": method, "inertia_model": inertia_model,
-                    "cylinders": cylinders,
-                }.items()
-            },
-        )  # fmt: skip
-        for name, array in found.items():
-            array[missed] = again[name]
+    angles = NOWHERE
+    if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
+        angles = np.asarray(crank_angle, dtype=float)
+    results, found = _results_for(math.prod(shape), (*wanted, *compared), angles.size)
+    grouping = Grouping(
+        Inputs.of(inputs, shape), family, cylinders_by_count, driven, float(tolerance),
+        ("cylinders", "method", "inertia_model"),
+    )  # fmt: skip
+    sweep = Sweep(
+        grouping, CLOSURES.index(closure), float(tolerance),
+        ITERATED * tolerance if iterated is None else iterated, angles,
+        threads or os.cpu_count() or 1, results, tally_in_use(),
+    )  # fmt: skip
+    missed = _solve_and_repeat(sweep, finer, general, progress)
     if "delta_error" in wanted and iterated is None:
-        known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
-        # The error of these is known from solutions with more nodes, or from the periodic one.
-        known[missed] = False
-        known &= ~stepping
-        if known.any():
-            refined, _ = _solve_once(
-                replace(sweep, angles=NOWHERE), COMPARED, 4 * finer,
-                min(0.01 * ITERATED * tolerance, ITERATED_FINER), None, deferred,
-            )  # fmt: skip
-            compare(found, known, refined, tolerance, inputs, shape)
+        _estimate_errors(sweep, found, missed, inputs)
     return {
         name: array.reshape((*shape, *array.shape[1:]))
         for name, array in found.items() if name not in compared
     }  # fmt: skip
 
 
-def _chosen(value: Any, places: Integers, shape: tuple[int, ...]) -> Any:
-    """Values at some flat places of a broadcasting array."""
-    index = np.unravel_index(places, shape) if shape else ()
-    return np.broadcast_to(np.asarray(value), shape)[index].reshape(-1)
-
-
-def _solve_once(
-    sweep: Sweep, wanted: Sequence[str], finer: int, iterated: float | None,
-    progress: Progress | None, deferred: Booleans | None = None,
-) -> tuple[dict[str, Any], Booleans]:  # fmt: skip
-    """Solve all parts of a sweep once, with `finer` times the nodes; flat results by name.
-
-    `iterated` as in `solve`. `deferred` marks the designs that the batch solver deferred to the
-    general solver in the coarser of two solutions: the finer one would not be finer by the batch
-    solver, whose coarse nodes may miss more than the general solver does with fewer in all. The
-    marks are returned too, empty where no error is wanted.
-    """
-    results, found = _results_for(sweep, wanted, deferred)
-    tally = tally_in_use()
-    if results.omega.shape[1] == results.acceleration.shape[1] == 0:
-        sweep = replace(sweep, angles=NOWHERE)
-    for part in split(sweep.shape, sweep.keys()):
-        problem, refinement, mechanism = _problem_of(sweep, part, results, finer, iterated)
-        if tally is not None:
-            tally.designs[mechanism] += problem.size
-        method = METHOD_NAMES[problem.choice.method]
-        solver = SOLVERS[method](sweep, problem)
-        if mechanism == GENERAL:
-            solver.solve_all(progress)
-            continue
-        rest = solver.solve_chosen if tally is None else tally.noting(solver.solve_chosen)
-        batch = BatchSolver(problem, refinement, rest)
-        if mechanism == OWN_CURVES:
-            batch.solve_by_harmonics(progress, finer=iterated is not None)
-        else:
-            batch.solve_by_tables(progress)
-    return found, results.deferred
+def _check_methods(used: Integers, driven: DrivenMachine) -> None:
+    """Refuse methods that cannot solve the law of load or driver; ValueError names the method."""
+    for code in used:
+        method = METHODS[code]
+        if not method.can_solve(driven.law, driven.over_angle is not None):
+            raise ValueError(
+                f"method {method.name!r} supports only the load law a + k omega^alpha: take another"
+            )
 
 
 def _results_for(
-    sweep: Sweep, wanted: Sequence[str], deferred: Booleans | None
+    size: int, wanted: Sequence[str], angles: int
 ) -> tuple[Results, dict[str, Any]]:
     """Arrays for the results that are wanted, as kernels take them and by name."""
-    size = math.prod(sweep.shape)
     names = [name for name in SCALAR_NAMES if name in wanted]
-    if deferred is None:
-        deferred = np.zeros(size if "delta_error" in names else 0, dtype=np.bool_)
     curves = {
-        name: np.empty((size, sweep.angles.size) if name in wanted else (1, 0))
-        for name in CURVE_NAMES
+        name: np.empty((size, angles) if name in wanted else (1, 0)) for name in CURVE_NAMES
     }
     results = Results(
         wanted=np.array([names.index(n) if n in names else -1 for n in SCALAR_NAMES]),
@@ -352,7 +208,7 @@ def _results_for(
         status=np.empty(size, dtype=np.int8),
         omega=curves["omega"],
         acceleration=curves["angular_acceleration"],
-        deferred=deferred,
+        deferred=np.zeros(size if "delta_error" in names else 0, dtype=np.bool_),
     )
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
@@ -360,102 +216,97 @@ def _results_for(
     return results, found
 
 
-def _problem_of(
-    sweep: Sweep, part: Part, results: Results, finer: int, iterated: float | None
-) -> tuple[Problem, int, str]:
-    """One part as a problem, the refinement of the batch solver, and the mechanism that solves it.
+# --- solving all, again where it did not suffice, and for the error ----------------------------
 
-    The refinement is 0 where the batch solver is not used.
+
+def _solve_and_repeat(
+    sweep: Sweep, finer: int, general: bool, progress: Progress | None
+) -> Integers:
+    """Solve all designs, and those that miss the tolerance again with more nodes; return these."""
+    _solve_once(sweep, None, finer, general, progress)
+    missed = np.zeros(0, dtype=np.int64)
+    all_missed = missed
+    while finer < FINEST:
+        # More nodes help where the tolerance is missed; they are tried once where nothing
+        # converged. Repeating cycles has an error of its own, which more nodes do not reduce.
+        status = sweep.results.status if finer == 1 else sweep.results.status[missed]
+        failed = status == TOLERANCE_NOT_MET
+        if finer == 1:
+            failed |= status == NOT_CONVERGED
+        missed = np.flatnonzero(failed) if finer == 1 else missed[failed]
+        missed = missed[sweep.inputs.at(missed).full("method") != THESIS]
+        if not missed.size:
+            break
+        finer *= FINER
+        all_missed = np.union1d(all_missed, missed)
+        _solve_once(sweep, missed, finer, True, None)
+    return all_missed
+
+
+def _estimate_errors(
+    sweep: Sweep, found: dict[str, Any], missed: Integers, inputs: Mapping[str, Any]
+) -> None:
+    """Solve all a second time with more nodes; the error follows from the difference.
+
+    That of designs that were solved with more nodes already is known.
     """
-    method, variable, kind, steep, nodes, repeats, nodes_of_load = map(int, part.keys[:7])
-    choice = Choice(
-        method, kind, bool(variable), sweep.closure, sweep.tolerance,
-        ITERATED * sweep.tolerance if iterated is None else iterated,
+    status = sweep.results.status
+    known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
+    known[missed] = False
+    known &= np.broadcast_to(
+        sweep.inputs.arrays["method"] != THESIS, sweep.inputs.shape
+    ).reshape(-1)
+    if not known.any():
+        return
+    results, refined = _results_for(known.size, COMPARED, 0)
+    finer = replace(
+        sweep, second=True, angles=NOWHERE,
+        results=results._replace(deferred=sweep.results.deferred),
+        iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    period = sweep.family.period
-    cylinders = cylinders_of(int(part.take(sweep.sets).flat[0]), period, sweep.cylinders_by_count)
-    fewest = finer * max(nodes, nodes_of_load)
-    # Torque and load repeat together as often as both do.
-    times = math.gcd(cylinders.symmetry, repeats)
-    mechanism = GENERAL
-    # The second of two solutions has to be finer, which for other exponents and laws only the
-    # general solver is.
-    if not sweep.general and (iterated is None or kind < ANY_EXPONENT):
-        mechanism = mechanism_of(
-            choice, sweep.driven.over_angle is not None, sweep.shared, sweep.angles.size > 0,
-            cylinders.equal_throws, sweep.load is not None,
-        )  # fmt: skip
-    refinement = 0
-    if mechanism != GENERAL:
-        own = mechanism == OWN_CURVES
-        # Loads over angle have corners, and the torque of a motor is steep.
-        steep_curve = bool(steep) or sweep.load is not None or kind == MOTOR
-        refinement = refinement_for(cylinders, steep_curve, kind, own, times, fewest)
-    if not refinement:
-        mechanism = GENERAL
-    multiple = math.lcm(SEGMENTS, refinement * CHUNK) if refinement else SEGMENTS
-    steps = steps_per_cycle(times, fewest, multiple)
-    rows = rows_needed(part.take(sweep.row))
-    problem = Problem(
-        size=part.size,
-        family=sweep.family,
-        cylinders=cylinders,
-        choice=choice,
-        product=sweep.packed.product(part),
-        rows=rows,
-        row_of=row_map(sweep.family, rows),
-        nodes=steps // times,
-        repeats=times,
-        width=period / steps,
-        angles=sweep.angles,
-        results=results,
-        load=sweep.load,
-        threads=sweep.threads,
-        last=finer >= FINEST,
-    )
-    return problem, refinement, mechanism
+    _solve_once(finer, None if known.all() else np.flatnonzero(known), FINER, False, None)
+    compare(found, known, refined, sweep.tolerance, inputs, sweep.inputs.shape)
 
 
-def _general(sweep: Sweep, problem: Problem) -> GeneralSolver:
-    """Solve the periodic curve, or repeat cycles in the energy form."""
-    return GeneralSolver(problem, sweep.driven.form, sweep.driven.angle_table)
+def _solve_once(
+    sweep: Sweep, places: Integers | None, finer: int, general: bool, progress: Progress | None
+) -> None:
+    """Solve the designs at some flat places, or all, on threads."""
+    run_on_threads(
+        sweep.grouping.works(places, finer), lambda work: _solve_work(sweep, work, finer, general),
+        lambda work: work.size, sweep.threads, progress,
+    )  # fmt: skip
 
 
-def _with_samples(sweep: Sweep, problem: Problem) -> GeneralSolver:
-    """Step through samples of the pressure, as the thesis does."""
-    samples = samples_of(sweep.family, problem.rows, problem.cylinders)
-    return GeneralSolver(problem, sweep.driven.form, sweep.driven.angle_table, samples)
-
-
-SOLVERS: dict[str, Callable[[Sweep, Problem], GeneralSolver]] = {
-    "auto": _general,
-    "thesis": _with_samples,
-    "picard": _general,
-    "newton": _general,
-    "closed": _general,
-}
-"""Solver of the designs of each method, including those that the batch solver defers."""
-
-
-def _kinds(exponent: Floats) -> Integers:
-    """Classes of the load exponent, see `Choice`."""
-    power = np.where(exponent == 2.0, 2, 3)
-    return np.where(exponent <= NO_EXPONENT, 0, np.where(exponent == 1.0, 1, power))
-
-
-def _own_tables(inputs: Mapping[str, Any]) -> bool:
-    """Whether friction over the stroke is a part of the tables, so that each must be built."""
-    return any(may_be(inputs[name]) for name in FRICTION_NAMES)
-
-
-def _common_load(
-    driven: DrivenMachine, inputs: Mapping[str, Any], sharing: tuple[int, ...], special: bool
-) -> AngleLoad | None:
-    """A load over angle that is the same for all designs but for its scale."""
-    if driven.over_angle is None:
-        return None
-    gear_ratio, phase = np.asarray(inputs["gear_ratio"]), np.asarray(inputs["load_phase"])
-    tables, designs, angles = (*sharing, gear_ratio.size * phase.size)[:3]
-    if not is_common(driven.over_speed is None, angles, tables, designs, special):
-        return None
-    return AngleLoad(driven.angle_table, float(gear_ratio.flat[0]), float(phase.flat[0]))
+def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
+    """Solve designs by the batch solver, and what it leaves, or all, by the general one."""
+    chosen, columns, nodes = work.chosen, work.columns, work.source.nodes
+    code = int(chosen.take("method").flat[0])
+    form = work.driven.form
+    proportional = form.kind == POWER and bool((chosen.take("exponent") == 2.0).all())
+    task = Task(
+        code, proportional, bool(chosen.take("inertia_model").flat[0]), sweep.closure, sweep.tolerance,
+        sweep.iterated, form, angles_of(sweep.angles, columns.width, nodes.count),
+    )  # fmt: skip
+    if code == THESIS:
+        solve_as_printed(work, task, work.source.cylinders, sweep.angles, sweep.results)
+        return
+    designs = work.designs()
+    left = np.ones(work.size, dtype=np.bool_)
+    in_batch = METHODS[code].in_batch and not general
+    if in_batch:
+        solve_in_blocks(task, columns, designs, sweep.results, left)
+        deferred = sweep.results.deferred
+        if sweep.second:
+            # Solved by the same solver as before, else both could not be compared.
+            left |= deferred[chosen.places]
+        elif deferred.size:
+            deferred[chosen.places] = left
+    if sweep.tally is not None:
+        solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
+        sweep.tally.note(solver, work.size, to_general)
+    rest = np.flatnonzero(left)
+    if rest.size:
+        solve_one_by_one(
+            rest, task, columns, designs, sweep.results, last=finer >= FINEST
+        )

@@ -270,7 +270,7 @@ class Load:
             load_square=self.load_square,
         )
         law = LOAD_LAWS.get(self.driven.load_law)
-        if law is not None and law.torque is not None and self.driven.law != law.name:
+        if law is not None and law.factored and self.driven.law != law.name:
             raise ValueError(
                 f"{', '.join(law.keys)}: not allowed together with a driver or a table over speed"
             )
@@ -313,8 +313,9 @@ class Load:
                 )
             )
         law = LOAD_LAWS[driven.law]
-        if law.torque is not None:
-            return float(law.torque(speed, *(getattr(self, name) for name in law.needs)))
+        if law.factored:
+            assert law.torque is not None
+            return float(law.torque(speed, *(getattr(self, name) for name in law.needs))[0])
         with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
             return float(np.power(speed, self.load_exponent))
 

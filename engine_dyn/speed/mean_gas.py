@@ -1,43 +1,29 @@
 """Mean over angle of the gas pressure times the reduced piston velocity, of one cylinder or all.
 
 The mean gas torque is this mean times piston area, crank radius and number of cylinders,
-docs/method.md (29). The mean is linear in the factor f on a cylinder's pressure above motored,
-p = p_motored + f (p - p_motored), so equal throws need two tables at most: that of the diagram and
+docs/method.md (29). It is linear in the velocity, and so a sum of columns as the work is, see
+`engine_dyn.speed.work`. The mean is linear in the factor f on a cylinder's pressure above motored,
+p = p_motored + f (p - p_motored), so equal throws need two means at most: that of the diagram and
 that of the motored diagram.
 """
 
 from __future__ import annotations
 
-import threading
-from functools import lru_cache
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
-from engine_dyn.geometry.velocity_harmonics import (
-    LARGEST_RATIO,
-    MANY_TERMS,
-    TURN_ANGLES,
-    TURN_SAMPLES,
-    centred_ratio,
-    curves_at,
-)
-from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.mean_gas import mean_gas_of_samples, means_of_diagrams
-from engine_dyn.speed.tables.mean_gas import mean_gas_of_pairs
-from engine_dyn.speed.tables.node_counts import row_map, rows_needed
-from engine_dyn.speed.tables.pressure_grid import angles_of_cycle, make_grid
-from engine_dyn.speed.tables.work_tables import FEWEST_NODES
+from engine_dyn.pressure.memory import remembered
+from engine_dyn.pressure.motored import pressures_of_rows
+from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of, factor_of
+from engine_dyn.speed.work.columns import ATMOSPHERE, FEWEST_NODES, mean_weights
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
-
-MANY_MEANS = 512
-"""From so many on, mean torques are sums over samples of the velocity; the error is rounding."""
 
 ROWS_AT_ONCE = 64
 """Diagrams whose pressures are tabulated at a time."""
@@ -49,90 +35,82 @@ def mean_gas_torque(
     family: Family,
     offset_ratio: Any = 0.0,
     pressure_factor: float = 1.0,
-    tables: int | None = None,
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the
     gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
-    three-point Gauss-Legendre on half degrees. Means of many are sums over samples of the velocity;
-    `tables` is the number of pairs of crank ratio and row of the whole sweep, where these
-    are a block of it.
+    three-point Gauss-Legendre on half degrees.
     """
-    crank_ratio, row, offset_ratio = np.broadcast_arrays(
-        np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
-        np.asarray(offset_ratio, dtype=float),
-    )  # fmt: skip
+    given = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (crank_ratio, offset_ratio, row)))
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
-    ratios, offsets, places = (np.array(v).reshape(-1) for v in (crank_ratio, offset_ratio, row))
-    result = np.empty(ratios.size)
-    member = Member(0.0, pressure_factor, 1.0)
-    alone = np.ones(ratios.size, dtype=np.bool_)
-    many = (ratios.size if tables is None else tables) >= MANY_MEANS
-    if many and not isinstance(family, CycleTable):
-        centred = centred_ratio(ratios, offsets)
-        together = (ratios >= 0.0) & (centred >= 0.0) & (centred <= LARGEST_RATIO[MANY_TERMS])
-        alone = ~together
-        found = np.empty(int(together.sum()))
-        means = _means_of(family, member, rows_needed(places))
-        mean_gas_of_samples(
-            ratios[together], offsets[together], places[together], means,
-            np.sin(TURN_ANGLES), np.cos(TURN_ANGLES), found,
-        )  # fmt: skip
-        result[together] = found
-    if alone.any():
-        rows = rows_needed(places[alone])
-        row_of, grid = row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
-        rates, found = np.empty(6 * FEWEST_NODES), np.empty(int(alone.sum()))
-        mean_gas_of_pairs(ratios[alone], offsets[alone], places[alone], row_of, grid, rates, found)
-        result[alone] = found
-    return result.reshape(row.shape)
+    ratio, offset, places = (np.array(v).reshape(-1) for v in given)
+    result = np.empty(ratio.size)
+    number = boxes_of(ratio, offset)
+    for one in np.unique(number):
+        here = np.flatnonzero(number == one)
+        if one != ALONE:
+            _fill(family, box_of(int(one)), pressure_factor, here, ratio, offset, places, result)
+            continue
+        # No box has such cranks: each gets columns of its own.
+        pairs, which = np.unique(np.stack([ratio[here], offset[here]]), axis=1, return_inverse=True)
+        for i, pair in enumerate(pairs.T.tolist()):
+            box = Box(*((side, 0.0) for side in pair))
+            mine = here[which.reshape(-1) == i]
+            _fill(family, box, pressure_factor, mine, ratio, offset, places, result)
+    return result.reshape(given[0].shape)
 
 
-@lru_cache(maxsize=4)
-def _curves_of_samples(period: float) -> Floats:
-    """Velocity over a cycle that is 1 at one sample and 0 at the others, for each sample.
+def _fill(
+    family: Family, box: Box, pressure_factor: float, here: Integers, ratio: Floats,
+    offset: Floats, row: Floats, result: Floats,
+) -> None:  # fmt: skip
+    """Means of the designs `here`, which lie in one box."""
+    low = np.floor(row[here]).astype(np.int64)
+    weight = row[here] - low
+    rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
+    means = remembered(
+        family, ("mean gas", box, pressure_factor, rows.tobytes()),
+        lambda: (_means(family, box, pressure_factor, rows),),
+    )[0]  # fmt: skip
+    found = np.empty(here.size)
+    _add_up(
+        box.place(ratio[here], offset[here]), box.degrees, np.searchsorted(rows, low), weight,
+        means, found,
+    )  # fmt: skip
+    result[here] = found
 
-    The Fourier series through the samples, without a mean: shape (sample, quadrature point).
-    """
-    orders = np.tile(np.arange(1, TURN_SAMPLES // 2), 2)
-    cosines = np.repeat([False, True], orders.size // 2)
-    at_samples = curves_at(TURN_ANGLES, orders, cosines)
-    points = angles_of_cycle(period, FEWEST_NODES, 0.0)[2]
-    together = np.einsum("ki,kp->ip", at_samples, curves_at(points, orders, cosines))
-    return np.asarray(2.0 / TURN_SAMPLES * together)
+
+def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> Floats:
+    """Mean of each diagram times each column of the velocity, shape (row, term)."""
+    angle, weights = mean_weights(Member(0.0, pressure_factor, 1.0), box, family.period)
+    found = np.empty((rows.size, len(weights)))
+    for begin in range(0, rows.size, ROWS_AT_ONCE):
+        some = rows[begin : begin + ROWS_AT_ONCE]
+        pressure = pressures_of_rows(family, some, angle, pressure_factor) - ATMOSPHERE
+        # One row after the other: its bits must not depend on how many there are.
+        for i in range(some.size):
+            found[begin + i] = (weights * pressure[i]).sum(axis=1)
+    return found
 
 
-_kept: WeakKeyDictionary[Family, dict[float, Floats]] = WeakKeyDictionary()
-_lock = threading.Lock()
-
-
-def _means_of(family: Family, member: Member, rows: Integers) -> Floats:
-    """Factors on samples of the velocity, (row, sample), NaN where not needed so far.
-
-    They are kept with the family, because the next block of a sweep needs them again.
-    """
-    with _lock:
-        of_family = _kept.setdefault(family, {})
-        means = of_family.get(member.pressure_factor)
-        if means is None:
-            means = np.full((family.row_count + 1, TURN_SAMPLES), np.nan)
-        missing = rows[np.isnan(means[rows, 0])]
-        if missing.size:
-            means = means.copy()  # what another thread reads stays
-            curves = _curves_of_samples(family.period)
-            for begin in range(0, missing.size, ROWS_AT_ONCE):
-                some = missing[begin : begin + ROWS_AT_ONCE]
-                grid = make_grid(family, some, FEWEST_NODES, (member,))
-                means_of_diagrams(
-                    grid.at_quadrature, curves, some, np.empty(curves.shape[1]), means
-                )
-        of_family[member.pressure_factor] = means
-        return means
+@kernel
+def _add_up(
+    place: Floats, degrees: Integers, row: Integers, weight: Floats, means: Floats, found: Floats
+) -> None:
+    """Sum over columns of each design, between two diagrams."""
+    for i in range(found.size):
+        total = 0.0
+        for t in range(degrees.shape[0]):
+            mean = (1.0 - weight[i]) * means[row[i], t]
+            if weight[i] > 0.0:
+                mean += weight[i] * means[row[i] + 1, t]
+            total += factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i]) * mean
+        found[i] = total
 
 
 def mean_gas_of_equal_throws(
-    crank_ratio: Any, offset: Any, row: Any, family: Family, pressure_factor: Any, tables: int
+    crank_ratio: Any, offset: Any, row: Any, family: Family, pressure_factor: Any
 ) -> Any:
     """Mean of p v [Pa] where all crank radii are the engine's.
 
@@ -146,20 +124,18 @@ def mean_gas_of_equal_throws(
         Diagrams.
     pressure_factor : array_like
         Mean factor of the cylinders on the pressure above motored.
-    tables : int
-        Tables of the whole sweep, of which these designs may be a block: see `dispatch.solve`.
     """
-    whole = mean_gas_torque(crank_ratio, row, family, offset, tables=tables)
+    whole = mean_gas_torque(crank_ratio, row, family, offset)
     factor = np.asarray(pressure_factor)
     if (factor == 1.0).all():
         return whole * factor
-    motored = mean_gas_torque(crank_ratio, row, family, offset, pressure_factor=0.0, tables=tables)
+    motored = mean_gas_torque(crank_ratio, row, family, offset, pressure_factor=0.0)
     return np.where(factor == 1.0, whole, motored + factor * (whole - motored))
 
 
 def mean_gas_of_unequal_throws(
     crank_ratio: Any, offset: Any, row: Any, family: Family, cylinder_set: Any,
-    by_count: CylindersByCount, tables: int,
+    by_count: CylindersByCount,
 ) -> Any:  # fmt: skip
     """Mean of p v over cylinders on throws of unequal radius, over the engine's radius [Pa].
 
@@ -169,7 +145,7 @@ def mean_gas_of_unequal_throws(
     def of_one(member: Member) -> Any:
         own = member.own(crank_ratio, offset)
         return member.radius_factor * mean_gas_torque(
-            own.crank_ratio, row, family, own.offset, member.pressure_factor, tables
+            own.crank_ratio, row, family, own.offset, member.pressure_factor
         )
 
     return mean_of_cylinders(cylinder_set, by_count, of_one)

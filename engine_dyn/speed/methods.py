@@ -17,7 +17,6 @@ __all__ = [
     "METHODS",
     "METHOD_NAMES",
     "NEWTON",
-    "PICARD",
     "POWER_MEAN",
     "STEPPING",
     "THESIS",
@@ -75,7 +74,6 @@ THESIS = _method(
     "thesis", "explicit Euler steps of one degree, as Kakaitsas (2015) prints them", steps=True,
     laws=("power_law",), over_angle=False,
 )  # fmt: skip
-PICARD = _method("picard", "cycles repeated in the energy form from a start speed", steps=True)
 NEWTON = _method("newton", "Newton's method on the whole periodic curve")
 CLOSED = _method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0))
 

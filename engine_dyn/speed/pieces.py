@@ -6,50 +6,58 @@ the processors. It reports progress and can be stopped by Ctrl-C.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
 
-__all__ = ["FEWEST", "PIECE", "Progress", "run_pieces", "shared_by"]
+__all__ = ["Progress", "run_on_threads"]
 
 Progress = Callable[[int], None]
 
-PIECE = 16384
-"""Largest number of designs of one call: long against the cost of a call, short for progress and
-Ctrl-C."""
-
-FEWEST = 64
-"""Least number of designs that are worth a thread. A design takes some 50 us by the general solver;
-a pool takes 200 us, and milliseconds where other programs use the processors."""
+Job = TypeVar("Job")
 
 
-def shared_by(designs: int, threads: int, fewest: int) -> int:
-    """Number of threads that the work is distributed over."""
-    return max(1, min(threads, designs // fewest))
-
-
-def run_pieces(
-    designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
-    largest: int = PIECE, fewest: int = FEWEST,
+def run_on_threads(
+    jobs: Iterator[Job], do: Callable[[Job], None], size_of: Callable[[Job], int], threads: int,
+    progress: Progress | None,
 ) -> None:  # fmt: skip
-    """Call `work(begin, end)` over all designs, on threads with at least `fewest` designs each."""
-    threads = shared_by(designs, threads, fewest)
-    size = max(1, min(largest, designs))
-    if threads > 1:  # several pieces a thread balance the load; each begins with a table
-        size = min(largest, max(-(-designs // (threads * 8)), fewest // 4))
-    pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
-    if threads == 1:
-        for begin, end in pieces:
-            work(begin, end)
+    """Do all jobs, on so many threads at most; `progress` is told the designs of each.
+
+    Jobs are made in the calling thread, and only a few are waiting, because each holds memory.
+    """
+    first = next(jobs, None)
+    second = next(jobs, None)
+    waiting: deque[tuple[Future[None], int]] = deque()
+
+    def finish(job: Future[None], designs: int) -> None:
+        job.result()
+        if progress:
+            progress(designs)
+
+    if threads == 1 or second is None:  # a pool costs some 200 us
+        for job in _chained(first, second, jobs):
+            do(job)
             if progress:
-                progress(end - begin)
+                progress(size_of(job))
         return
     with ThreadPoolExecutor(threads) as pool:
-        futures = [(pool.submit(work, *piece), piece) for piece in pieces]
         try:
-            for future, (begin, end) in futures:
-                future.result()
-                if progress:
-                    progress(end - begin)
+            for job in _chained(first, second, jobs):
+                waiting.append((pool.submit(do, job), size_of(job)))
+                if len(waiting) > 2 * threads:
+                    finish(*waiting.popleft())
+            while waiting:
+                finish(*waiting.popleft())
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def _chained(first: Job | None, second: Job | None, jobs: Iterator[Job]) -> Iterator[Job]:
+    """All jobs, the first two of which were taken already."""
+    if first is not None:
+        yield first
+    if second is not None:
+        yield second
+    yield from jobs

@@ -1,44 +1,30 @@
-"""Extremes of the torque at nominal speed for arrays of designs."""
+"""Extremes of the torque at nominal speed for arrays of designs, and the swing of its work."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.front import FEWEST_IN_LANES, REFINEMENTS
-from engine_dyn.speed.batch.two_grid import CHUNK
-from engine_dyn.speed.broadcasting import along_axes, cylinders_of, shape_of, without_unknown
+from engine_dyn.speed.broadcasting import shape_of, without_unknown
+from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
-from engine_dyn.speed.general.segments import SEGMENTS
-from engine_dyn.speed.packing import Packed, aligned, split
-from engine_dyn.speed.pieces import Progress, run_pieces
-from engine_dyn.speed.product import Product
+from engine_dyn.speed.general.curve import Curve, fill_curve, make_curve
+from engine_dyn.speed.grouping import Grouping, Work
+from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
-from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS
-from engine_dyn.speed.tables.node_counts import (
-    fewest_nodes,
-    fewest_nodes_of_load,
-    repeats_of_load,
-    row_map,
-    rows_needed,
-)
-from engine_dyn.speed.tables.pressure_grid import Grid, make_grid
-from engine_dyn.speed.tables.torque_extremes import extremes_of_torque
-from engine_dyn.speed.tables.work_tables import TABLE_ROWS, steps_per_cycle
+from engine_dyn.speed.work.columns import Columns
+from engine_dyn.speed.work.summit import peak_between, summit_at
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["torque_extremes"]
-
-PIECES = math.lcm(SEGMENTS, max(REFINEMENTS) * CHUNK)
-"""The number of nodes of a cycle is a multiple of this."""
 
 
 @without_unknown
@@ -60,52 +46,120 @@ def torque_extremes(
     speed needs; `wanted` are some of `TORQUE_NAMES`. The energy swing is the range of the work of
     the torque, less a load over angle of `driven`, less the mean.
     """
-    inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs}
-    counts = np.asarray(cylinders, dtype=np.int64)
-    shape = shape_of(*inputs.values(), counts)
-    row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
-    sets = aligned(counts, len(shape))
-    period = family.period
-    gear = np.zeros((1,) * len(shape))
+    inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs, "inertia": 1.0}
     if driven.over_angle is not None:
-        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
-        gear = aligned(inputs["gear_ratio"], len(shape))
-    keys = [
-        fewest_nodes(family, row, tolerance),
-        repeats_of_load(driven.over_angle, gear, period),
-        fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
-        *along_axes(sets),
-    ]
+        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
+    inputs["cylinders"] = np.asarray(cylinders, dtype=np.int64)
+    shape = shape_of(*inputs.values())
     names = [name for name in TORQUE_NAMES if name in wanted]
     scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
     places = np.array([names.index(n) if n in names else -1 for n in TORQUE_NAMES])
-    packed = Packed.of(inputs, shape)
-    for part in split(shape, keys):
-        fewest, repeats, of_load = map(int, part.keys[:3])
-        engine = cylinders_of(int(part.take(sets).flat[0]), period, cylinders_by_count)
-        times = math.gcd(engine.symmetry, repeats)
-        steps = steps_per_cycle(times, max(fewest, of_load), PIECES)
-        rows = rows_needed(part.take(row))
-        row_of = row_map(family, rows)
-        grid = make_grid(family, rows, steps, engine.representatives_of(times))
-        product = packed.product(part)
+    whole = Inputs.of(inputs, shape)
+    grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance, ("cylinders",))
 
-        job = partial(
-            _extremes,
-            product=product, row_of=row_of, width=period / steps, grid=grid, nodes=steps // times,
-            wanted=places, scalars=scalars, over_angle=driven.angle_table,
-        )  # fmt: skip
-        cores = threads or os.cpu_count() or 1
-        run_pieces(part.size, job, cores, progress, fewest=FEWEST_IN_LANES)
+    def solve(work: Work) -> None:
+        friction = np.ascontiguousarray(work.chosen.full("friction_torque"), dtype=float)
+        designs = work.designs()
+        of_load = designs.part >= work.needs.parts.first_load
+        alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
+        curve = make_curve(*work.columns.fine.shape[1:])
+        if places[2] >= 0:
+            _swings(work.size, work.columns, designs, scalars[places[2]], curve)
+        if places[0] >= 0 or places[1] >= 0:
+            _extremes(work.size, work.columns, alone, friction, places, scalars, curve)
+
+    cores = threads or os.cpu_count() or 1
+    run_on_threads(grouping.works(None, 1), solve, lambda work: work.size, cores, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
+@inlined
+def _range_of(width: float, value: Floats, slope: Floats, missed: Floats) -> tuple[float, float]:
+    """Largest and smallest value of a curve, docs/method.md (90) and (91).
+
+    `missed` is what the cubics through values and slopes miss in the middle of intervals.
+    """
+    high, low = value[0], value[0]
+    for j in range(value.size):
+        high, low = max(high, value[j]), min(low, value[j])
+    top, bottom = high, -low
+    for j in range(value.size):
+        n = j + 1 if j + 1 < value.size else 0
+        for side in range(2):
+            sign = 1.0 if side == 0 else -1.0
+            best = top if side == 0 else bottom
+            up, down = sign * width * slope[j], sign * width * slope[n]
+            if up >= 0.0 and down < 0.0 and sign * value[j] + up >= best:
+                found, _ = peak_between(
+                    sign * value[j], sign * value[n], up, down, sign * missed[j]
+                )
+                if side == 0:
+                    top = max(top, found)
+                else:
+                    bottom = max(bottom, found)
+    return top, -bottom
+
+
+@inlined
+def _energy(which: int, designs: Designs) -> float:
+    """Kinetic energy at nominal speed [J] of the inertia of 1 kg m2 that designs are reduced with."""
+    return 0.5 * designs.speed[which] ** 2
+
+
+@kernel
+def _swings(
+    count: int, columns: Columns, designs: Designs, found: Floats, curve: Curve
+) -> None:
+    """Ranges of the work of the first designs [J]; `curve` is scratch."""
+    for which in range(count):
+        fill_curve(which, False, columns, designs, curve)
+        high, low = _range_of(columns.width, curve.w, curve.dw, curve.w_missed)
+        found[designs.target[which]] = _energy(which, designs) * (high - low)
+
+
+@inlined
+def _highest(sign: float, v: Floats) -> float:
+    """Largest sign * v of a periodic curve, by polynomials through seven nodes."""
+    n, best = v.size, -math.inf
+    for j in range(n):
+        best = max(best, sign * v[j])
+    highest = best
+    for j in range(n):
+        d = sign * v[j]
+        c, e = sign * v[(j - 1) % n], sign * v[(j + 1) % n]
+        if d < c or d < e or d + 0.25 * (2.0 * d - c - e) < highest:
+            continue
+        a, b = sign * v[(j - 3) % n], sign * v[(j - 2) % n]
+        f, g = sign * v[(j + 2) % n], sign * v[(j + 3) % n]
+        t = summit_at(b, c, d, e, f)
+        # Stirling's formula.
+        s = t * t
+        value = d + 0.5 * t * (e - c) + 0.5 * s * (e - 2.0 * d + c)
+        value += t * (s - 1.0) / 6.0 * (0.5 * (f - b) - (e - c))
+        value += s * (s - 1.0) / 24.0 * (f - 4.0 * e + 6.0 * d - 4.0 * c + b)
+        rest = t * (s - 1.0) * (s - 4.0)
+        value += rest / 120.0 * (0.5 * (g - a) - 2.0 * (f - b) + 2.5 * (e - c))
+        value += rest * t / 720.0 * (g - 6.0 * f + 15.0 * e - 20.0 * d + 15.0 * c - 6.0 * b + a)
+        best = max(best, value)
+    return best
+
+
+@kernel
 def _extremes(
-    begin: int, end: int, *, product: Product, row_of: Integers, width: float,
-    grid: Grid, nodes: int, wanted: Integers, scalars: Floats, over_angle: Floats,
+    count: int, columns: Columns, designs: Designs, friction: Floats, wanted: Integers,
+    scalars: Floats, curve: Curve,
 ) -> None:  # fmt: skip
-    extremes_of_torque(
-        begin, end, product, row_of, width, grid, wanted, scalars, over_angle,
-        np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)), np.empty(grid.quadrature_sine.size),
-        np.empty((PLAIN_ROWS, nodes)),
-    )  # fmt: skip
+    """Largest and smallest torque of the first designs [N m]; `curve` is scratch."""
+    for which in range(count):
+        fill_curve(which, False, columns, designs, curve)
+        mean = 0.0
+        for piece in range(designs.part.shape[0]):
+            share = designs.gas[which] * designs.share[piece, which]
+            for t in range(curve.factor.size):
+                mean += share * curve.factor[t] * columns.mean[designs.part[piece, which], t]
+        energy, target = _energy(which, designs), designs.target[which]
+        for row in range(2):
+            if wanted[row] >= 0:
+                sign = 1.0 if row == 0 else -1.0
+                value = sign * _highest(sign, curve.dw) + mean
+                scalars[wanted[row], target] = energy * value - friction[which]

@@ -155,10 +155,7 @@ def leaves_of(
     scene: Scene, words: Sequence[str], given: Mapping[str, Value],
     points: Mapping[str, npt.NDArray[Any]],
 ) -> dict[str, Value]:  # fmt: skip
-    """All that no stage computes: given values, neutral ones, points, and constants.
-
-    The constant `sharing` is None: it is known with the stages.
-    """
+    """All that no stage computes: given values, neutral ones, points, and constants."""
     engine = scene.engine
     leaves = dict(given)
     family = engine.family
@@ -188,7 +185,6 @@ def leaves_of(
         "scale_table": engine.pressure_scale,
         "driven": driven,
         "cylinders_by_count": sets,
-        "sharing": None,
         "characteristic": scene.characteristic,
         "variant_of": Variants(tuple(words)),
     }

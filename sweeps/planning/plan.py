@@ -266,12 +266,6 @@ def make_plan(scene: Scene) -> Plan:
         found.visit("status")
     named: dict[str, Value | Stage] = {**leaves, **found.stages}
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
-    counts = sizes | ({DESIGN: ENDLESS} if scene.sample is not None else {})
-    tables = math.prod(counts[d] for d in of_tables)
-    designs = math.prod(counts[d] for d in scene.dimensions)
-    of_angles = frozenset(d for n in ANGLE_NAMES if n in named for d in named[n].dims)
-    angles = math.prod(sizes[d] for d in of_angles)
-    leaves["sharing"] = Value((tables, designs // tables, angles))
     used = _used(scene, leaves, found.used)
     unused = _unused(scene, leaves, used)
     chosen = {word for stage in found.stages.values() for word in stage.node.when.split()}

@@ -38,7 +38,6 @@ SECONDS: dict[str, float] = {
     "general solver: designs": 5.65e-05,
     "general solver: driven designs": 0.000117,
     "designs by thesis": 0.01,
-    "designs by picard": 0.1,
 }
 """Seconds that one core takes for one piece of work, by its name."""
 

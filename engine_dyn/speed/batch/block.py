@@ -1,66 +1,198 @@
-"""A block of designs, solved."""
+"""What the kernels of the batch solver take: designs, and the memory of a block of them.
+
+A block is LANES designs side by side. An array of a block is (node, lane), so that loops over lanes
+are vectors. Blocks are always full: the last is filled up with copies of its last design, so a
+design has the same bits whatever lies beside it.
+"""
 
 from __future__ import annotations
 
-from engine_dyn.compilation import formula
-from engine_dyn.speed.arguments import Choice
-from engine_dyn.speed.batch.candidates import find_candidates
-from engine_dyn.speed.batch.closures import MOST_SCALES, fill_mean_speed, next_energy_scale
-from engine_dyn.speed.batch.constant_load import solve_constant_load
-from engine_dyn.speed.batch.extrema import extremes
-from engine_dyn.speed.batch.forms import CONSTANT_LOAD, LINEAR, Form, Inertia
-from engine_dyn.speed.batch.iteration import iterate
-from engine_dyn.speed.batch.recurrence import end_of_period, solve_linear
-from engine_dyn.speed.batch.reduction import reduce_inputs
-from engine_dyn.speed.batch.ripple import clear_ripple
-from engine_dyn.speed.batch.state import CODE, DEFERRED, ENERGY_SCALE, SCALE_MOVES, Block
-from engine_dyn.speed.batch.storage import store_block
-from engine_dyn.speed.batch.two_grid import TwoGrid
-from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.results import Results
-from engine_dyn.types import Integers
+from typing import NamedTuple
 
-__all__ = ["solve_block"]
+import numpy as np
+
+from engine_dyn.speed.work.interpolation import lagrange_weights
+from engine_dyn.speed.work.summit import WINDOW
+from engine_dyn.types import Booleans, Floats
+
+__all__ = [
+    "HALO", "LANES", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "Curves", "Lanes", "Scratch", "Table", "make_scratch",
+]
+
+LANES = 64
+"""Designs of a block: so many that a loop over them outweighs its begin."""
+
+HALO = 4
+"""Coarse nodes that are repeated before and behind the period."""
+
+MANY = 65536.0
+"""More than there are coarse nodes."""
+
+MOST_TERMS = 24
+"""Most terms of the polynomial that stands for a law."""
+
+SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
+"""States of a lane: passes go on, they are done, or the design is left to the general solver."""
 
 
-@formula
-def solve_block(
-    form: Form, inertia: Inertia, count: int, lanes: int, ratio: int, width: float, shape: float,
-    least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
-    two_grid: TwoGrid, block: Block,
-) -> None:  # fmt: skip
-    """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
+class Table(NamedTuple):
+    """Work table of one design, which the next one may have too.
 
-    `lanes` is LANES, as a number that the compiler does not know, `shape` the range of the inertia
-    torque of the table, `least_square` the least of its V, `invalid` the code of an inertia that is
-    not positive. Those that are deferred to the general solver have CODE DEFERRED afterwards.
+    Attributes
+    ----------
+    factor : ndarray, shape (term,)
+        Factors of the columns.
+    gas, square : ndarray, shape (4, coarse node)
+        P and V at the coarse nodes; their mean over the interval behind each, their first moment
+        there, and what a cubic misses of the mean.
+    fine_gas, fine_square : ndarray, shape (4, fine node)
+        P and V at the fine nodes that were asked for: value, slope, what a cubic misses in the
+        middle of the interval behind, what a polynomial through coarse nodes misses of the
+        integral.
+    known : ndarray of bool, shape (fine node,)
+        Which these are.
+    between, rising : ndarray, shape (2 * stride, STENCIL)
+        Weights of coarse nodes at the fine nodes of a coarse interval and in the middles, in the
+        value and in the slope over coarse intervals of a polynomial.
     """
-    state = block.state
-    coarse = two_grid.coarse.shape[0]
-    step = width * ratio
-    timed = choice.closure == CYCLE_TIME
-    for k in range(lanes):
-        state[ENERGY_SCALE + k] = 1.0
-        state[SCALE_MOVES + k] = 0.0
-    for _ in range(MOST_SCALES):
-        reduce_inputs(
-            form, inertia, choice.kind, step, coarse, shape, least_square, invalid,
-            two_grid.constants, lanes, state,
-        )  # fmt: skip
-        if len(form) != CONSTANT_LOAD:  # exponent 0 has no load that its work would drive
-            end_of_period(step, lanes, two_grid.coarse, two_grid.constants, state)
-        if len(form) == LINEAR:
-            solve_linear(form, lanes, two_grid.coarse, block)
-        elif len(form) == CONSTANT_LOAD:
-            solve_constant_load(inertia, lanes, two_grid.coarse, block)
-        else:
-            iterate(form, inertia, choice.iterated, coarse * step, lanes, two_grid.coarse, block)
-            fill_mean_speed(form, inertia, lanes, two_grid, block)
-        if not timed or not next_energy_scale(inertia, lanes, two_grid, block):
-            break
-    for k in range(lanes):
-        state[CODE + k] = DEFERRED if state[SCALE_MOVES + k] != 0.0 else state[CODE + k]
-    if find_candidates(inertia, step, least_square, lanes, two_grid, block):
-        clear_ripple(form, inertia, ratio, two_grid, block)
-    extremes(form, inertia, step, ratio, timed, lanes, two_grid, block)
-    store_block(count, len(form) != CONSTANT_LOAD, lanes, choice.tolerance, state, places, results)
+
+    factor: Floats
+    gas: Floats
+    square: Floats
+    fine_gas: Floats
+    fine_square: Floats
+    known: Booleans
+    between: Floats
+    rising: Floats
+
+
+class Lanes(NamedTuple):
+    """Numbers of each design of a block, shape (lanes,).
+
+    Attributes
+    ----------
+    state
+        `SOLVING`, `SETTLED` or `LEFT`.
+    decay, of_mass, of_tilt, end, slope, beta
+        As of `Weights`.
+    start
+        y at the first node; then what is left of it at each.
+    mu, free
+        Mean of F; 1 where it has to be found, 0 where the law does not depend on the speed.
+    gain, shift
+        What turns F - 1 into (F/mu - 1)/s.
+    high, low
+        Range of u at the nodes.
+    centre, half
+        Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
+    scaled, force
+        Numbers at one node.
+    change, passes
+        Largest change of the remainder in the last pass, and how many passes there were.
+    total
+        Sum over the nodes of what the closure or the mean speed needs.
+    tops, bottoms
+        Local extrema that may be the largest or the smallest u: `MANY` times their number, plus
+        the sum of their nodes.
+    """
+
+    state: Floats
+    decay: Floats
+    of_mass: Floats
+    of_tilt: Floats
+    end: Floats
+    slope: Floats
+    beta: Floats
+    start: Floats
+    mu: Floats
+    free: Floats
+    gain: Floats
+    shift: Floats
+    high: Floats
+    low: Floats
+    centre: Floats
+    half: Floats
+    scaled: Floats
+    force: Floats
+    change: Floats
+    passes: Floats
+    total: Floats
+    tops: Floats
+    bottoms: Floats
+
+
+class Curves(NamedTuple):
+    """Curves of a block over the coarse nodes, shape (node, lane).
+
+    `work` is X at the nodes and `drive` what it adds to the work of the load in the interval behind
+    each; `missed` is what a cubic misses of its mean there. `steep` is F'/(s tau), `inertia` is tau, `load` is y, `rest` the remainder r of the
+    law and `u` is q - 1. Those from `steep` on have HALO nodes more on both sides.
+    """
+
+    drive: Floats
+    missed: Floats
+    inertia: Floats
+    steep: Floats
+    work: Floats
+    load: Floats
+    rest: Floats
+    u: Floats
+
+
+class Peaks(NamedTuple):
+    """Largest u, and largest -u, of every lane.
+
+    Attributes
+    ----------
+    windows : ndarray, shape (2, WINDOW, lanes)
+        Values at coarse nodes around them.
+    place : ndarray, shape (2, lanes)
+        Where they are guessed to be, in coarse intervals from the highest node.
+    ends : ndarray, shape (2, 5, lanes)
+        Of the fine interval that holds them: values and slopes at both ends, and what the cubic
+        through these misses in the middle.
+    value, missed : ndarray, shape (2, lanes)
+        Values, and how much they may miss.
+    """
+
+    windows: Floats
+    place: Floats
+    ends: Floats
+    value: Floats
+    missed: Floats
+
+
+class Scratch(NamedTuple):
+    """Memory of a block: curves, numbers of lanes, the law's polynomial, the table of a design.
+
+    `values` is for the fit of the law; `width` is that of a fine interval [rad].
+    """
+
+    curves: Curves
+    lanes: Lanes
+    law: Floats
+    table: Table
+    peaks: Peaks
+    values: Floats
+    width: float
+
+
+def make_scratch(coarse: int, fine: int, terms: int, width: float) -> Scratch:
+    """Memory for blocks whose period has so many coarse and fine nodes, of this width [rad]."""
+    plain = [np.zeros((coarse, LANES)) for _ in range(3)]
+    with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(5)]
+    stride = fine // coarse
+    table = Table(
+        np.zeros(terms), np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((4, fine)),
+        np.zeros((4, fine)), np.zeros(fine, dtype=np.bool_),
+        *(lagrange_weights(np.arange(2 * stride) / (2 * stride), slopes=s) for s in (False, True)),
+    )  # fmt: skip
+    return Scratch(
+        Curves(*plain, *with_halo), Lanes(*(np.zeros(LANES) for _ in Lanes._fields)),
+        np.zeros((MOST_TERMS, LANES)), table,
+        Peaks(
+            np.zeros((2, WINDOW, LANES)), np.zeros((2, LANES)), np.zeros((2, 5, LANES)),
+            np.zeros((2, LANES)), np.zeros((2, LANES)),
+        ),
+        np.zeros(MOST_TERMS), width,
+    )  # fmt: skip

@@ -19,26 +19,18 @@ from __future__ import annotations
 
 import math
 
-from engine_dyn.compilation import by_type, inlined
-from engine_dyn.loads.laws import FLOOR, Law, Power, half_of, is_power, load_terms
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import FLOOR, Law, is_power, load_terms
+from engine_dyn.speed.general.curve import Curve, Design
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.types import Floats
 
 __all__ = ["closure_terms", "newton"]
 
 
-NEAR = 0.1
-"""Relative error of the cycle's time below which Newton's steps are tried in both unknowns."""
-
-MOST_RISES = 60
-"""Largest number of values of `rise` that the search for the cycle's time tries."""
-
-TRIED = 15
-"""Largest number of Newton's steps for one value of `rise`, which only has to be bracketed."""
-
 
 @inlined
-def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
+def closure_terms(q: float, law: Law, flat: bool, closure: int) -> tuple[float, float]:
     """Return the density of the closure's residual, whose mean must vanish, and its derivative.
 
     Cycle time: q^(-1/2) - 1, docs/method.md (59). Power mean of order alpha: q^(alpha/2) - 1,
@@ -48,11 +40,11 @@ def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
     if closure == CYCLE_TIME:
         value = 1.0 / math.sqrt(base) - 1.0
         slope = -0.5 * (value + 1.0) / base
-    elif half_of(law) == 0.0:
+    elif flat:
         value = math.log(base)
         slope = 1.0 / base
     else:
-        value, slope, _ = load_terms(base, law)
+        value, slope = load_terms(base, law)
         value -= 1.0
     if q < FLOOR:
         value += slope * (q - FLOOR)
@@ -60,11 +52,14 @@ def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
 
 
 @inlined
-def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
+def _closed_level(design: Design, curve: Curve) -> float:
     """Return the constant s at which the power mean is 1: the solution in the limit of no load.
 
-    docs/method.md (57) and (58). The mean rises with s, and is above 1 where q >= 1 everywhere.
+    docs/method.md (57) and (58). The mean rises with s, and is above 1 where q >= 1 everywhere. For
+    laws that are no power, it is the mean of q.
     """
+    w, tau, nodes = curve.w, curve.tau, curve.w.size
+    power = is_power(design.law)
     low, high = -math.inf, -math.inf
     for j in range(nodes):
         low = max(low, FLOOR * tau[j] - 1.0 - w[j])
@@ -74,7 +69,10 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
         total = 0.0
         total_slope = 0.0
         for j in range(nodes):
-            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], Power(half), POWER_MEAN)
+            q = (1.0 + w[j] + level) / tau[j]
+            value, slope = q - 1.0, 1.0
+            if power or design.flat:
+                value, slope = closure_terms(q, design.law, design.flat, POWER_MEAN)
             total += value
             total_slope += slope / tau[j]
         if total > 0.0:
@@ -108,7 +106,7 @@ def _settle(
             low, high = -math.inf, math.inf
             base, new = value + (w[j] - w[i]), value
             for _ in range(60):
-                force, first, _ = load_terms((1.0 + new) / tau[j], law)
+                force, first = load_terms((1.0 + new) / tau[j], law)
                 residual = new - base + push * (force - 1.0)
                 slope = 1.0 + push * first / tau[j]
                 # The slope is at least 1: the root is within the residual.
@@ -130,24 +128,15 @@ def _settle(
 # Longer than usual: one pass is one recurrence, whose state would be the arguments of every part.
 @inlined
 def _steps(
-    kappa: float,
-    law: Law,
-    closure: int,
-    width: float,
-    nodes: int,
-    w: Floats,
-    dw: Floats,
-    tau: Floats,
-    dtau: Floats,
-    d: Floats,
-    work: Floats,
-    tolerance: float,
-    most: int,
+    closure: int, width: float, tolerance: float, most: int, design: Design, curve: Curve
 ) -> tuple[int, float, float, float]:
-    """Newton's steps from the start in `d`, docs/method.md (73) to (76).
+    """Newton's steps from the start in `curve.d`, docs/method.md (73) to (76).
 
     Arguments and results are those of `newton`.
     """
+    kappa, law, flat = design.kappa, design.law, design.flat
+    w, dw, tau, dtau = curve.w, curve.dw, curve.tau, curve.dtau
+    d, work, nodes = curve.d, curve.work, curve.w.size
     count = float(nodes)
     mu = 1.0
     mu_given = closure == POWER_MEAN
@@ -158,7 +147,7 @@ def _steps(
         if not mu_given:
             total = 0.0
             for j in range(nodes):
-                value, _, _ = load_terms((1.0 + d[j]) / tau[j], law)
+                value, _ = load_terms((1.0 + d[j]) / tau[j], law)
                 total += value
             if step == 1:
                 mu = total / count
@@ -166,13 +155,14 @@ def _steps(
         # df/dmu.
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
-            value, first, second = load_terms(q, law)
+            value, first = load_terms(q, law)
             f = -kappa * (value / mu - 1.0)
             dq = (dw[j] + f - q * dtau[j]) / tau[j]
             work[0, j] = f
             work[1, j] = -kappa / mu * first * dq
             work[2, j] = kappa / mu * first / tau[j]
-            work[3, j] = kappa / mu * (second * dq - first * dtau[j] / tau[j]) / tau[j]
+            # B' without the bend of the law, which only the speed of convergence depends on.
+            work[3, j] = -kappa / mu * first * dtau[j] / (tau[j] * tau[j])
             work[4, j] = kappa * value / (mu * mu)
             work[5, j] = 0.0
         # delta_j = grow_j delta_0 + shift_j + push_j delta_mu by docs/method.md (75), and the two
@@ -181,13 +171,13 @@ def _steps(
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
-            value, slope = closure_terms(q, law, closure)
+            value, slope = closure_terms(q, law, flat, closure)
             slope /= tau[j]
             r1 -= value + slope * shift
             a11 += slope * grow
             a12 += slope * push
             if not mu_given:
-                value, first, _ = load_terms(q, law)
+                value, first = load_terms(q, law)
                 first /= tau[j]
                 r2 -= value - mu + first * shift
                 a21 += first * grow
@@ -245,131 +235,23 @@ def _steps(
 
 
 @inlined
-def _from_no_load(
-    kappa: float,
-    law: Law,
-    width: float,
-    nodes: int,
-    w: Floats,
-    dw: Floats,
-    tau: Floats,
-    dtau: Floats,
-    d: Floats,
-    work: Floats,
-    tolerance: float,
-    most: int,
+def newton(
+    closure: int, width: float, tolerance: float, most: int, design: Design, curve: Curve
 ) -> tuple[int, float, float, float]:
-    """Solve with the power mean as closure; results as `newton`.
+    """Solve for d at the nodes, in place; `width` is the angle between them [rad].
 
     Newton's steps start from the solution without load, docs/method.md (57), after some cycles of
-    implicit Euler.
+    implicit Euler. With the closure `cycle_time`, mu is unknown too, and they start from the
+    solution with the power mean. Returns the number of steps (negative: not converged), mu, the
+    last change and the smallest q.
     """
-    level = _closed_level(half_of(law), nodes, w, tau)
-    for j in range(nodes):
-        d[j] = w[j] + level
-    if half_of(law) > 0.0 and is_power(law):
-        _settle(kappa, law, width, nodes, w, tau, d)
-    return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
-
-
-@inlined
-def newton(
-    kappa: float,
-    law: Law,
-    closure: int,
-    width: float,
-    nodes: int,
-    w: Floats,
-    dw: Floats,
-    tau: Floats,
-    dtau: Floats,
-    d: Floats,
-    work: Floats,
-    tolerance: float,
-    most: int,
-) -> tuple[int, float, float, float]:
-    """Solve for d at the nodes, in place.
-
-    `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
-    last change and the smallest q. With the closure `cycle_time`, mu is unknown too,
-    docs/method.md (77).
-    """
-    if closure == POWER_MEAN:
-        return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
-    return _with_cycle_time(
-        closure, kappa, width, nodes, w, dw, tau, dtau, d, work, tolerance, most, law
-    )
-
-
-@by_type
-def _with_cycle_time(
-    closure: int, kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats,
-    dtau: Floats, d: Floats, work: Floats, tolerance: float, most: int, law: Law,
-) -> tuple[int, float, float, float]:  # fmt: skip
-    """Solve with the cycle's time as closure, from the solution with the power mean.
-
-    Arguments and results as of `newton`.
-    """
-    taken, _, change, smallest = _from_no_load(
-        kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
-    )
-    if taken < 0:
+    level = _closed_level(design, curve)
+    for j in range(curve.d.size):
+        curve.d[j] = curve.w[j] + level
+    if is_power(design.law) and not design.flat:
+        _settle(design.kappa, design.law, width, curve.d.size, curve.w, curve.tau, curve.d)
+    taken, mu, change, smallest = _steps(POWER_MEAN, width, tolerance, most, design, curve)
+    if closure == POWER_MEAN or taken < 0:
         return taken, 1.0, change, smallest
-    more, mu, change, smallest = _steps(
-        kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
-    )
+    more, mu, change, smallest = _steps(closure, width, tolerance, most, design, curve)
     return (taken + more if more > 0 else more), mu, change, smallest
-
-
-@_with_cycle_time.of(Power)
-def _with_cycle_time_of_power(
-    closure: int, kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats,
-    dtau: Floats, d: Floats, work: Floats, tolerance: float, most: int, law: Power,
-) -> tuple[int, float, float, float]:  # fmt: skip
-    """As `_with_cycle_time` for a power of the speed, by similarity: docs/method.md (77).
-
-    A problem whose mu is rise^half is, in units of the speed at which mu is 1, the problem of the
-    power mean with kappa, w and 1 + d divided by `rise`. The cycle's time falls steadily with
-    `rise`. Near the right value, Newton's steps in both unknowns finish the search.
-    """
-    low, high = 0.0, math.inf
-    rise = 1.0
-    steps = 0
-    stalls = False
-    change = smallest = 0.0
-    lower, d_lower = work[6], work[7]
-    for _ in range(MOST_RISES):
-        for j in range(nodes):
-            lower[j], d_lower[j] = w[j] / rise, dw[j] / rise
-        taken, _, change, smallest = _from_no_load(
-            kappa / rise, law, width, nodes, lower, d_lower, tau, dtau, d, work, tolerance,
-            TRIED,
-        )  # fmt: skip
-        steps += abs(taken)
-        time = math.inf
-        if taken > 0 and smallest > FLOOR:
-            time = 0.0
-            for j in range(nodes):
-                d[j] = rise * (1.0 + d[j]) - 1.0
-                time += math.sqrt(tau[j] / (1.0 + d[j]))
-            time /= nodes
-        if time > 1.0:
-            low, stalls = rise, time == math.inf
-        else:
-            high = rise
-        guess = rise * time * time
-        if abs(time - 1.0) < NEAR:
-            taken, mu, change, smallest = _steps(
-                kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
-            )
-            steps += abs(taken)
-            if taken > 0 and smallest > FLOOR:
-                return steps, mu, change, smallest
-        if high - low <= 1e-4 * low:
-            break
-        if low < guess < high and guess < math.inf:
-            rise = guess
-        else:
-            rise = 2.0 * rise if high == math.inf else math.sqrt(low * high)
-    # If the time reaches the asked one only by stalling, the engine stalls at the asked one.
-    return -steps, 1.0, change, 0.0 if stalls else smallest

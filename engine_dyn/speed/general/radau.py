@@ -15,7 +15,7 @@ from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Law, load_terms
 from engine_dyn.types import Floats
 
-__all__ = ["Interval", "Passed", "interval_of", "pass_interval"]
+__all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
 
 ROOT = math.sqrt(6.0)
 
@@ -54,34 +54,33 @@ class Interval(NamedTuple):
 class Passed(NamedTuple):
     """What becomes of the energy over an interval.
 
-    `end` and `middle` are its values there, the slopes are times the width, `factor` is that of a
-    small deviation over the interval, `missed` bounds the error of one passage.
+    `end` is its value there, `slope` its slope times the width, `factor` that of a small deviation
+    over the interval, and `missed` bounds the error of one passage.
     """
 
     end: float
-    middle: float
     slope: float
-    slope_middle: float
     factor: float
     missed: float
 
 
 @inlined
 def slope_of(
-    j: int, width: float, value: Floats, slope: Floats, middle: Floats, tilt: Floats
+    j: int, width: float, value: Floats, slope: Floats
 ) -> tuple[float, float, float, float, float]:
-    """Coefficients of the slope, times the width, of a row of a table: docs/method.md (125)."""
-    after = j + 1 if j + 1 < value.size else 0
-    rise = value[after] - value[j]
-    left, right = width * slope[j], width * slope[after]
-    quartic, quintic = 32.0 * middle[j], 16.0 * tilt[j]
-    return (
-        left,
-        2.0 * (3.0 * rise - 2.0 * left - right) + quartic - quintic,
-        3.0 * (left + right - 2.0 * rise) - 3.0 * quartic + 6.0 * quintic,
-        2.0 * quartic - 10.0 * quintic,
-        5.0 * quintic,
-    )
+    """Coefficients of the slope, times the width, between node j and the next: docs/method.md (125).
+
+    A cubic through four slopes, and a quartic that vanishes at both ends and makes its integral the
+    rise of the values.
+    """
+    nodes = value.size
+    after = j + 1 if j + 1 < nodes else 0
+    far, before = after + 1 if after + 1 < nodes else 0, j - 1 if j > 0 else nodes - 1
+    s0, s1, s2, s3 = width * slope[before], width * slope[j], width * slope[after], width * slope[far]
+    c0, c1 = s1, -s0 / 3.0 - 0.5 * s1 + s2 - s3 / 6.0
+    c2, c3 = 0.5 * (s0 + s2) - s1, (s3 - s0) / 6.0 + 0.5 * (s1 - s2)
+    missed = 30.0 * (value[after] - value[j] - (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0))
+    return c0, c1, c2 + missed, c3 - 2.0 * missed, missed
 
 
 @inlined
@@ -113,7 +112,7 @@ def rate_at(
     """
     c, s = interval.work, interval.tau
     tau = s[0] + t * (s[1] + t * (s[2] + t * (s[3] + t * (s[4] + t * s[5]))))
-    force, first, _ = load_terms(e / tau, law)
+    force, first = load_terms(e / tau, law)
     rate = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4]))) - push * (force / mu - 1.0)
     return rate, -push / mu * first / tau
 
@@ -172,18 +171,14 @@ def _step(
 def _in_steps(
     steps: int, e: float, interval: Interval, push: float, mu: float, law: Law
 ) -> tuple[Passed, bool]:
-    """Pass an interval in so many equal steps; the middle has no meaning with one step."""
-    size = 1.0 / steps
-    middle = slope_middle = slope = 0.0
-    factor = 1.0
+    """Pass an interval in so many equal steps."""
+    size, slope, factor = 1.0 / steps, 0.0, 1.0
     for k in range(steps):
         e, slope, more, found = _step(k * size, size, e, interval, push, mu, law)
         factor *= more
         if not found:
-            return Passed(e, middle, slope, slope_middle, factor, math.inf), False
-        if 2 * (k + 1) == steps:
-            middle, slope_middle = e, slope
-    return Passed(e, middle, slope, slope_middle, factor, 0.0), True
+            return Passed(e, slope, factor, math.inf), False
+    return Passed(e, slope, factor, 0.0), True
 
 
 @inlined
@@ -206,8 +201,6 @@ def pass_interval(
         before, known, last = passed, followed, difference
         steps *= 2
     return (
-        Passed(
-            passed.end, passed.middle, passed.slope, passed.slope_middle, passed.factor, difference
-        ),
+        Passed(passed.end, passed.slope, passed.factor, difference),
         followed and difference < math.inf,
     )

@@ -12,27 +12,11 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR, load_terms
-from engine_dyn.speed.arguments import Choice
-from engine_dyn.speed.general.radau import Interval, interval_of, pass_interval, slope_of
-from engine_dyn.speed.general.reduction import Design
-from engine_dyn.speed.general.scratch import Scratch
-from engine_dyn.speed.general.segments import POWERS, SEGMENTS, Q, place_of
+from engine_dyn.loads.laws import FLOOR
+from engine_dyn.speed.general.curve import Curve, Design
+from engine_dyn.speed.general.radau import interval_of, pass_interval, slope_of
 from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.tables.extremes import interpolate
-from engine_dyn.speed.tables.work_tables import (
-    GAS_TORQUE,
-    GAS_WORK,
-    GAS_WORK_MIDDLE,
-    GAS_WORK_TILT,
-    QUINTIC,
-    SQUARE,
-    SQUARE_MIDDLE,
-    SQUARE_SLOPE,
-    SQUARE_TILT,
-)
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
-from engine_dyn.types import Floats
 
 __all__ = ["stable_cycle"]
 
@@ -59,57 +43,33 @@ MOST_MU, TIMED = 80, 1e-11
 
 
 @inlined
-def _interval(j: int, width: float, design: Design, variable: bool, table: Floats) -> Interval:
-    """The interval after node j, docs/method.md (47)."""
-    p = slope_of(
-        j, width, table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_MIDDLE], table[GAS_WORK_TILT]
-    )
-    v = slope_of(
-        j, width, table[SQUARE], table[SQUARE_SLOPE], table[SQUARE_MIDDLE], table[SQUARE_TILT]
-    )
-    gas, eta = design.gas, design.eta
-    masses = 0.0 if variable else eta
-    work = (
-        gas * p[0] - masses * v[0],
-        gas * p[1] - masses * v[1],
-        gas * p[2] - masses * v[2],
-        gas * p[3] - masses * v[3],
-        gas * p[4] - masses * v[4],
-    )
-    start = 1.0 + eta * table[SQUARE, j] if variable else 1.0
-    return interval_of(work, start, eta if variable else 0.0, v)
-
-
-@inlined
 def _pass_cycle(
-    start: float, mu: float, tolerance: float, design: Design, choice: Choice, width: float,
-    table: Floats, solved: Floats,
-) -> tuple[int, float, float, float]:  # fmt: skip
+    start: float, mu: float, tolerance: float, width: float, design: Design, curve: Curve
+) -> tuple[int, float, float, float]:
     """Follow one period from the energy `start` at node 0.
 
-    `solved` gets e - 1 at the nodes as a table of work, with the middles and the tilts between
-    them. Returns whether the design STANDS, RUNS_AWAY, is LOST or nothing of this (REPEATS), the
-    energy at the end, the factor of a deviation, and the sum of what all intervals may miss.
+    `curve` gets e - 1 at the nodes and its slope. Returns whether the design STANDS, RUNS_AWAY, is
+    LOST or nothing of this (REPEATS), the energy at the end, the factor of a deviation, and the sum
+    of what all intervals may miss.
     """
-    nodes = table.shape[1]
+    nodes = curve.w.size
     push = design.kappa * width
     e, factor, missed = start, 1.0, 0.0
     for j in range(nodes):
         after = j + 1 if j + 1 < nodes else 0
-        interval = _interval(j, width, design, choice.variable, table)
+        interval = interval_of(
+            slope_of(j, width, curve.w, curve.dw), curve.tau[j], 1.0,
+            slope_of(j, width, curve.tau, curve.dtau),
+        )  # fmt: skip
         passed, followed = pass_interval(e, interval, push, mu, tolerance, design.law)
         if not followed:
             return LOST, e, factor, missed
-        solved[GAS_WORK, j] = e - 1.0
-        # Until the slopes at both ends are known, these are the values in the middle alone.
-        solved[GAS_WORK_MIDDLE, j] = passed.middle - 1.0
-        solved[GAS_WORK_TILT, j] = passed.slope_middle
-        solved[GAS_TORQUE, after] = passed.slope / width
+        curve.d[j] = e - 1.0
+        curve.slope[after] = passed.slope / width
         e = passed.end
         factor *= passed.factor
         missed += passed.missed
-        tau = 1.0 + design.eta * table[SQUARE, after] if choice.variable else 1.0
-        if not (e > FLOOR * tau):
+        if not (e > FLOOR * curve.tau[after]):
             return STANDS, e, factor, missed
         if not (e < HIGHEST):
             return RUNS_AWAY, e, factor, missed
@@ -118,9 +78,8 @@ def _pass_cycle(
 
 @inlined
 def _follow(
-    start: float, above: float, mu: float, fine: bool, design: Design, choice: Choice,
-    width: float, table: Floats, solved: Floats,
-) -> tuple[int, float, float, int]:  # fmt: skip
+    start: float, above: float, mu: float, fine: bool, width: float, design: Design, curve: Curve
+) -> tuple[int, float, float, int]:
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
     One that begins above every steady cycle, `above`, and ends still higher never comes back.
@@ -131,9 +90,7 @@ def _follow(
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
     e, plain, hurried = start, start, True
     for cycle in range(1, MOST_CYCLES + 1):
-        fate, end, factor, missed = _pass_cycle(
-            e, mu, tolerance, design, choice, width, table, solved
-        )
+        fate, end, factor, missed = _pass_cycle(e, mu, tolerance, width, design, curve)
         if fate != REPEATS:
             if not hurried or e == plain:
                 return fate, e, missed, cycle
@@ -158,9 +115,8 @@ def _follow(
 
 @inlined
 def _found(
-    start: float, above: float, mu: float, design: Design, choice: Choice, width: float,
-    table: Floats, solved: Floats,
-) -> tuple[int, float, float, int]:  # fmt: skip
+    start: float, above: float, mu: float, width: float, design: Design, curve: Curve
+) -> tuple[int, float, float, int]:
     """The stable cycle for one mu: from `start`, and from elsewhere where that leads to none.
 
     Starts that lead to standstill lie below all that run away, and steady cycles between them, so
@@ -171,12 +127,10 @@ def _found(
     e, cycles = start, 0
     fate = LOST
     for _ in range(MOST_STARTS):
-        fate, found, _, more = _follow(e, above, mu, False, design, choice, width, table, solved)
+        fate, found, _, more = _follow(e, above, mu, False, width, design, curve)
         cycles += more
         if fate == REPEATS:
-            fate, found, missed, more = _follow(
-                found, above, mu, True, design, choice, width, table, solved
-            )
+            fate, found, missed, more = _follow(found, above, mu, True, width, design, curve)
             return fate, found, missed, cycles + more
         if fate == LOST or (fate == STANDS and e >= above):
             return fate, found, math.inf, cycles
@@ -190,42 +144,35 @@ def _found(
 
 
 @inlined
-def _late(design: Design, variable: bool, table: Floats, solved: Floats) -> float:
+def _late(curve: Curve) -> float:
     """Relative excess of the cycle's time over that at nominal speed, docs/method.md (59)."""
-    nodes = table.shape[1]
     total = 0.0
-    for j in range(nodes):
-        tau = 1.0 + design.eta * table[SQUARE, j] if variable else 1.0
-        total += math.sqrt(tau / (1.0 + solved[GAS_WORK, j])) - 1.0
-    return total / nodes
+    for j in range(curve.d.size):
+        total += math.sqrt(curve.tau[j] / (1.0 + curve.d[j])) - 1.0
+    return total / curve.d.size
 
 
 @inlined
-def _starts(design: Design, choice: Choice, width: float, table: Floats) -> tuple[float, float]:
+def _starts(width: float, design: Design, curve: Curve) -> tuple[float, float]:
     """Energies at node 0 from which cycles are followed: near nominal, and above all.
 
     A steady cycle has the nominal speed somewhere. From there on it gains no more than the range of
     the work and the load of a cycle, docs/method.md (129).
     """
-    nodes = table.shape[1]
-    masses = 0.0 if choice.variable else design.eta
+    nodes = curve.w.size
     least, most, widest = math.inf, -math.inf, 1.0
     for j in range(nodes):
-        work = design.gas * table[GAS_WORK, j] - masses * table[SQUARE, j]
-        least, most = min(least, work), max(most, work)
-        if choice.variable:
-            widest = max(widest, 1.0 + design.eta * table[SQUARE, j])
-    first = design.gas * table[GAS_WORK, 0] - masses * table[SQUARE, 0]
-    near = 1.0 + design.eta * table[SQUARE, 0] if choice.variable else 1.0
+        least, most = min(least, curve.w[j]), max(most, curve.w[j])
+        widest = max(widest, curve.tau[j])
     above = widest + (most - least) + abs(design.kappa) * width * nodes
-    return max(near + first, near), above
+    near = curve.tau[0]
+    return max(near + curve.w[0], near), above
 
 
 @inlined
 def _with_time(
-    e: float, above: float, late: float, design: Design, choice: Choice, width: float,
-    table: Floats, solved: Floats,
-) -> tuple[int, float, float, int]:  # fmt: skip
+    e: float, above: float, late: float, width: float, design: Design, curve: Curve
+) -> tuple[int, float, float, int]:
     """The stable cycle whose time is that at nominal speed; mu in place of the energy.
 
     More mu is less load, or less drive, so the cycle's time falls or rises with it throughout. The
@@ -240,11 +187,11 @@ def _with_time(
     for number in range(MOST_MU):
         if number > 0:
             fate, found, missed, more = _found(
-                e, above, math.exp(sense * here), design, choice, width, table, solved
+                e, above, math.exp(sense * here), width, design, curve
             )
             cycles += more
             if fate == REPEATS:
-                e, late = found, _late(design, choice.variable, table, solved)
+                e, late = found, _late(curve)
             elif fate == LOST:
                 break
             else:
@@ -270,55 +217,22 @@ def _with_time(
 
 
 @inlined
-def _finish(
-    design: Design, choice: Choice, width: float, table: Floats, solved: Floats, records: Floats
-) -> None:
-    """Make `solved` the table of a design without load, and write q and F to the records.
-
-    The tilts bound what the quartic misses of the solution. They include what the table of the work
-    may miss, which the load damps: docs/method.md section 10.7.
-    """
-    nodes = table.shape[1]
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        left, right = solved[GAS_WORK, j], solved[GAS_WORK, after]
-        slope_left, slope_right = width * solved[GAS_TORQUE, j], width * solved[GAS_TORQUE, after]
-        tau = 1.0
-        if choice.variable:
-            tau += design.eta * table[SQUARE, j]
-        q = (1.0 + left) / tau
-        here = place_of(j, nodes // SEGMENTS)
-        force, first, _ = load_terms(q, design.law)
-        records[here + Q] = q
-        records[here + POWERS] = force
-        solved[GAS_WORK_MIDDLE, j] -= interpolate(0.5, left, right, slope_left, slope_right)
-        cubic = 1.5 * (right - left) - 0.25 * (slope_left + slope_right)
-        x = design.kappa * width * first / tau
-        damped = min(1.0, 0.5 / (QUINTIC * x)) if x > 0.0 else 1.0
-        missed = design.gas * abs(table[GAS_WORK_TILT, j]) + design.eta * abs(table[SQUARE_TILT, j])
-        solved[GAS_WORK_TILT, j] = abs(solved[GAS_WORK_TILT, j] - cubic) + damped * missed
-        for row in (SQUARE, SQUARE_SLOPE, SQUARE_MIDDLE, SQUARE_TILT):
-            solved[row, j] = table[row, j] if choice.variable else 0.0
-
-
-@inlined
 def stable_cycle(
-    design: Design, choice: Choice, width: float, scratch: Scratch
+    closure: int, width: float, design: Design, curve: Curve
 ) -> tuple[int, int, float, float]:
-    """Find the stable cycle of a design.
+    """Find the stable cycle of a design; `curve` gets chi - 1 at the nodes, and its slope.
 
-    The records get q and F at the nodes, `scratch.curve` the energy as a table of work. Returns the
-    outcome, the number of cycles, mu, and what the numerical integration may miss of q.
+    Returns the outcome, the number of cycles, mu, and what the numerical integration may miss of
+    the energy.
     """
-    table, solved = scratch.table, scratch.curve
-    start, above = _starts(design, choice, width, table)
+    start, above = _starts(width, design, curve)
     mu = 1.0
-    fate, e, missed, cycles = _found(start, above, mu, design, choice, width, table, solved)
+    fate, e, missed, cycles = _found(start, above, mu, width, design, curve)
     code = CONVERGED
-    if choice.closure == CYCLE_TIME and (fate == REPEATS or fate == STANDS):
-        late = _late(design, choice.variable, table, solved) if fate == REPEATS else math.inf
+    if closure == CYCLE_TIME and (fate == REPEATS or fate == STANDS):
+        late = _late(curve) if fate == REPEATS else math.inf
         code, mu, missed, more = _with_time(
-            e if fate == REPEATS else above, above, late, design, choice, width, table, solved
+            e if fate == REPEATS else above, above, late, width, design, curve
         )
         cycles += more
     elif fate == STANDS:
@@ -327,6 +241,4 @@ def stable_cycle(
         code = NO_STEADY_STATE
     elif fate == LOST:
         code = NOT_CONVERGED
-    if code == CONVERGED:
-        _finish(design, choice, width, table, solved, scratch.records)
     return code, cycles, mu, missed

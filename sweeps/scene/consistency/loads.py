@@ -55,7 +55,7 @@ def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
 def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
     """Check that a law that numbers give stands alone, and that it gives a torque."""
     law = LOAD_LAWS[driven.load_law]
-    if law.torque is None:
+    if not law.factored:
         return
     given = next((key for key in law.keys if scene.gives(key)), None)
     if given is not None and driven.law != law.name:

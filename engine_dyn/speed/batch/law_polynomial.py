@@ -1,0 +1,109 @@
+"""A polynomial that stands for the law of a design in the range of its speeds.
+
+The law is asked at Chebyshev points only, whatever law it is; the passes of a block then evaluate
+polynomials, which are vectors over its designs. docs/method.md (69).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import Law, load_terms
+from engine_dyn.speed.batch.block import MOST_TERMS
+from engine_dyn.speed.methods import CYCLE_TIME
+from engine_dyn.types import Floats
+
+__all__ = ["fit_law"]
+
+SIZES = (8, 12, MOST_TERMS)
+"""Numbers of terms that are tried."""
+
+MARGIN = 0.3
+"""Part of the range of u by which the range of the polynomial is wider on both sides."""
+
+NARROWEST = 0.01
+"""Least half-width of that range."""
+
+SLOWEST = 0.04
+"""Least q of that range: slower designs are left to the general solver."""
+
+WITHIN = 1e-10
+"""Largest of the last coefficients, over the range of the law."""
+
+
+def _tables() -> tuple[Floats, Floats, Floats]:
+    """Points, and matrices from values to Chebyshev coefficients and to those of powers."""
+    points = np.zeros((len(SIZES), MOST_TERMS))
+    chebyshev = np.zeros((len(SIZES), MOST_TERMS, MOST_TERMS))
+    powers = np.zeros_like(chebyshev)
+    for i, size in enumerate(SIZES):
+        angle = (np.arange(size) + 0.5) * np.pi / size
+        points[i, :size] = np.cos(angle)
+        matrix = 2.0 / size * np.cos(np.outer(np.arange(size), angle))
+        matrix[0] *= 0.5
+        chebyshev[i, :size, :size] = matrix
+        for column in range(size):
+            found = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
+            powers[i, : len(found), column] = found
+    return points, chebyshev, powers
+
+
+_POINTS, _CHEBYSHEV, _POWERS = _tables()
+
+
+@inlined
+def closing_function(q: float, closure: int) -> float:
+    """What closes a design whose law does not depend on the speed, with the slope 1 at q = 1.
+
+    docs/method.md (58) and (59).
+    """
+    if closure == CYCLE_TIME:
+        return 2.0 - 2.0 / math.sqrt(q)
+    return math.log(q)
+
+
+@inlined
+def fit_law(
+    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Floats,
+    values: Floats,
+) -> tuple[int, float, float]:  # fmt: skip
+    """Polynomial for F - 1 over u from `low` to `high`, and somewhat beyond.
+
+    `terms` (power, lane) gets its coefficients over (u - centre) half. Where the law is `flat`, it
+    is that of the closure. Returns how many there are, 0 where no polynomial is good enough, the
+    centre and 1 over the half-width of the range. `values` is scratch.
+    """
+    centre = 0.5 * (low + high)
+    half = max((0.5 + MARGIN) * (high - low), NARROWEST)
+    if not (1.0 + centre - half > SLOWEST):
+        return 0, 0.0, 1.0
+    for n in range(terms.shape[0]):
+        terms[n, lane] = 0.0
+    for i in range(len(SIZES)):
+        size = SIZES[i]
+        least, most = math.inf, -math.inf
+        for m in range(size):
+            q = 1.0 + centre + half * _POINTS[i, m]
+            values[m] = load_terms(q, law)[0] - 1.0
+            if flat and values[m] == 0.0:
+                values[m] = closing_function(q, closure)
+            elif flat:  # at the nominal speed alone
+                return 0, 0.0, 1.0
+            least, most = min(least, values[m]), max(most, values[m])
+        missed = 0.0
+        for n in range(size - 2, size):
+            coefficient = 0.0
+            for m in range(size):
+                coefficient += _CHEBYSHEV[i, n, m] * values[m]
+            missed += abs(coefficient)
+        if missed <= WITHIN * (most - least):
+            for n in range(size):
+                total = 0.0
+                for m in range(size):
+                    total += _POWERS[i, n, m] * values[m]
+                terms[n, lane] = total
+            return size, centre, 1.0 / half
+    return 0, 0.0, 1.0

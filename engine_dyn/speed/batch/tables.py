@@ -1,0 +1,203 @@
+"""From columns to the work of a block of designs."""
+
+from __future__ import annotations
+
+from engine_dyn.compilation import inlined
+from engine_dyn.speed.batch.block import HALO, Curves, Table
+from engine_dyn.speed.batch.weights import Weights
+from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.task import Task, is_plain
+from engine_dyn.speed.work.boxes import factor_of
+from engine_dyn.speed.work.columns import SQUARE, Columns
+from engine_dyn.types import Floats
+
+__all__ = ["fill_block", "fill_factors", "fill_fine", "forget_fine", "is_same_table"]
+
+AT_ONCE = 6
+"""Columns that are added in one loop; their number is a multiple of this."""
+
+
+@inlined
+def is_same_table(one: int, other: int, designs: Designs) -> bool:
+    """Whether two designs have the same work table."""
+    same = designs.place[0, one] == designs.place[0, other]
+    same = same and designs.place[1, one] == designs.place[1, other]
+    for piece in range(designs.part.shape[0]):
+        same = same and designs.part[piece, one] == designs.part[piece, other]
+        same = same and designs.share[piece, one] == designs.share[piece, other]
+    return same
+
+
+@inlined
+def add_columns(columns: Floats, share: float, factor: Floats, curve: Floats) -> None:
+    """Add a sum of columns (term, node) to a curve."""
+    for t in range(0, factor.size, AT_ONCE):
+        f0, f1, f2 = share * factor[t], share * factor[t + 1], share * factor[t + 2]
+        f3, f4, f5 = share * factor[t + 3], share * factor[t + 4], share * factor[t + 5]
+        for i in range(curve.size):
+            curve[i] += (
+                f0 * columns[t, i] + f1 * columns[t + 1, i] + f2 * columns[t + 2, i]
+                + f3 * columns[t + 3, i] + f4 * columns[t + 4, i] + f5 * columns[t + 5, i]
+            )  # fmt: skip
+
+
+@inlined
+def fill_factors(which: int, columns: Columns, designs: Designs, factor: Floats) -> None:
+    """Factor of each column: Chebyshev polynomials of ratio and offset, docs/method.md (60)."""
+    for t in range(factor.size):
+        factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
+            columns.degrees[t, 1], designs.place[1, which]
+        )
+
+
+@inlined
+def forget_fine(table: Table) -> None:
+    """Forget the fine nodes of the table before."""
+    for j in range(table.known.size):
+        table.known[j] = False
+
+
+@inlined
+def add_moments(curve: Floats) -> None:
+    """First moment of a curve about the middle of each interval, and what a cubic misses of the mean.
+
+    docs/method.md (66).
+    """
+    values, mean, moment, missed = curve[0], curve[1], curve[2], curve[3]
+    nodes = values.size
+    for i in range(nodes):
+        before, behind = i - 1 if i > 0 else nodes - 1, i + 1 if i + 1 < nodes else 0
+        after = behind + 1 if behind + 1 < nodes else 0
+        inner, outer = values[behind] - values[i], values[after] - values[before]
+        moment[i] = inner / 12.0 - (outer - 3.0 * inner) / 720.0
+        first = before - 1 if before > 0 else nodes - 1
+        last = after + 1 if after + 1 < nodes else 0
+        sums = 802.0 * (values[i] + values[behind]) - 93.0 * (values[before] + values[after])
+        missed[i] = mean[i] - (sums + 11.0 * (values[first] + values[last])) / 1440.0
+
+
+@inlined
+def fill_table(which: int, columns: Columns, designs: Designs, table: Table) -> None:
+    """Work table of a design at the coarse nodes."""
+    fill_factors(which, columns, designs, table.factor)
+    forget_fine(table)
+    for row in range(2):
+        gas, square = table.gas[row], table.square[row]
+        for i in range(gas.size):
+            gas[i] = square[i] = 0.0
+        for piece in range(designs.part.shape[0]):
+            share = designs.share[piece, which]
+            if share != 0.0:
+                add_columns(
+                    columns.coarse[designs.part[piece, which], row], share, table.factor, gas
+                )
+        add_columns(columns.coarse[SQUARE, row], 1.0, table.factor, square)
+    add_moments(table.gas)
+    add_moments(table.square)
+
+
+@inlined
+def fill_fine(node: int, which: int, columns: Columns, designs: Designs, table: Table) -> None:
+    """Work table of a design at one fine node, and behind it."""
+    if table.known[node]:
+        return
+    table.known[node] = True
+    for row in range(4):
+        upper = columns.fine if row == 0 else columns.torque
+        lower = columns.middle if row == 2 else columns.between
+        curves = upper if row < 2 else lower
+        gas = square = 0.0
+        for piece in range(designs.part.shape[0]):
+            share = designs.share[piece, which]
+            if share != 0.0:
+                column = curves[designs.part[piece, which], node]
+                total = 0.0
+                for t in range(table.factor.size):
+                    total += table.factor[t] * column[t]
+                gas += share * total
+        column = curves[SQUARE, node]
+        for t in range(table.factor.size):
+            square += table.factor[t] * column[t]
+        table.fine_gas[row, node], table.fine_square[row, node] = gas, square
+
+
+@inlined
+def fill_lane(
+    lane: int, which: int, task: Task, table: Table, weights: Weights, designs: Designs,
+    curves: Curves,
+) -> None:  # fmt: skip
+    """X of one design, docs/method.md (61), and what it adds to the load's work, (64) and (65)."""
+    gas, eta = designs.gas[which], designs.eta[which]
+    of_mass, of_tilt = weights.of_mass[which], weights.of_tilt[which]
+    p, v, mean_p, mean_v = table.gas[0], table.square[0], table.gas[1], table.square[1]
+    tilt_p, tilt_v = table.gas[2], table.square[2]
+    for i in range(p.size):
+        curves.work[HALO + i, lane] = gas * p[i] - eta * v[i]
+        mass, tilt = gas * mean_p[i] - eta * mean_v[i], gas * tilt_p[i] - eta * tilt_v[i]
+        curves.drive[i, lane] = of_mass * mass + of_tilt * tilt
+    if task.variable:
+        for i in range(v.size):
+            curves.inertia[i, lane] = 1.0 + eta * v[i]
+    if not is_plain(task):
+        missed_p, missed_v = table.gas[3], table.square[3]
+        for i in range(p.size):
+            curves.missed[i, lane] = gas * missed_p[i] - eta * missed_v[i]
+
+
+@inlined
+def fill_alike(
+    first: int, task: Task, table: Table, weights: Weights, designs: Designs, curves: Curves
+) -> None:
+    """X of all designs of a block that have one table.
+
+    The numbers are those of `fill_lane`; here loops over lanes are vectors: without this, one table
+    takes SHARE % longer.
+    """
+    end = first + curves.drive.shape[1]
+    gas, eta = designs.gas[first:end], designs.eta[first:end]
+    of_mass, of_tilt = weights.of_mass[first:end], weights.of_tilt[first:end]
+    for i in range(curves.drive.shape[0]):
+        work, p, v = curves.work[HALO + i], table.gas[0, i], table.square[0, i]
+        for k in range(gas.size):
+            work[k] = gas[k] * p - eta[k] * v
+        drive, mean_p, mean_v = curves.drive[i], table.gas[1, i], table.square[1, i]
+        tilt_p, tilt_v = table.gas[2, i], table.square[2, i]
+        for k in range(gas.size):
+            mass, tilt = gas[k] * mean_p - eta[k] * mean_v, gas[k] * tilt_p - eta[k] * tilt_v
+            drive[k] = of_mass[k] * mass + of_tilt[k] * tilt
+        if task.variable:
+            inertia = curves.inertia[i]
+            for k in range(gas.size):
+                inertia[k] = 1.0 + eta[k] * v
+        if not is_plain(task):
+            missed, missed_p, missed_v = curves.missed[i], table.gas[3, i], table.square[3, i]
+            for k in range(gas.size):
+                missed[k] = gas[k] * missed_p - eta[k] * missed_v
+
+
+@inlined
+def fill_block(
+    first: int, current: int, task: Task, columns: Columns, weights: Weights, designs: Designs,
+    table: Table, curves: Curves,
+) -> int:  # fmt: skip
+    """Work of the block of designs from `first` on.
+
+    `table` has that of the design `current`, -1 for none. Returns the design whose table it has
+    afterwards.
+    """
+    lanes = curves.drive.shape[1]
+    alike = True
+    for lane in range(1, lanes):
+        alike = alike and is_same_table(first, first + lane, designs)
+    if alike:
+        if current < 0 or not is_same_table(current, first, designs):
+            fill_table(first, columns, designs, table)
+        fill_alike(first, task, table, weights, designs, curves)
+        return first
+    for lane in range(lanes):
+        which = first + lane
+        if current < 0 or not is_same_table(current, which, designs):
+            fill_table(which, columns, designs, table)
+        current = which
+        fill_lane(lane, which, task, table, weights, designs, curves)
+    return current

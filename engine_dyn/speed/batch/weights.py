@@ -1,0 +1,73 @@
+"""Weights of the recurrence along the coarse nodes, for each design."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import kernel
+from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slopes_at_nominal
+from engine_dyn.speed.designs import Designs
+from engine_dyn.types import Booleans, Floats
+
+__all__ = ["Weights", "weights_of"]
+
+TINY = 1e-11
+"""Least beta [1/rad]: where there is no load, it stands for the limit of a weak one."""
+
+LARGEST_STEP = 0.5
+"""Largest beta times coarse interval: a stronger load is left to the general solver."""
+
+
+class Weights(NamedTuple):
+    """Numbers of each design, docs/method.md (65) and (67), shape (designs,).
+
+    Attributes
+    ----------
+    slope : ndarray
+        s, the slope of the law at the nominal speed.
+    beta : ndarray
+        kappa s [1/rad].
+    solvable : ndarray of bool
+        Whether the load is neither too strong nor a drive.
+    decay, of_mass, of_tilt : ndarray
+        exp(-beta h), and the weights of mean and first moment of an interval.
+    end : ndarray
+        1 - exp(-beta Phi_s).
+    """
+
+    slope: Floats
+    beta: Floats
+    solvable: Booleans
+    decay: Floats
+    of_mass: Floats
+    of_tilt: Floats
+    end: Floats
+
+
+def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weights:
+    """Weights for coarse intervals of this width [rad], so many in a period."""
+    law = LAWS[form.kind]
+    if law.torque is None:
+        slope = np.empty(designs.kappa.size)
+        _slopes_of_table(designs, form, slope)
+    else:
+        slope = slopes_at_nominal(designs.speed, designs.first, designs.second, law)
+    step = designs.kappa * slope * width
+    solvable = (step >= 0.0) & (step <= LARGEST_STEP)
+    x = np.where(solvable, np.maximum(step, TINY * width), TINY * width)
+    square = x * x
+    of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))
+    return Weights(
+        np.ascontiguousarray(slope), x / width, solvable, np.exp(-x), -np.expm1(-x), of_tilt,
+        -np.expm1(-x * nodes),
+    )  # fmt: skip
+
+
+@kernel
+def _slopes_of_table(designs: Designs, form: Form, slope: Floats) -> None:
+    """F'(1) of a table over speed."""
+    for i in range(slope.size):
+        law, _ = law_of(designs.speed[i], 0.0, 0.0, designs.gear[i], form)
+        slope[i] = load_terms(1.0, law)[1]

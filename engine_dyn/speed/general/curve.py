@@ -1,0 +1,168 @@
+"""The equation of one design at the fine nodes of its period, and the memory of its solution."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import POWER, Law, is_power, law_of, load_terms
+from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.methods import CLOSED
+from engine_dyn.speed.results import IDLE
+from engine_dyn.speed.task import Task
+from engine_dyn.speed.work.boxes import factor_of
+from engine_dyn.speed.work.columns import SQUARE, Columns
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
+from engine_dyn.types import Floats
+
+__all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "pulls_back"]
+
+
+class Design(NamedTuple):
+    """Reduced numbers of one design, docs/method.md (22) and (44).
+
+    `flat` says that the law does not depend on the speed, `nominal` is omega_n [rad/s].
+    """
+
+    eta: float
+    kappa: float
+    law: Law
+    flat: bool
+    nominal: float
+
+
+class Curve(NamedTuple):
+    """Equation and solution of one design at the nodes, docs/method.md (46) and (47).
+
+    Attributes
+    ----------
+    w, dw, tau, dtau : ndarray, shape (node,)
+        Reduced work, inertia over its mean, and their slopes.
+    w_missed, tau_missed : ndarray, shape (node,)
+        What cubics through values and slopes miss in the middle of the intervals behind.
+    d, q : ndarray, shape (node,)
+        chi - 1 and q of the solution.
+    rate : ndarray, shape (node,)
+        Slope of q.
+    slope : ndarray, shape (node,)
+        Slope of chi, where cycles were followed in time.
+    work : ndarray, shape (6, node)
+        Scratch.
+    factor : ndarray, shape (term,)
+        Factors of the columns.
+    """
+
+    w: Floats
+    dw: Floats
+    tau: Floats
+    dtau: Floats
+    w_missed: Floats
+    tau_missed: Floats
+    d: Floats
+    q: Floats
+    rate: Floats
+    slope: Floats
+    work: Floats
+    factor: Floats
+
+
+def make_curve(nodes: int, terms: int) -> Curve:
+    """Memory of one design."""
+    return Curve(*(np.zeros(nodes) for _ in range(10)), np.zeros((6, nodes)), np.zeros(terms))
+
+
+@inlined
+def _add_part(
+    part: int, share: float, columns: Columns, factor: Floats, value: Floats, slope: Floats,
+    missed: Floats,
+) -> None:  # fmt: skip
+    """Add a part of the columns to a curve, to its slope, and to what cubics miss of it."""
+    for row in range(3):
+        curve = value if row == 0 else (slope if row == 1 else missed)
+        column = columns.fine if row == 0 else (columns.torque if row == 1 else columns.middle)
+        for j in range(curve.size):
+            total = 0.0
+            for t in range(factor.size):
+                total += factor[t] * column[part, j, t]
+            curve[j] += share * total
+
+
+@inlined
+def fill_curve(which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve) -> None:
+    """Fill in w, w', tau and tau' at the nodes: docs/method.md (47)."""
+    for t in range(curve.factor.size):
+        curve.factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
+            columns.degrees[t, 1], designs.place[1, which]
+        )
+    for j in range(curve.w.size):
+        curve.w[j] = curve.dw[j] = curve.w_missed[j] = curve.dtau[j] = curve.tau_missed[j] = 0.0
+        curve.tau[j] = 1.0
+    gas, eta, factor = designs.gas[which], designs.eta[which], curve.factor
+    for piece in range(designs.part.shape[0]):
+        share = gas * designs.share[piece, which]
+        if share != 0.0:
+            part = designs.part[piece, which]
+            _add_part(part, share, columns, factor, curve.w, curve.dw, curve.w_missed)
+    if variable:
+        _add_part(SQUARE, eta, columns, factor, curve.tau, curve.dtau, curve.tau_missed)
+    else:
+        _add_part(SQUARE, -eta, columns, factor, curve.w, curve.dw, curve.w_missed)
+
+
+@inlined
+def _is_flat(law: Law) -> bool:
+    """Whether a law does not depend on the speed, from half to twice the nominal one."""
+    if law.kind == POWER:
+        return law.first == 0.0
+    flat = True
+    for q in (0.25, 1.0, 4.0):
+        value, slope = load_terms(q, law)
+        flat = flat and value == 1.0 and slope == 0.0
+    return flat
+
+
+@inlined
+def begin_design(
+    which: int, task: Task, designs: Designs, curve: Curve
+) -> tuple[Design, int]:
+    """Reduced numbers of a design whose curve is filled in, and its outcome so far.
+
+    docs/method.md (44), and (60) for idle.
+    """
+    law, sign = law_of(
+        designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
+        task.form,
+    )  # fmt: skip
+    eta, kappa = designs.eta[which], designs.kappa[which]
+    high, low, least = -math.inf, math.inf, math.inf
+    for j in range(curve.w.size):
+        # Of the torque at nominal speed; with variable inertia, that of the masses is in tau.
+        torque = curve.dw[j] - curve.dtau[j]
+        high, low, least = max(high, torque), min(low, torque), min(least, curve.tau[j])
+    code = CONVERGED
+    if abs(kappa) <= IDLE * (high - low):
+        kappa = 0.0
+    elif not (kappa * sign > 0.0):
+        code = NO_STEADY_STATE
+    if sign == 0.0:
+        code = NO_STEADY_STATE
+    elif math.isnan(sign) or not (least > 0.0):
+        code = INVALID_INPUT
+    closed = is_power(law) and (law.first == 0.0 or law.first == 2.0)
+    if task.method == CLOSED and not closed:
+        code = INVALID_INPUT
+    return Design(eta, kappa, law, _is_flat(law), designs.speed[which]), code
+
+
+@inlined
+def pulls_back(design: Design) -> bool:
+    """Whether load or driver oppose a deviation from the nominal speed, or leave it as it is.
+
+    docs/method.md (86).
+    """
+    if is_power(design.law) or design.flat or design.kappa == 0.0:
+        return True
+    return design.kappa * load_terms(1.0, design.law)[1] > 0.0

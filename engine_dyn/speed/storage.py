@@ -1,0 +1,116 @@
+"""Writing the results of a design."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined
+from engine_dyn.speed.results import (
+    DELTA,
+    DELTA_ERROR,
+    DELTA_MIDRANGE,
+    LOAD_FACTOR,
+    OMEGA_MAX,
+    OMEGA_MEAN,
+    OMEGA_MIN,
+    SCALARS,
+    Results,
+)
+from engine_dyn.speed.work.interpolation import STENCIL, lagrange_weights
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["Angles", "angles_of", "store", "store_curves", "store_nothing"]
+
+class Angles(NamedTuple):
+    """Where curves are wanted, in terms of the fine nodes of a period.
+
+    Attributes
+    ----------
+    node : ndarray of int, shape (angle,)
+        Node at or before each angle.
+    weight : ndarray, shape (angle, STENCIL)
+        Weights of the nodes around it.
+    """
+
+    node: Integers
+    weight: Floats
+
+
+def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
+    """Where angles [rad] lie among nodes of this width [rad]."""
+    place = np.mod(angles, width * nodes) / width
+    # What rounding leaves beside a node is on it.
+    near = np.rint(place)
+    place = np.where(np.abs(place - near) < 1e-9, near, place)
+    node = np.floor(place)
+    return Angles(node.astype(np.int64) % nodes, lagrange_weights(place - node))
+
+
+@inlined
+def store(
+    target: int, code: int, high: float, low: float, mean: float, span: float, mu: float,
+    error: float, passes: float, results: Results,
+) -> None:  # fmt: skip
+    """Write one design's numbers, docs/method.md (1). Speeds are in rad/s, `span` is their range.
+
+    The load factor 1/mu is that of docs/method.md (45).
+    """
+    results.status[target] = code
+    for result in range(SCALARS):
+        row = results.wanted[result]
+        if row < 0:
+            continue
+        if result == DELTA:
+            value = span / mean
+        elif result == DELTA_MIDRANGE:
+            value = 2.0 * span / (high + low)
+        elif result == OMEGA_MAX:
+            value = high
+        elif result == OMEGA_MIN:
+            value = low
+        elif result == OMEGA_MEAN:
+            value = mean
+        elif result == LOAD_FACTOR:
+            value = 1.0 / mu
+        elif result == DELTA_ERROR:
+            value = error
+        else:
+            value = passes
+        results.scalars[row, target] = value
+
+
+@inlined
+def store_nothing(target: int, code: int, results: Results) -> None:
+    """Write NaN for a design that has no numbers, and its outcome."""
+    nothing = math.nan
+    store(
+        target, code, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results
+    )
+    for curve in (results.omega, results.acceleration):
+        for i in range(curve.shape[1]):
+            curve[target, i] = nothing
+
+
+@inlined
+def store_curves(
+    target: int, nominal: float, q: Floats, rate: Floats, angles: Angles, results: Results
+) -> None:
+    """Write speed and angular acceleration of a design at the wanted angles.
+
+    `q` and its slope `rate` are those at the fine nodes. The angular acceleration is half of
+    omega_n^2 q', because omega domega/dphi is domega/dt.
+    """
+    nodes = q.size
+    for i in range(angles.node.size):
+        value = slope = 0.0
+        for j in range(STENCIL):
+            node = (angles.node[i] + j - (STENCIL // 2 - 1)) % nodes
+            value += angles.weight[i, j] * q[node]
+            slope += angles.weight[i, j] * rate[node]
+        if results.omega.shape[1] > 0:
+            results.omega[target, i] = nominal * math.sqrt(max(value, 0.0))
+        if results.acceleration.shape[1] > 0:
+            results.acceleration[target, i] = 0.5 * nominal * nominal * slope

@@ -1,0 +1,234 @@
+"""The thesis's own method: cycles of explicit Euler steps in omega, one degree each.
+
+docs/method.md (83); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. The method is of first order.
+Every step adds energy, docs/method.md (84), so that with a constant load torque the mean speed
+climbs without end. The method exists to reproduce printed numbers and should not be used for new
+ones: this file is validation, apart from the solvers.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.geometry.cylinders import Cylinders, Member
+from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.loads.friction import stacked_parts
+from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.motored import pressures_of_rows
+from engine_dyn.speed.designs import LEVELS, Chosen
+from engine_dyn.speed.general.front import solve_one_by_one
+from engine_dyn.speed.grouping import Work
+from engine_dyn.speed.results import SCALAR_NAMES, Results
+from engine_dyn.speed.storage import store, store_nothing
+from engine_dyn.speed.task import Task
+from engine_dyn.status import (
+    CONVERGED,
+    INVALID_INPUT,
+    NO_STEADY_STATE,
+    NOT_CONVERGED,
+    PASSES_DONE,
+    STALLED,
+    TOLERANCE_NOT_MET,
+)
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+
+__all__ = ["CLOSED_CYCLE", "MOST_CYCLES", "solve_as_printed", "step_cycles"]
+
+CLOSED_CYCLE = 1e-6
+"""Cycles end when the speeds at both ends of one differ by no more than this [rad/s]: Kakaitsas
+(2015), section 4.2."""
+
+MOST_CYCLES = 30000
+"""Largest number of cycles."""
+
+
+class Cycle(NamedTuple):
+    """Curves of one design at the samples of a cycle.
+
+    `torque` is that of gas, friction and, with constant inertia, of the masses [N m]; `theta` the
+    moment of inertia [kg m2] and `turn` its slope.
+    """
+
+    torque: Floats
+    theta: Floats
+    turn: Floats
+
+
+class Law(NamedTuple):
+    """Load torque a + k omega^alpha: a [N m], k and alpha."""
+
+    offset: float
+    coefficient: float
+    exponent: float
+
+
+@kernel
+def step_cycles(
+    cycle: Cycle, law: Law, start: float, first: int, passes: int, speeds: Floats, rates: Floats
+) -> tuple[int, bool, bool, float, float, float]:
+    """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (83).
+
+    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on. `speeds`
+    gets the samples of the last cycle, `rates` the angular acceleration [rad/s2] there. Returns the
+    number of cycles done (`passes`, or until one closes where that is 0), whether the cycle closed,
+    whether the engine stalled, and the largest, smallest and mean sample of the last cycle.
+    """
+    omega, count = start, speeds.size
+    limit = passes if passes > 0 else MOST_CYCLES
+    top = bottom = mean = 0.0
+    for number in range(1, limit + 1):
+        begin = omega
+        top, bottom, total = -math.inf, math.inf, 0.0
+        for i in range(count):
+            j = first + i
+            j = j - count if j >= count else j
+            if not (omega > 0.0):
+                return number, False, True, top, bottom, mean
+            speeds[j] = omega
+            top, bottom, total = max(top, omega), min(bottom, omega), total + omega
+            load = law.offset + law.coefficient * omega**law.exponent
+            rates[j] = (cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega) / cycle.theta[j]
+            omega += rates[j] / omega * DEGREE
+        mean = total / count
+        if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
+            return number, True, False, top, bottom, mean
+    return limit, passes > 0, not (omega > 0.0), top, bottom, mean
+
+
+def _members(cylinders: Cylinders) -> list[Member]:
+    """Cylinders in the order in which their torques are added up: that of firing where all are alike."""
+    if not cylinders.plain:
+        return list(cylinders.members)
+    count = cylinders.count
+    return [Member(-i * cylinders.period / count, 1.0, 1.0) for i in range(count)]
+
+
+def _cycle_of(
+    one: Chosen, family: Family, cylinders: Cylinders, variable: bool
+) -> tuple[Cycle, float]:
+    """Curves of a design, docs/method.md (27) and (33), and the mean of its torque at nominal speed."""
+    value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
+    period = family.period
+    count = round(period / DEGREE)
+    angle = -0.5 * period + np.arange(count) * DEGREE
+    low = int(math.floor(value["row"]))
+    weight = value["row"] - low
+    rows = np.array([low, low + (weight > 0.0)])
+    gas, shape, square, slope = (np.zeros(count) for _ in range(4))
+    levels = np.array([max(value[name], 0.0) for name in LEVELS])
+    for member in _members(cylinders):
+        phi = angle + member.phase
+        both = pressures_of_rows(family, rows, phi, member.pressure_factor)
+        pressure = value["scale"] * ((1.0 - weight) * both[0] + weight * both[1])
+        own = member.own(value["crank_ratio"], value["offset_ratio"])
+        speed = velocity(phi, *own)
+        v, b = member.radius_factor * speed, member.radius_factor * acceleration(phi, *own)
+        load = pressure - value["crankcase_pressure"]
+        gas += load * v
+        shape -= member.mass_factor * b * v
+        square += member.mass_factor * v * v
+        slope += 2.0 * member.mass_factor * v * b
+        if levels.any():
+            parts = stacked_parts(value["ring_pressure"] + load, speed, np.sin(phi))
+            means = parts.mean(axis=1)
+            factors = np.where(means > 0.0, levels / np.where(means > 0.0, means, 1.0), 0.0)
+            gas -= factors @ (parts - means[:, None])
+    radius = 0.5 * value["double_radius"]
+    lever = 0.25 * math.pi * value["bore"] ** 2 * radius
+    moving = value["mass"] * radius * radius
+    engine = lever * gas - value["friction_torque"]
+    masses = moving * value["speed"] ** 2 * shape
+    mean = float((engine + masses).mean())
+    if not variable:
+        still = np.full(count, value["inertia"])
+        return Cycle(engine + masses, still, np.zeros(count)), mean
+    theta = value["inertia"] + moving * (square - square.mean())
+    return Cycle(engine, theta, moving * slope), mean
+
+
+@inlined
+def _outcome(stalled: bool, passes: int, closed: bool, error: float, tolerance: float) -> int:
+    """Status of a design whose cycles were repeated."""
+    if stalled:
+        return STALLED
+    if passes > 0:
+        return PASSES_DONE
+    if not closed:
+        return NOT_CONVERGED
+    return CONVERGED if error <= tolerance else TOLERANCE_NOT_MET
+
+
+@kernel
+def _store_one(
+    target: int, code: int, numbers: tuple[float, float, float], error: float, cycles: int,
+    speeds: Floats, rates: Floats, sample: Floats, results: Results,
+) -> None:  # fmt: skip
+    """Write the results of a design; the speed follows the method's own step between samples."""
+    high, low, mean = numbers
+    if code == STALLED or code == NOT_CONVERGED:
+        store_nothing(target, code, results)
+        return
+    store(target, code, high, low, mean, high - low, 1.0, error, float(cycles), results)
+    for i in range(sample.size):
+        j = int(math.floor(sample[i] + 1e-9))
+        fraction = max(sample[i] - j, 0.0)
+        if results.omega.shape[1] > 0:
+            results.omega[target, i] = speeds[j] + fraction * DEGREE * rates[j] / speeds[j]
+        if results.acceleration.shape[1] > 0:
+            results.acceleration[target, i] = rates[j]
+
+
+def solve_as_printed(
+    work: Work, task: Task, cylinders: Cylinders, angles: Floats, results: Results
+) -> None:
+    """Solve designs as the thesis does; the error is the difference to the periodic solution.
+
+    The coefficient k follows from the mean of the samples.
+    """
+    family, size = work.source.family, work.size
+    designs = work.designs()
+    wanted = np.array([SCALAR_NAMES.index(name) for name in ("delta", "delta_error")])
+    places = np.full(len(SCALAR_NAMES), -1)
+    places[wanted] = [0, 1]
+    nothing = np.empty((1, 0))
+    periodic = Results(
+        places, np.full((2, size), np.nan), np.empty(size, dtype=np.int8), nothing, nothing,
+        np.zeros(0, dtype=np.bool_),
+    )  # fmt: skip
+    own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
+    plain = task._replace(angles=task.angles._replace(node=task.angles.node[:0]))
+    solve_one_by_one(np.arange(size), plain, work.columns, own, periodic, last=False)
+    sample = np.mod(angles + 0.5 * family.period, family.period) / DEGREE
+    for i in range(size):
+        target, code = int(designs.target[i]), int(periodic.status[i])
+        count = round(family.period / DEGREE)
+        speeds, rates = np.zeros(count), np.zeros(count)
+        numbers, error, cycles = (math.nan, math.nan, math.nan), 0.0, 0
+        if code in (NO_STEADY_STATE, INVALID_INPUT):
+            numbers_code = code
+            _store_one(target, STALLED, numbers, error, cycles, speeds, rates, sample, results)
+            results.status[target] = numbers_code
+            continue
+        one = work.chosen.subset(np.array([i]))
+        cycle, mean = _cycle_of(one, family, cylinders, task.variable)
+        given = {n: float(one.take(n).flat[0]) for n in ("offset", "exponent", "speed", "passes", "start_speed", "start_angle")}
+        # An idle engine has no load.
+        surplus = mean - given["offset"] if designs.kappa[i] != 0.0 else 0.0
+        law = Law(given["offset"], surplus / given["speed"] ** given["exponent"], given["exponent"])
+        first = (int(round(given["start_angle"] / DEGREE)) + count // 2) % count
+        passes = int(given["passes"])
+        cycles, closed, stalled, *found = step_cycles(
+            cycle, law, given["start_speed"] or given["speed"], first, passes, speeds, rates
+        )
+        numbers = tuple(found)
+        delta, error = periodic.scalars[:, i]
+        error = 0.0 if math.isnan(error) else error
+        if delta > 0.0 and not stalled:
+            error += abs((found[0] - found[1]) / found[2] - delta) / delta
+        status = _outcome(stalled, passes, closed, error, task.tolerance)
+        _store_one(target, status, numbers, error, cycles, speeds, rates, sample, results)

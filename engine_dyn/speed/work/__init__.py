@@ -1,0 +1,1 @@
+"""Work curves of designs, as sums of a few columns."""

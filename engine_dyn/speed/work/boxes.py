@@ -1,0 +1,143 @@
+"""Boxes of crank ratio and pin offset in which velocities are polynomials.
+
+The reduced piston velocity is a smooth function of the crank ratio and of the offset over the crank
+radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/method.md (60);
+so is everything that is linear in it, such as the work of the gas. A design's box follows from its
+own numbers, so it has the same curves whatever else is computed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from engine_dyn.compilation import inlined
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["ALONE", "Box", "box_of", "boxes_of", "factor_of"]
+
+DEGREE, TOTAL_DEGREE = 6, 8
+"""Chebyshev points of the crank ratio alone, and of ratio and offset each, whose products are kept
+up to below this total degree. Velocities then are exact to 1e-8."""
+
+RATIO_EDGES = np.array([0.0, 0.2, 0.36, 0.5, 0.6, 0.7, 0.77, 0.82])
+"""Edges of boxes of the crank ratio. Boxes shrink towards the ratio where the crank cannot turn, so
+that polynomials of one degree serve all."""
+
+OFFSET_EDGE = 0.2
+"""Largest offset over the crank radius of a box; offsets of either sign have boxes of their own."""
+
+SIGNS = 3
+"""Kinds of box for each interval of the crank ratio: no offset, a positive one, a negative one."""
+
+TERMS_AT_ONCE = 6
+"""Columns are filled up with zeros to a multiple of this, so that loops over them are vectors."""
+
+ALONE = -1
+"""Number instead of a box where a design lies in none: its box is a point."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """Crank ratios and offsets that have columns in common.
+
+    Attributes
+    ----------
+    ratio, offset : tuple of float
+        Centre and half-width; a width of 0 is a point.
+    """
+
+    ratio: tuple[float, float]
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Chebyshev points of ratio and offset."""
+        many = TOTAL_DEGREE if self.offset[1] > 0.0 else DEGREE
+        return tuple(many if width > 0.0 else 1 for _, width in (self.ratio, self.offset))
+
+    @cached_property
+    def degrees(self) -> Integers:
+        """Degrees of each column's polynomial in ratio and offset, shape (terms, 2).
+
+        Columns beyond those are zero, and so are their degrees.
+        """
+        one, other = self.sizes
+        pairs = [(i, j) for i in range(one) for j in range(other) if i + j < TOTAL_DEGREE]
+        spare = -len(pairs) % TERMS_AT_ONCE
+        return np.array(pairs + [(0, 0)] * spare, dtype=np.int64)
+
+    @cached_property
+    def samples(self) -> Floats:
+        """Ratio and offset of every Chebyshev point, shape (samples, 2)."""
+        sides = [_points(*side, n) for side, n in zip((self.ratio, self.offset), self.sizes, strict=True)]
+        grids = np.meshgrid(*sides, indexing="ij")
+        return np.stack([grid.reshape(-1) for grid in grids], axis=1)
+
+    @cached_property
+    def transform(self) -> Floats:
+        """Matrix from values at the samples to columns, shape (terms, samples)."""
+        one, other = (_matrix(n) for n in self.sizes)
+        full = np.einsum("ia,jb->ijab", one, other).reshape(len(one), len(other), -1)
+        found = np.zeros((len(self.degrees), full.shape[2]))
+        used = [k for k, pair in enumerate(self.degrees) if k == 0 or pair.any()]
+        for k in used:
+            found[k] = full[tuple(self.degrees[k])]
+        return found
+
+    def place(self, ratio: Floats, offset: Floats) -> Floats:
+        """Ratios and offsets as places from -1 to 1 within the box, shape (2, ...)."""
+        places = [
+            (value - centre) / width if width > 0.0 else np.zeros_like(value)
+            for value, (centre, width) in ((ratio, self.ratio), (offset, self.offset))
+        ]
+        return np.stack(np.broadcast_arrays(*places))
+
+
+@inlined
+def factor_of(degree: int, place: float) -> float:
+    """Chebyshev polynomial of a place from -1 to 1."""
+    if degree == 0:
+        return 1.0
+    before, now = 1.0, place
+    for _ in range(degree - 1):
+        before, now = now, 2.0 * place * now - before
+    return now
+
+
+def _points(centre: float, width: float, size: int) -> Floats:
+    """Chebyshev points of an interval; its centre where it is a point."""
+    return np.asarray(centre + width * np.cos((np.arange(size) + 0.5) * np.pi / size))
+
+
+def _matrix(size: int) -> Floats:
+    """Matrix from values at the Chebyshev points to coefficients of the polynomials."""
+    angle = (np.arange(size) + 0.5) * np.pi / size
+    matrix = 2.0 / size * np.cos(np.outer(np.arange(size), angle))
+    matrix[0] *= 0.5
+    return np.asarray(matrix)
+
+
+def boxes_of(ratio: Floats, offset: Floats, largest_radius: float = 1.0) -> Integers:
+    """Number of the box of each design, `ALONE` where it lies in none.
+
+    `largest_radius` is the largest crank radius of the cylinders over the engine's: their own crank
+    ratio is that times the engine's, and must lie within the outermost edge.
+    """
+    own = ratio * largest_radius
+    number = np.searchsorted(RATIO_EDGES, own, side="right") - 1
+    number = np.where(own == RATIO_EDGES[-1], len(RATIO_EDGES) - 2, number)
+    lies = (own >= 0.0) & (own <= RATIO_EDGES[-1]) & (np.abs(offset) <= OFFSET_EDGE)
+    sign = np.where(offset > 0.0, 1, np.where(offset < 0.0, 2, 0))
+    return np.where(lies, SIGNS * number + sign, ALONE)
+
+
+@lru_cache(maxsize=64)
+def box_of(number: int, largest_radius: float = 1.0) -> Box:
+    """Box of a number that `boxes_of` gives."""
+    low, high = RATIO_EDGES[number // SIGNS :][:2] / largest_radius
+    half = 0.5 * OFFSET_EDGE
+    offset = ((0.0, 0.0), (half, half), (-half, half))[number % SIGNS]
+    return Box((float(0.5 * (low + high)), float(0.5 * (high - low))), offset)

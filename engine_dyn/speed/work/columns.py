@@ -1,0 +1,392 @@
+"""Columns: the parts of the work curves of all designs that share cylinders, box and diagrams.
+
+The periodic speed of a design needs one curve over a period, the reduced work
+
+    w(phi) = g P(phi) - eta V(phi),
+
+of gas, friction over the stroke, load over angle and masses, docs/method.md (43) and (47). Each is
+linear in the piston velocity, or in its square, and so a polynomial of crank ratio and offset
+within a box of both: a short sum of columns, one for each polynomial. They are tabulated once, for
+each diagram and for what all diagrams have in common. Cylinders that differ, misfire, offsets and
+friction are dealt with here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.geometry.cylinders import Cylinders, Member
+from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.loads.friction import stacked_parts
+from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.memory import remembered
+from engine_dyn.pressure.motored import pressures_of_rows
+from engine_dyn.speed.work.boxes import Box
+from engine_dyn.speed.work.interpolation import lagrange_weights
+from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
+from engine_dyn.types import Floats, Integers
+
+__all__ = [
+    "ATMOSPHERE",
+    "FEWEST_NODES",
+    "FRICTION_PARTS",
+    "Columns",
+    "Nodes",
+    "Parts",
+    "RubbedDiagram",
+    "columns_of",
+    "mean_weights",
+    "nodes_of",
+]
+
+FEWEST_NODES = 720
+"""Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
+
+FEWEST_COARSE = 36
+"""Least number of coarse nodes of a period."""
+
+WIDE, NARROW = 10, 6
+"""Fine intervals of a coarse one, where there are many and few."""
+
+ATMOSPHERE = 101325.0
+"""Pressure [Pa] under the piston that columns of the gas contain."""
+
+FRICTION_PARTS = 4
+"""Boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
+
+ROWS_AT_ONCE = 64
+"""Diagrams whose pressures exist at a time."""
+
+UNIT, SQUARE, FIRST_GAS = 0, 1, 2
+"""Places of the parts that all columns have, and of the first diagram: the work of a pressure of 1,
+and the squared velocity."""
+
+
+class Columns(NamedTuple):
+    """Tables of columns, as kernels take them.
+
+    Attributes
+    ----------
+    fine, torque, middle : ndarray, shape (part, node, term)
+        Work, or the squared velocity, at the fine nodes without its mean; its slope; what a cubic
+        through values and slopes misses in the middle of the interval behind each.
+    between : ndarray, shape (part, node, term)
+        What a polynomial through coarse nodes misses of the integral of the work.
+    coarse : ndarray, shape (part, 2, term, coarse node)
+        The same at the coarse nodes, and its mean over the coarse interval behind each.
+    mean : ndarray, shape (part, term)
+        Mean torque; 0 where a part has none.
+    degrees : ndarray, shape (term, 2)
+        Degrees of each column's Chebyshev polynomials in crank ratio and offset.
+    rough : ndarray, shape (part,)
+        What every other node misses of the work between them, over its range.
+    width : float
+        Of a fine interval [rad].
+    """
+
+    fine: Floats
+    torque: Floats
+    middle: Floats
+    between: Floats
+    coarse: Floats
+    mean: Floats
+    degrees: Integers
+    rough: Floats
+    width: float
+
+
+class Nodes(NamedTuple):
+    """Nodes of a period: how many, how many fine intervals make a coarse one, periods in a cycle."""
+
+    count: int
+    stride: int
+    times: int
+
+
+class RubbedDiagram(NamedTuple):
+    """What friction over the stroke depends on: the diagram between two rows, and pressures [Pa].
+
+    `row` is a place in the table of the family, `scale` the factor on the pressure.
+    """
+
+    row: float
+    scale: float
+    crankcase: float
+    ring: float
+
+
+class Parts(NamedTuple):
+    """What columns are wanted of.
+
+    Attributes
+    ----------
+    rows : ndarray of int
+        Rows of the family, ascending.
+    rubbed : tuple of RubbedDiagram
+        Whose friction over the stroke is wanted: `FRICTION_PARTS` parts each.
+    loads : tuple of (float, float)
+        Gear ratio and phase [rad] of loads over angle.
+    """
+
+    rows: Integers
+    rubbed: tuple[RubbedDiagram, ...] = ()
+    loads: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def first_rubbed(self) -> int:
+        """Place of the first part of friction."""
+        return FIRST_GAS + self.rows.size
+
+    @property
+    def first_load(self) -> int:
+        """Place of the first load over angle."""
+        return self.first_rubbed + FRICTION_PARTS * len(self.rubbed)
+
+    @property
+    def count(self) -> int:
+        """Number of parts."""
+        return self.first_load + len(self.loads)
+
+
+def nodes_of(times: int, fewest: int) -> Nodes:
+    """Nodes of a period that repeats so many times in the cycle, with `fewest` in the cycle."""
+    each = -(-fewest // times)
+    stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
+    coarse = max(-(-each // stride), FEWEST_COARSE)
+    return Nodes(coarse * stride, stride, times)
+
+
+@dataclass(frozen=True)
+class Source:
+    """What the columns of some designs have in common besides the parts that are wanted.
+
+    Attributes
+    ----------
+    family : Family
+        Indicator diagrams.
+    cylinders : Cylinders
+        Of the engine.
+    box : Box
+        Crank ratios and offsets over the crank radius.
+    nodes : Nodes
+        Of a period of torque and load.
+    load : TorqueOverAngle, optional
+        Load over angle.
+    """
+
+    family: Family
+    cylinders: Cylinders
+    box: Box
+    nodes: Nodes
+    load: TorqueOverAngle | None = None
+
+    @property
+    def width(self) -> float:
+        """Width of a fine interval [rad]."""
+        return self.family.period / (self.nodes.count * self.nodes.times)
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """Cylinders that are added up."""
+        return self.cylinders.representatives_of(self.nodes.times)
+
+
+def columns_of(source: Source, parts: Parts) -> Columns:
+    """Columns of some parts, known from earlier or made now.
+
+    Places of parts are those of `UNIT`, `SQUARE` and `Parts`.
+    """
+    load = None if source.load is None else id(source.load)
+    key = (
+        "columns", source.members, source.box, source.nodes, load, parts.rows.tobytes(),
+        parts.rubbed, parts.loads,
+    )  # fmt: skip
+    found = remembered(source.family, key, lambda: _make(source, parts))
+    return Columns(*found, source.width)
+
+
+def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
+    """Arrays of `Columns`."""
+    terms, nodes = len(source.box.degrees), source.nodes.count
+    work, halves, rates = (np.zeros((parts.count, terms, nodes)) for _ in range(3))
+    mean = np.zeros((parts.count, terms))
+    curves = [_velocity_of(member, source.box, source.nodes, source.family.period)
+              for member in source.members]  # fmt: skip
+    for member, curve in zip(source.members, curves, strict=True):
+        _add_gas(source, parts.rows, member, curve, work, halves, rates)
+    first = parts.first_rubbed
+    for i, diagram in enumerate(parts.rubbed):
+        place = first + FRICTION_PARTS * i
+        here = slice(place, place + FRICTION_PARTS)
+        for member in source.members:
+            _add_friction(source, diagram, member, work[here], halves[here], rates[here])
+    for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_load)):
+        cumulate(work[summed], halves[summed], rates[summed], source.width, mean[summed])
+    _add_square(source, curves, work[SQUARE], halves[SQUARE], rates[SQUARE])
+    angle = np.arange(nodes) * source.width
+    for i, (gear, phase) in enumerate(parts.loads):
+        assert source.load is not None
+        place, theta = parts.first_load + i, gear * angle + phase
+        done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
+        work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
+        rates[place, 0] = gear * (source.load.mean - source.load(theta))
+    fine, torque, middle, between = (np.empty((parts.count, nodes, terms)) for _ in range(4))
+    stride = source.nodes.stride
+    coarse = np.empty((parts.count, 2, terms, nodes // stride))
+    arrange(
+        work, halves, rates, source.width, fine, torque, middle, between,
+        lagrange_weights(np.arange(stride) / stride), coarse, np.empty(nodes // stride),
+    )  # fmt: skip
+    return (
+        fine, torque, middle, between, coarse, mean, source.box.degrees, _roughness(source.box, work)
+    )  # fmt: skip
+
+
+def _roughness(box: Box, work: Floats) -> Floats:
+    """What a polynomial through every other node misses of the work between, over its range.
+
+    docs/method.md (56), in the middle of the box.
+    """
+    middle = np.array([math.cos(0.5 * math.pi * (i + j)) if 0 in (i, j) else
+                       math.cos(0.5 * math.pi * i) * math.cos(0.5 * math.pi * j)
+                       for i, j in box.degrees])  # fmt: skip
+    curve = np.einsum("t,ptn->pn", middle, work)
+    even, odd = curve[:, ::2], curve[:, 1::2]
+    guess = sum(
+        weight * (np.roll(even, back, axis=1) + np.roll(even, -1 - back, axis=1))
+        for back, weight in enumerate((150.0 / 256.0, -25.0 / 256.0, 3.0 / 256.0))
+    )
+    swing = np.maximum(np.ptp(curve, axis=1), 1e-300)
+    return np.asarray(np.abs(guess - odd).max(axis=1) / swing)
+
+
+class _Velocity(NamedTuple):
+    """Velocity of one cylinder over its cycle as columns, times its radius: (term, point).
+
+    `inside` is at the quadrature points, `at_node` at the nodes; `square` and `slope` are of its
+    square times the factor on the mass, at the nodes; `square_between` is in the middles.
+    """
+
+    inside: Floats
+    at_node: Floats
+    square: Floats
+    slope: Floats
+    square_between: Floats
+
+
+def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats]:
+    """Quadrature points and nodes of a cycle, in the cylinder's own angle [rad]."""
+    steps = nodes.count * nodes.times
+    node = np.arange(steps)
+    inside = ((node + POINTS[:, None]) * (period / steps)).reshape(-1)
+    return inside + member.phase, node * (period / steps) + member.phase
+
+
+@lru_cache(maxsize=64)
+def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velocity:
+    """Velocity of a cylinder as columns."""
+    inside, at_node = _angles(member, nodes, period)
+    ratio, offset = (side[:, None] for side in member.own(*box.samples.T))
+    radius = member.radius_factor
+    half = 0.5 * period / (nodes.count * nodes.times)
+    v, b = radius * velocity(at_node, ratio, offset), radius * acceleration(at_node, ratio, offset)
+    between = radius * velocity(at_node + half, ratio, offset)
+    curves = (
+        radius * velocity(inside, ratio, offset), v, member.mass_factor * v * v,
+        2.0 * member.mass_factor * v * b, member.mass_factor * between * between,
+    )  # fmt: skip
+    return _Velocity(*(np.ascontiguousarray(box.transform @ curve) for curve in curves))
+
+
+def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Floats]:
+    """Angles of a cycle, and the weights of the pressure there in the mean of p v, (term, angle)."""
+    nodes = Nodes(FEWEST_NODES, WIDE, 1)
+    angle, _ = _angles(member, nodes, period)
+    each = np.repeat(WEIGHTS, FEWEST_NODES) / FEWEST_NODES
+    return angle, each * _velocity_of(member, box, nodes, period).inside
+
+
+def _folded(curves: Floats, nodes: Nodes) -> Floats:
+    """Sum over the periods of a cycle, which is the last axis."""
+    shape = *curves.shape[:-1], nodes.times, nodes.count
+    return np.asarray(curves.reshape(shape).sum(axis=-2))
+
+
+def _add_square(
+    source: Source, curves: list[_Velocity], work: Floats, halves: Floats, rates: Floats
+) -> None:
+    """Add the squared velocity without its mean, docs/method.md (20), and its slope (50)."""
+    for curve in curves:
+        work += _folded(curve.square, source.nodes)
+        halves += _folded(curve.square_between, source.nodes)
+        rates += _folded(curve.slope, source.nodes)
+    # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
+    # mean: it is subtracted first.
+    for level in (work[:, :1].copy(), (work - work[:, :1]).mean(axis=1, keepdims=True)):
+        work -= level
+        halves -= level
+
+
+def _add_gas(
+    source: Source, rows: Integers, member: Member, curve: _Velocity, work: Floats, halves: Floats,
+    rates: Floats,
+) -> None:  # fmt: skip
+    """Add the mean torque of intervals, and at nodes, of a pressure of 1 and of each diagram.
+
+    `halves` gets the part of the first half of each interval.
+    """
+    inside, at_node = _angles(member, source.nodes, source.family.period)
+    one = np.ones(1)
+
+    def add(pressure: Floats, here: slice) -> None:
+        within = np.ascontiguousarray(pressure[:, : inside.size])
+        first = np.ascontiguousarray(within[:, : inside.size // 2])
+        add_products(within, curve.inside, WEIGHTS, work[here])
+        add_products(first, curve.inside, WEIGHTS[: WEIGHTS.size // 2], halves[here])
+        at = np.ascontiguousarray(pressure[:, inside.size :])
+        add_products(at, curve.at_node, one, rates[here])
+
+    add(np.ones((1, inside.size + at_node.size)), slice(UNIT, UNIT + 1))
+    for begin in range(0, rows.size, ROWS_AT_ONCE):
+        some = rows[begin : begin + ROWS_AT_ONCE]
+        pressure = pressures_of_rows(
+            source.family, some, np.concatenate([inside, at_node]), member.pressure_factor
+        )
+        first = FIRST_GAS + begin
+        add(pressure - ATMOSPHERE, slice(first, first + some.size))
+
+
+def _add_friction(
+    source: Source, diagram: RubbedDiagram, member: Member, work: Floats, halves: Floats,
+    rates: Floats,
+) -> None:  # fmt: skip
+    """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (43)."""
+    inside, at_node = _angles(member, source.nodes, source.family.period)
+    ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
+    shapes = []
+    for angle in (inside, at_node):
+        low = int(np.floor(diagram.row))
+        rows = np.array([low, low + (diagram.row > low)])
+        weights = np.array([1.0 - (diagram.row - low), diagram.row - low])
+        pressure = diagram.scale * weights @ pressures_of_rows(
+            source.family, rows, angle, member.pressure_factor
+        )
+        load = diagram.ring + pressure - diagram.crankcase
+        shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))
+    of_points = np.repeat(WEIGHTS, at_node.size) / at_node.size
+    mean = (shapes[0] @ of_points)[..., None]
+    # A part whose mean is 0, of rings that are always lifted, is 0.
+    shapes = [np.where(mean > 0.0, -shape / np.where(mean > 0.0, mean, 1.0), 0.0)
+              for shape in shapes]  # fmt: skip
+    points = shapes[0].reshape(*shapes[0].shape[:-1], WEIGHTS.size, -1)
+    half = WEIGHTS.size // 2
+    whole = np.einsum("q,psqn->psn", WEIGHTS, points)
+    first = np.einsum("q,psqn->psn", WEIGHTS[:half], points[:, :, :half])
+    for target, shape in ((work, whole), (halves, first), (rates, shapes[1])):
+        target += source.box.transform @ _folded(shape, source.nodes)

@@ -1,0 +1,69 @@
+"""Maximum of a curve that is known at nodes."""
+
+from __future__ import annotations
+
+import math
+
+from engine_dyn.compilation import inlined
+
+__all__ = ["WINDOW", "cubic_in_middle", "peak_between", "summit_at"]
+
+WINDOW = 5
+"""Values from which a maximum is guessed."""
+
+
+@inlined
+def summit_at(b: float, c: float, d: float, e: float, f: float) -> float:
+    """Place of the maximum near the middle of five equidistant values, counted from d.
+
+    That of the polynomial of fourth degree (Stirling), by three of Newton's steps. It is a guess.
+    """
+    d1 = 0.5 * (e - c)
+    d2 = e - 2.0 * d + c
+    d3 = 0.5 * (f - b) - (e - c)
+    d4 = f - 4.0 * e + 6.0 * d - 4.0 * c + b
+    t = 0.0
+    for _ in range(3):
+        slope = d1 + t * d2 + (3.0 * t * t - 1.0) / 6.0 * d3 + (2.0 * t * t - 1.0) / 12.0 * t * d4
+        bend = d2 + t * d3 + (6.0 * t * t - 1.0) / 12.0 * d4
+        t = t - slope / bend if bend < 0.0 else 0.0
+        t = min(1.0, max(-1.0, t))
+    return t
+
+
+@inlined
+def cubic_in_middle(left: float, right: float, d_left: float, d_right: float) -> float:
+    """Cubic Hermite interpolant in the middle of an interval, docs/method.md (52)."""
+    return 0.5 * (left + right) + 0.125 * (d_left - d_right)
+
+
+@inlined
+def peak_between(
+    left: float, right: float, d_left: float, d_right: float, middle: float
+) -> tuple[float, float]:
+    """Maximum of a curve within an interval that rises at its begin and falls at its end.
+
+    docs/method.md (90) is its place, (91) its value.
+
+    Parameters
+    ----------
+    left, right : float
+        Values at the ends.
+    d_left, d_right : float
+        Slopes times the interval's width.
+    middle : float
+        True value in the middle less the cubic's.
+
+    Returns
+    -------
+    tuple of float
+        The maximum, and the correction by the middle in it.
+    """
+    rise = right - left
+    b = 3.0 * rise - 2.0 * d_left - d_right
+    a = d_left + d_right - 2.0 * rise
+    below = b - math.sqrt(max(b * b - 3.0 * a * d_left, 0.0))
+    t = -d_left / below if below != 0.0 else 0.0
+    t = min(max(t, 0.0), 1.0)
+    bump = 16.0 * t * t * (1.0 - t) * (1.0 - t) * middle
+    return left + t * (d_left + t * (b + t * a)) + bump, bump

@@ -1,0 +1,149 @@
+"""Integrals of pressure times velocity over the intervals of a period: the kernel of columns."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.types import Floats
+
+__all__ = ["POINTS", "WEIGHTS", "add_products", "arrange", "cumulate"]
+
+_GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * math.sqrt(0.15)
+POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
+WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0
+"""Quadrature of an interval of width 1, docs/method.md (49): Gauss's three points on each half."""
+
+
+@kernel
+def add_products(pressure: Floats, velocity: Floats, weights: Floats, total: Floats) -> None:
+    """Add weight times pressure times velocity at the points of every interval, folded.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (rows, points * steps)
+        The first point of all intervals of the cycle, then the second one, and so on.
+    velocity : ndarray, shape (terms, points * steps)
+    weights : ndarray, shape (points,)
+    total : ndarray, shape (rows, terms, nodes)
+        What is added to; the cycle is folded at the period of `nodes` intervals.
+    """
+    rows, terms, nodes = total.shape
+    steps = pressure.shape[1] // weights.size
+    for row in range(rows):
+        for term in range(terms):
+            sums = total[row, term]
+            for point in range(weights.size):
+                weight = weights[point]
+                for first in range(point * steps, (point + 1) * steps, nodes):
+                    here = pressure[row, first : first + nodes]
+                    speed = velocity[term, first : first + nodes]
+                    for i in range(nodes):
+                        sums[i] += weight * here[i] * speed[i]
+
+
+@kernel
+def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float, mean: Floats) -> None:
+    """Turn mean torques of intervals into the work at nodes and between, docs/method.md (43).
+
+    Parameters
+    ----------
+    sums : ndarray, shape (parts, terms, nodes)
+        Mean torque of each interval; becomes the work at the node before it, without its mean.
+    halves : ndarray, shape (parts, terms, nodes)
+        Part of the first half of each interval; becomes the work in its middle.
+    rates : ndarray, shape (parts, terms, nodes)
+        Torque at the nodes, from which its mean is subtracted.
+    width : float
+        Of an interval [rad].
+    mean : ndarray, shape (parts, terms)
+        Gets the mean torque.
+    """
+    parts, terms, nodes = sums.shape
+    for part in range(parts):
+        for term in range(terms):
+            work, half, rate = sums[part, term], halves[part, term], rates[part, term]
+            level = 0.0
+            for i in range(nodes):
+                level += work[i]
+            level /= nodes
+            mean[part, term] = level
+            here = total = 0.0
+            for i in range(nodes):
+                half[i] = here + width * (half[i] - 0.5 * level)
+                after = here + width * (work[i] - level)
+                work[i] = here
+                total += here
+                here = after
+            total /= nodes
+            for i in range(nodes):
+                work[i] -= total
+                half[i] -= total
+                rate[i] -= level
+
+
+@inlined
+def simpson(i: int, work: Floats, half: Floats) -> float:
+    """Mean of the work over an interval by Simpson's rule, which is exact for cubics."""
+    n = i + 1 if i + 1 < work.size else 0
+    return (work[i] + 4.0 * half[i] + work[n]) / 6.0
+
+
+@kernel
+def arrange(
+    work: Floats, halves: Floats, rates: Floats, width: float, fine: Floats, torque: Floats,
+    middle: Floats, between: Floats, weights: Floats, coarse: Floats, integral: Floats,
+) -> None:  # fmt: skip
+    """Put work and torque at nodes into the order in which solvers read them.
+
+    Parameters
+    ----------
+    work, halves, rates : ndarray, shape (parts, terms, nodes)
+        Work at the nodes and in the middle of the intervals behind them, torque at the nodes.
+    width : float
+        Of an interval [rad].
+    fine, torque, middle : ndarray, shape (parts, nodes, terms)
+        Get work and torque at the nodes, and what the cubic through both misses in the middles,
+        docs/method.md (52).
+    between : ndarray, shape (parts, nodes, terms)
+        Gets what a polynomial through coarse nodes misses of the integral of the work, (74).
+    weights : ndarray, shape (stride, stencil)
+        Of that polynomial at the nodes of a coarse interval.
+    integral : ndarray, shape (coarse nodes,)
+        Scratch.
+    coarse : ndarray, shape (parts, 2, terms, coarse nodes)
+        Gets the work at the coarse nodes, and its mean over the coarse interval behind each,
+        docs/method.md (64).
+    """
+    parts, terms, nodes = work.shape
+    stride, many = nodes // coarse.shape[3], coarse.shape[3]
+    for part in range(parts):
+        for term in range(terms):
+            w, half, slope = work[part, term], halves[part, term], rates[part, term]
+            for i in range(nodes):
+                n = i + 1 if i + 1 < nodes else 0
+                cubic = 0.5 * (w[i] + w[n]) + 0.125 * width * (slope[i] - slope[n])
+                fine[part, i, term], torque[part, i, term] = w[i], slope[i]
+                middle[part, i, term] = half[i] - cubic
+            total = 0.0
+            for j in range(many):
+                integral[j] = total
+                for i in range(j * stride, (j + 1) * stride):
+                    total += simpson(i, w, half)
+                coarse[part, 0, term, j] = w[j * stride]
+                coarse[part, 1, term, j] = (total - integral[j]) / stride
+            # `total` is nearly 0: the work has no mean.
+            for j in range(many):
+                running = integral[j]
+                for k in range(stride):
+                    i = j * stride + k
+                    smooth = 0.0
+                    for m in range(weights.shape[1]):
+                        there = j + m - (weights.shape[1] // 2 - 1)
+                        turns = 1 if there >= many else (-1 if there < 0 else 0)
+                        there -= turns * many
+                        smooth += weights[k, m] * (integral[there] + turns * total)
+                    between[part, i, term] = width * (running - smooth)
+                    running += simpson(i, w, half)
