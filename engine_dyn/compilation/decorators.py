@@ -15,7 +15,7 @@ from numba.extending import typeof_impl
 from engine_dyn.compilation.cache import archive_of, pack, unpacked
 from engine_dyn.compilation.settings import COMPILED, NUMBA, listen_for, not_kept, seconds_compiling
 
-__all__ = ["OPTIONS", "formula", "inlined", "kernel"]
+__all__ = ["formula", "inlined", "kernel"]
 
 # Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919).
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
