@@ -16,11 +16,10 @@ settings.register_profile(
 )
 settings.load_profile("engine-dyn")
 
-if worker := os.environ.get("PYTEST_XDIST_WORKER"):
-    # Several processes must not write to one cache of Numba (numba#4807, #10128). This runs before
-    # Numba is imported, and processes that tests start inherit it.
-    caches = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / ".numba_cache"
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(caches) / worker)
+# Before Numba is imported; processes that tests start inherit it.
+os.environ["NUMBA_CACHE_DIR"] = os.environ.get("NUMBA_CACHE_DIR") or str(
+    Path(__file__).parent / ".numba_cache"
+)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -1,98 +1,83 @@
-"""The decorators of kernels and of the functions that they call.
-
-Kernels compile when first called, never on import.
-"""
+"""The decorators of compiled functions; with ``NUMBA_DISABLE_JIT=1`` they leave plain Python."""
 
 from __future__ import annotations
 
-import weakref
+import functools
+import os
+import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import types
+from numba.extending import typeof_impl
 
-from engine_dyn.compilation import pipeline
-from engine_dyn.compilation.cache import keep_on_disk
+from engine_dyn.compilation.cache import archive_of, pack, unpacked
+from engine_dyn.compilation.settings import COMPILED, NUMBA, listen_for, not_kept, seconds_compiling
 
-__all__ = ["FAST_MATH", "formula", "inlined", "kernel"]
+__all__ = ["formula", "inlined", "kernel"]
 
+# Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919).
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
-"""Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
+OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
 
-# No references are counted inside kernels: the caller holds all arrays that it hands over, and each
-# count is an atomic operation on memory that all threads share. So a kernel makes no arrays but
-# those on its stack.
-OPTIONS: dict[str, Any] = {
-    "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False,
-}  # fmt: skip
-
-_functions: weakref.WeakSet[Callable[..., Any]] = weakref.WeakSet()
+# A kernel has all that it calls inlined: else that would be optimised apart from a new kernel, but
+# together with one from the disk, and last digits would tell. Without what only Python needs, it
+# takes a sixth less time to compile.
+PART = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 
 
-def _compiled(function: Callable[..., Any], compiler: Any, **options: Any) -> Any:
-    """Compile a function with one of our compilers where there is one."""
-    if pipeline.POSSIBLE:
-        options["pipeline_class"] = compiler
-    _functions.add(function)
-    return numba.njit(**OPTIONS, **options)(function)
+class _Compiled:
+    """A function that Python and kernels may call, compiled for each when it first does."""
+
+    _lock, _process = threading.Lock(), 0
+    _kept: tuple[str, Path] | None = None
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func, self.part = function, numba.njit(**PART)(function)
+
+    def __call__(self, *given: Any) -> Any:
+        if self._process != os.getpid():  # at first, and in a fork, whose folder is another
+            with self._lock:
+                if self._process != os.getpid():
+                    self._whole, self._process = self._made(), os.getpid()
+        before = seconds_compiling()
+        try:
+            result = self._whole(*given)
+        except OSError as error:  # from Numba's cache on a full disk, when all is compiled already
+            not_kept(error)
+            result = self._whole(*given)
+        if self._kept is not None and seconds_compiling() != before:
+            pack(*self._kept)
+        return result
+
+    def _made(self) -> Any:
+        listen_for(self.py_func)
+        # Without the second, which newer versions have, Numba might take another folder.
+        ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
+        before = {name: getattr(NUMBA, name, "") for name in ours}
+        try:
+            archive = archive_of(self.py_func)
+            self._kept = unpacked(archive), archive
+            vars(NUMBA).update(ours, CACHE_DIR=self._kept[0])
+            return numba.njit(cache=True, **OPTIONS)(self.py_func)
+        except (OSError, RuntimeError) as error:
+            not_kept(error)
+            self._kept = None
+            return numba.njit(**OPTIONS)(self.py_func)
+        finally:
+            vars(NUMBA).update(before)
+
+
+# What kernels see in its place.
+typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function without the interpreter lock, lazily, cached by the package's sources.
-
-    With ``NUMBA_DISABLE_JIT=1`` the plain Python function comes back.
-    """
-    dispatcher = _compiled(function, pipeline.KernelCompiler)
-    if hasattr(dispatcher, "enable_caching"):
-        keep_on_disk(dispatcher)
-    return dispatcher
+    """Compile a function without the interpreter lock, for Python to call; kept on disk."""
+    return _Compiled(function) if COMPILED else function
 
 
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function that only other kernels call; it needs no cache.
-
-    No argument is a literal inside: what Numba itself must know is told by length or dimensions.
-    """
-    return _part_of_kernels(function)
-
-
-def formula(function: Callable[..., Any]) -> Any:
-    """Compile a small formula that is inlined wherever it is called, so that loops become vectors.
-
-    The compiler by itself leaves a formula that is called often to a call: one table then takes 3
-    to 7 % longer, and last digits change. No argument is a literal inside, but constants are known
-    to LLVM.
-    """
-    return _part_of_kernels(function, forceinline=True)
-
-
-def _part_of_kernels(function: Callable[..., Any], **options: Any) -> Any:
-    """Compile a function for kernels to call, without what Python needs to call it.
-
-    Where Python calls it nevertheless, as tests do, it is compiled once more for that.
-    """
-    alone = _compiled(function, pipeline.KernelCompiler, **options)
-    if not pipeline.POSSIBLE or not hasattr(alone, "add_overload"):
-        return alone
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher = _compiled(function, pipeline.PartCompiler, **options)
-
-    def add_for_kernels(compiled: Any) -> None:
-        dispatcher.overloads[tuple(compiled.signature.args)] = compiled
-
-    resolve = dispatcher.get_call_template
-
-    # Numba would compile it once for each constant that it is called with; where it ends up in its
-    # kernel, LLVM knows the constant anyway.
-    def resolve_for_any(arguments: Any, named: dict[str, Any]) -> Any:
-        return resolve(
-            [types.unliteral(kind) for kind in arguments],
-            {name: types.unliteral(kind) for name, kind in named.items()},
-        )
-
-    # Attributes of this one dispatcher; its class stays as it is.
-    dispatcher.get_call_template = resolve_for_any
-    dispatcher.add_overload = add_for_kernels
-    dispatcher._compile_for_args = alone._compile_for_args
-    return dispatcher
+inlined = formula = kernel
+"""The same, of functions that kernels call, and Python in tests; formulas take numbers alone."""

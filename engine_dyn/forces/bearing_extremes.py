@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.compilation import inlined, kernel, rows_on_stack
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.forces import mechanism
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinders import Cylinders
@@ -121,9 +121,9 @@ def extremes_of_loads(
     samples = sampled.turn.shape[2]
     throws = sampled.throws.size - 1
     # Loads of two neighbouring throws: an even one in the first, an odd one in the second.
-    x_even, y_even = rows_on_stack(samples), rows_on_stack(samples)
-    x_odd, y_odd = rows_on_stack(samples), rows_on_stack(samples)
-    square = rows_on_stack(samples)
+    x_even, y_even = np.empty(samples), np.empty(samples)
+    x_odd, y_odd = np.empty(samples), np.empty(samples)
+    square = np.empty(samples)
     even = odd = -1
     for design in range(begin, end):
         if design == begin or not _same_design(inputs, rows, design):

@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.compilation import inlined, kernel, rows_on_stack
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.velocity_waves import AT_ONCE, by_highest_order, velocity_waves
 from engine_dyn.pressure.curves import on_threads
@@ -227,7 +227,7 @@ def _gas_orders(
     """Harmonics sum_m v_m c_(nu - m) of the designs from `begin` on that have waves."""
     highest = wave.shape[1] - 1
     sizes = row_real.shape[1]
-    one, other = rows_on_stack(sizes), rows_on_stack(sizes)
+    one, other = np.empty(sizes), np.empty(sizes)
     for number in range(wave.shape[0]):
         design = begin + number
         share = weight[design]

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import kernel, rows_on_stack
+from engine_dyn.compilation import kernel
 from engine_dyn.geometry.slider_crank import offset_velocity_at, sine_of_top, turned
 from engine_dyn.types import Floats, Integers
 
@@ -82,9 +82,7 @@ def _transform(
 ) -> None:
     """Harmonics of each design, from samples at the angles of these sines and cosines."""
     samples = sine.size
-    velocity, wave, quadrature = (
-        rows_on_stack(samples), rows_on_stack(samples), rows_on_stack(samples)
-    )  # fmt: skip
+    velocity, wave, quadrature = np.empty(samples), np.empty(samples), np.empty(samples)
     for design in range(ratio.size):
         lamda, e = ratio[design], offset[design]
         top = sine_of_top(lamda, e)

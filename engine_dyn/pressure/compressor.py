@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine_dyn import status
-from engine_dyn.compilation import inlined, kernel, on_stack
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
@@ -403,9 +403,7 @@ def _integrate(
     outcome: Integers,
 ) -> None:
     """Fill in the rows `rows` of the tables."""
-    breaks = on_stack(8)
-    for i in range(8):
-        breaks[i] = 0.0
+    breaks = np.zeros(8)
     for index in range(rows.size):
         row = rows[index]
         r = cases[row]

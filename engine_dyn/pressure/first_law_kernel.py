@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from engine_dyn import status
-from engine_dyn.compilation import inlined, kernel, on_stack
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.slider_crank import (
     offset_position_at,
     offset_velocity_at,
@@ -750,12 +752,8 @@ def integrate(
     outcome: Integers,
 ) -> None:
     """Fill in the rows `rows` of the tables; `sine` and `cosine` are those of `angle`."""
-    breaks = on_stack(32)
-    for i in range(32):
-        breaks[i] = 0.0
-    points, fired, motored = on_stack(96), on_stack(96), on_stack(96)
-    for i in range(96):
-        points[i] = fired[i] = motored[i] = 0.0
+    breaks = np.zeros(32)
+    points, fired, motored = np.zeros(96), np.zeros(96), np.zeros(96)
     for index in range(rows.size):
         row = rows[index]
         outcome[row] = follow(

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.compilation import own_cache
 from sweeps.archive.contents import Contents, files_as_now, plan_of
 from sweeps.archive.labels import as_stored, describe
 from sweeps.archive.partial import Damaged, Partial
@@ -102,7 +101,6 @@ def about(dask_worker: Any = None) -> dict[str, Any]:
         "machine": machine_text(),
         "kind": machine_kind(),
         "versions": versions(),
-        "cache": own_cache() if threads == 1 else "",
         "threads": threads,
     }
 
@@ -159,7 +157,6 @@ class _Work:
     def __init__(self, folder: str, key: str) -> None:
         from distributed import get_worker
 
-        own_cache()
         self.partial = Partial(Path(folder))
         header = self.partial.header()
         if header is None or self.partial.key != key:

@@ -1,74 +1,189 @@
-"""Compiled kernels on disk: processes that compile at the same time must not write to one place."""
+"""Compiled kernels on disk: what is there is whole, of these very sources, and of this user."""
 
 from __future__ import annotations
 
 import os
-import pickle
+import shutil
+import stat
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
-import numba
 import pytest
 
 from engine_dyn.compilation import COMPILING
 
 ROOT = Path(__file__).resolve().parents[2]
 
-pytestmark = [pytest.mark.compiled, pytest.mark.skipif(os.name == "nt", reason="needs Unix locks")]
+pytestmark = pytest.mark.compiled
 
 MODULE = """
-from engine_dyn.compilation import kernel
+from engine_dyn.compilation import inlined, kernel
+
+
+@inlined
+def times(x, n):
+    return x * n
 
 
 @kernel
 def twice(x):
-    return 2.0 * x
+    return times(x, 2.0)
 """
 
 PROGRAM = """
 import sys
-from engine_dyn.compilation import on_compiling, own_cache
-if "before" in sys.argv:
-    print(own_cache())
+from engine_dyn.compilation import on_compiling
 from module import twice
-if "own" in sys.argv:
-    print(own_cache())
 on_compiling(lambda: print("compiled"))
-assert twice(1.5) == 3.0
+for word in sys.argv[1:] or ["1.5"]:
+    x = eval(word)
+    assert twice(x) == 2.0 * x
 """
 
 
-def run(folder: Path, *words: str, **environment: str) -> list[str]:
-    (folder / "module.py").write_text(MODULE)
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *words], capture_output=True, text=True, check=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]), **environment},
+def start(folder: Path, *words: str, **environment: str) -> subprocess.Popen[str]:
+    """Start a process that calls a kernel, and keeps it below `folder` unless told otherwise."""
+    if not (folder / "module.py").exists():  # older versions of Numba look at its date
+        (folder / "module.py").write_text(MODULE)
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *words],
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env={
+            **os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]),
+            "NUMBA_CACHE_DIR": str(folder / "cache"), **environment,
+        },
     )  # fmt: skip
-    return done.stdout.split()
 
 
-MISSING_MODULE = b"cmodule_of_another_version\nKind\n."
+def run(folder: Path, *words: str, **environment: str) -> tuple[bool, str]:
+    """Whether a process has compiled anything, and what it says beside."""
+    process = start(folder, *words, **environment)
+    said, errors = process.communicate()
+    assert process.returncode == 0, errors
+    assert said in ("", "compiled\n")
+    return bool(said), errors
 
 
-@pytest.mark.parametrize("kind", ["index", "code"])
-@pytest.mark.parametrize("damage", ["empty", "zeros", "another version"])
-def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path, kind: str, damage: str) -> None:
-    place = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    assert run(tmp_path, **place) == ["compiled"]
-    (path,) = (tmp_path / "cache").rglob("*.nbi" if kind == "index" else "*.nbc")
-    content = path.read_bytes()
-    if damage == "empty":
-        path.write_bytes(b"")
-    elif damage == "zeros":
-        half = len(content) // 2
-        path.write_bytes(content[:half] + bytes(len(content) - half))
-    else:
-        path.write_bytes(pickle.dumps(numba.__version__) + MISSING_MODULE)
-    assert run(tmp_path, **place) == ["compiled"]
-    assert run(tmp_path, **place) == []
+def archives(folder: Path) -> list[Path]:
+    return sorted((folder / "cache" / "engine-dyn").iterdir())
 
 
+def test_another_process_finds_what_one_has_compiled(tmp_path: Path) -> None:
+    assert run(tmp_path) == (True, "")
+    (archive,) = archives(tmp_path)
+    content = archive.read_bytes()
+    assert run(tmp_path) == (False, "")
+    assert archive.read_bytes() == content
+    # For another kind of argument it is compiled, and the first one stays.
+    assert run(tmp_path, "2") == (True, "")
+    assert archives(tmp_path) == [archive]
+    assert run(tmp_path, "1.5", "2", "1j") == (True, "")
+    assert run(tmp_path, "1j", "1.5", "2") == (False, "")
+
+
+@pytest.mark.parametrize("damage", ["empty", "zeros", "cut", "of the code"])
+def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path, damage: str) -> None:
+    assert run(tmp_path) == (True, "")
+    (archive,) = archives(tmp_path)
+    content = archive.read_bytes()
+    half = len(content) // 2
+    with zipfile.ZipFile(archive) as opened:
+        code = max(opened.infolist(), key=lambda info: info.compress_size)
+    place = code.header_offset + code.compress_size // 2
+    changed = content[:place] + bytes(64) + content[place + 64 :]
+    archive.write_bytes({
+        "empty": b"", "zeros": content[:half] + bytes(len(content) - half), "cut": content[:half],
+        "of the code": changed,
+    }[damage])  # fmt: skip
+    assert run(tmp_path) == (True, "")
+    assert run(tmp_path) == (False, "")
+
+
+def test_processes_that_compile_at_once_write_one_sound_archive(tmp_path: Path) -> None:
+    """Each has its own kind of argument; what the last one wrote is there as a whole."""
+    for _ in range(2):
+        processes = [start(tmp_path, word) for word in ("1.5", "2", "1j")]
+        for process in processes:
+            _, errors = process.communicate()
+            assert process.returncode == 0, errors
+    (archive,) = archives(tmp_path)
+    with zipfile.ZipFile(archive) as opened:
+        assert opened.testzip() is None
+    run(tmp_path, "1.5", "2", "1j")
+    assert run(tmp_path, "1.5", "2", "1j") == (False, "")
+
+
+def test_what_no_process_has_used_for_long_is_removed(tmp_path: Path) -> None:
+    run(tmp_path)
+    (archive,) = archives(tmp_path)
+    older, newer = (archive.with_name(f"{word}.zip") for word in ("older", "newer"))
+    for days, path in ((61, older), (59, newer), (61, archive)):
+        if path != archive:
+            shutil.copy(archive, path)
+        past = path.stat().st_mtime - days * 86400
+        os.utime(path, (past, past))
+    assert run(tmp_path) == (False, "")  # used
+    assert run(tmp_path, "2") == (True, "")
+    assert archives(tmp_path) == sorted([archive, newer])
+
+
+def test_a_process_leaves_no_other_files(tmp_path: Path) -> None:
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    for words in ((), (), ("2",)):
+        run(tmp_path, *words, TMPDIR=str(scratch))
+        assert list(scratch.iterdir()) == []
+    assert len(archives(tmp_path)) == 1
+    assert {path.name for path in tmp_path.iterdir()} <= {
+        "cache", "module.py", "scratch", "__pycache__",
+    }  # fmt: skip
+    assert {path.suffix for path in tmp_path.rglob("__pycache__/*")} <= {".pyc"}
+
+
+FORKS = """
+import os, sys
+from pathlib import Path
+from module import twice
+assert twice(1.5) == 3.0
+mine = set(Path(os.environ["TMPDIR"]).iterdir())
+if child := os.fork():
+    assert os.waitpid(child, 0)[1] == 0
+    assert set(Path(os.environ["TMPDIR"]).iterdir()) == mine
+else:
+    assert twice(2) == 4.0
+    assert len(set(Path(os.environ["TMPDIR"]).iterdir()) - mine) == 1
+    sys.exit()
+assert twice(1j) == 2j
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+def test_a_fork_works_in_a_folder_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "module.py").write_text(MODULE)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    subprocess.run(
+        [sys.executable, "-c", FORKS], check=True,
+        env={
+            **os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "TMPDIR": str(scratch),
+        },
+    )  # fmt: skip
+    assert list(scratch.iterdir()) == []
+    assert run(tmp_path) == (False, "")
+
+
+def cannot(errors: str) -> str:
+    """Why kernels cannot be kept, which must be said in one line."""
+    (line,) = errors.splitlines()
+    begin, end = "compiled kernels cannot be cached (", "): later runs will compile them again"
+    assert line.startswith(begin) and line.endswith(end)
+    return line[len(begin) : -len(end)]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs Unix limits")
 def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
     """The kernel is compiled and used; that it cannot be kept is said in one line."""
     (tmp_path / "module.py").write_text(MODULE)
@@ -86,8 +201,43 @@ def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.split()) == (0, ["3.0", "2.0"])
     first, second = done.stderr.splitlines()
     assert first == COMPILING
-    assert second.startswith(f"compiled kernels cannot be cached in {tmp_path / 'cache'}")
-    assert second.endswith("(File too large): later runs will compile them again")
+    assert cannot(second) == "[Errno 27] File too large"
+    assert archives(tmp_path) == []
+
+
+def test_without_a_folder_each_process_compiles(tmp_path: Path) -> None:
+    (tmp_path / "cache").write_text("a file, no folder")
+    for _ in range(2):
+        compiled, errors = run(tmp_path, "1.5", "2")
+        assert compiled and str(tmp_path / "cache") in cannot(errors)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs Unix permissions")
+@pytest.mark.parametrize("mode", [0o770, 0o777])
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path, mode: int) -> None:
+    """What lies there would be executed."""
+    home = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path)}
+    folder = tmp_path / "engine-dyn"
+    folder.mkdir()
+    folder.chmod(mode)
+    compiled, errors = run(tmp_path, **home)
+    assert compiled and cannot(errors) == f"{folder}: others may write to it"
+    assert list(folder.iterdir()) == []
+    folder.chmod(0o700)
+    assert run(tmp_path, **home) == (True, "")
+    assert len(list(folder.iterdir())) == 1
+    assert run(tmp_path, **home) == (False, "")
+    folder.chmod(mode)
+    assert run(tmp_path, **home)[0]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs Unix permissions")
+def test_the_usual_place_is_the_folder_of_caches_of_the_user(tmp_path: Path) -> None:
+    home = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": str(tmp_path)}
+    assert run(tmp_path, **home) == (True, "")
+    folder = tmp_path / ".cache" / "engine-dyn"
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert len(list(folder.iterdir())) == 1
 
 
 def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
@@ -104,44 +254,3 @@ def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
     )
     assert first == f"{COMPILING}\n"
     assert second == ""
-
-
-def files(folder: Path) -> int:
-    return len(list(folder.rglob("*.nbc")))
-
-
-def test_a_process_may_have_a_cache_of_its_own(tmp_path: Path) -> None:
-    shared = tmp_path / "shared"
-    place = {"NUMBA_CACHE_DIR": str(shared)}
-    folder, *more = run(tmp_path, "own", **place)
-    assert more == ["compiled"]
-    assert Path(folder).parent == shared and files(shared) == files(Path(folder)) == 1
-    # The next process finds it, also for kernels made later; one beside it has another folder.
-    assert run(tmp_path, "own", **place) == [folder]
-    assert run(tmp_path, "before", **place) == [folder]
-    with (Path(folder) / "lock").open("a") as lock:
-        import fcntl
-
-        fcntl.flock(lock.fileno(), fcntl.LOCK_EX)
-        other, *more = run(tmp_path, "own", **place)
-        assert other != folder and more == ["compiled"]
-    # What all share is used, and not written to.
-    assert run(tmp_path, **place) == ["compiled"]
-    assert files(shared) == 3
-    for path in (*Path(folder).rglob("*.nb?"), *Path(other).rglob("*.nb?")):
-        path.unlink()
-    assert run(tmp_path, "own", **place) == [folder]
-    assert files(Path(folder)) == 0 and files(shared) == 1
-
-
-def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path) -> None:
-    """What lies there would be executed."""
-    base = tmp_path / f"engine-dyn-{os.getuid()}"
-    base.mkdir(mode=0o777)
-    base.chmod(0o777)
-    folder, *_ = run(tmp_path, "own", TMPDIR=str(tmp_path), NUMBA_CACHE_DIR="")
-    assert Path(folder).parent == tmp_path and Path(folder) != base
-    assert list(base.iterdir()) == []
-    base.chmod(0o700)
-    folder, *_ = run(tmp_path, "own", TMPDIR=str(tmp_path), NUMBA_CACHE_DIR="")
-    assert Path(folder).parent == base

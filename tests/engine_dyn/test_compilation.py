@@ -1,7 +1,8 @@
-"""How kernels are compiled: once for each kind of argument, and without touching Numba itself."""
+"""How functions are compiled: when first called, from these sources, without touching Numba."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -10,38 +11,26 @@ from pathlib import Path
 
 import pytest
 
-from engine_dyn import compilation
-from engine_dyn.compilation import announcing, cache, fast_compile
+from engine_dyn.compilation import cache
 
 ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
 
-def run(program: str, **environment: str) -> list[str]:
-    """Lines that a program prints in a process of its own."""
+def run(program: str, *folders: Path, **environment: str) -> list[str]:
+    """Lines that a program prints in a process of its own, which looks for modules in `folders`."""
+    path = os.pathsep.join(map(str, folders))
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=folders[0],
+        env={**os.environ, "PYTHONPATH": path, **environment},
     )  # fmt: skip
+    assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 
 
 KERNELS = """
-import gc
-from numba.core import event
 from engine_dyn.compilation import formula, inlined, kernel
-
-seen = []
-
-class Listener(event.Listener):
-    def on_start(self, event):
-        seen.append((event.data["dispatcher"].py_func.__name__, gc.isenabled()))
-
-    def on_end(self, event):
-        pass
-
-event.register("numba:compile", Listener())
 
 @formula
 def times(x, n):
@@ -58,35 +47,19 @@ def both(x):
 @kernel
 def wrong(x):
     return times(x, 2).nothing
+
+@kernel
+def of_a_kernel(x):
+    return 2 * both(x)
 """
 
-PARTS = f"""
-{KERNELS}
-assert both(1.5) == 1.5
-print(*(f"{{name}}:{{enabled}}" for name, enabled in seen), gc.isenabled())
-try:
-    wrong(1.5)
-except Exception:
-    print(gc.isenabled())
-gc.disable()
-assert both(2) == 2
-print(gc.isenabled())
-"""
-
-
-@pytest.mark.parametrize("fast", [True, False])
-def test_parts_compile_once_and_the_collector_rests_only_within_kernels(fast: bool) -> None:
-    """Where parts compile, within a kernel, the collector is off if compilation is made faster."""
-    first, after_error, after_own = run(PARTS, ENGINE_DYN_FAST_COMPILE=str(int(fast)))
-    assert first.split() == ["both:True", f"sum_of:{not fast}", f"times:{not fast}", "True"]
-    # On again after an error too; off where it was off before.
-    assert (after_error, after_own) == ("True", "False")
-
-
-UNTOUCHED = f"""
-import gc, inspect, sys, threading
+UNTOUCHED = """
+import inspect, os, sys
+from pathlib import Path
 import numba
-from numba.core import codegen, compiler, event
+from numba.core import event
+
+settings = dict(vars(numba.config))
 
 @numba.njit
 def before(x):
@@ -96,7 +69,7 @@ assert before(1.0) == 2.0  # loads what Numba itself loads late
 
 def snapshot():
     kinds = (type(lambda: None), property, classmethod, staticmethod, type)
-    found = {{}}
+    found = {}
     for name, module in list(sys.modules.items()):
         if module is None or name.split(".")[0] not in ("numba", "llvmlite"):
             continue
@@ -111,50 +84,41 @@ def snapshot():
 
 def changed():
     now = snapshot()
-    return [key for key, value in original.items() if now.get(key) is not value]
+    return [key for key, value in original.items() if now.get(key) is not value] + [
+        name for name, value in settings.items() if getattr(numba.config, name, None) != value
+    ]
 
-original = snapshot()
-callbacks, state = list(gc.callbacks), (gc.isenabled(), gc.get_threshold())
-listeners = {{kind: list(found) for kind, found in event._registered.items()}}
+def listeners():
+    return {kind: list(found) for kind, found in event._registered.items() if found}
 
-import engine_dyn
-import engine_dyn.speed.dispatch
-assert len(original) > 5000
-assert changed() == [], changed()
-assert gc.callbacks == callbacks and (gc.isenabled(), gc.get_threshold()) == state
-assert {{kind: list(found) for kind, found in event._registered.items()}} == listeners
-
-{KERNELS}
-
-@numba.njit
-def meanwhile(x):
-    return x + 2.0
-
-@numba.njit
-def after(x):
-    return x + 3.0
-
-class Watch(event.Listener):
-    '''Has another thread compile a function of others while ours compiles.'''
+class Events(event.Listener):
+    def __init__(self):
+        self.names = []
 
     def on_start(self, event):
-        name = event.data["dispatcher"].py_func.__name__
-        if name == "both":
-            thread.start()
-        if name == "meanwhile":
-            finished.append(bool(both.overloads))
-        if name in ("meanwhile", "after"):
-            assert gc.isenabled()
+        self.names.append(event.data["dispatcher"].py_func.__name__)
         assert changed() == []
 
-    on_end = lambda self, event: None
+    def on_end(self, event):
+        assert changed() == []
 
-thread, finished = threading.Thread(target=meanwhile, args=(1.0,)), []
-event.register("numba:compile", Watch())
+events = Events()
+event.register("numba:compile", events)
+original, listened = snapshot(), listeners()
+assert len(original) > 5000
+
+import engine_dyn, sweeps
+import engine_dyn.speed.dispatch
+import kernels
+assert events.names == [] and changed() == [] and listeners() == listened
+assert not Path(os.environ["NUMBA_CACHE_DIR"], "engine-dyn").exists()
+
+from kernels import both, foreign, of_a_kernel, wrong
 assert both(1.5) == 1.5
-thread.join()
-assert finished == [True], "Numba's lock lets one thread compile at a time"
-assert after(1.0) == 4.0 and meanwhile(1.0) == 3.0
+assert events.names[0] == "both" and {"times", "sum_of"} < set(events.names)
+assert both(1.5) == 1.5 and events.names.count("both") == 1
+assert of_a_kernel(1.5) == 3.0
+assert foreign(1.0) == 4.0 and before(2) == 3.0
 try:
     wrong(1.5)
 except numba.TypingError:
@@ -162,106 +126,166 @@ except numba.TypingError:
 else:
     raise AssertionError("compiled")
 assert changed() == []
-assert gc.callbacks == callbacks and (gc.isenabled(), gc.get_threshold()) == state
-for foreign in (before, meanwhile, after):
-    (made,) = foreign.overloads.values()
-    assert type(made.library) is codegen.JITCodeLibrary
-(ours,) = both.overloads.values()
-assert type(ours.library) is not codegen.JITCodeLibrary
+
+# Ours knows of our functions alone; what others keep on disk lies where it would without us.
+((kind, (first, ours)),) = listeners().items()
+assert (kind, first) == ("numba:compile", events)
+(others,) = Path(os.environ["NUMBA_CACHE_DIR"]).glob("*/kernels.foreign*.nbc")
+assert "engine-dyn" not in others.parts
 print("untouched")
 """
 
-
-@pytest.mark.parametrize("fast", ["1", "0"])
-def test_numba_of_others_is_untouched(fast: str) -> None:
-    """On import, while ours compile, while another thread compiles, and after an error."""
-    assert run(UNTOUCHED, ENGINE_DYN_FAST_COMPILE=fast) == ["untouched"]
-
-
-RESULTS = """
+FOREIGN = """
 import numba
-{before}
-import numpy as np
-import engine_dyn
-from engine_dyn.compilation import pipeline
 
-angle = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 360, endpoint=False)
-pressure = 1e5 + 5e6 * np.exp(-(((angle - 0.17) / 0.44) ** 2))
-diagram = engine_dyn.diagram_from_points(angle, pressure)
-for method in ("auto",):
-    speed = engine_dyn.periodic_speed(
-        diagram, bore=0.14, stroke=0.18, crank_ratio=0.2571, reciprocating_mass=6.67, inertia=2.0,
-        speed=125.66, load_exponent=1.6, friction_torque=32.8, method=method,
-    )
-    print(*(float(value).hex() for value in (speed.delta, speed.omega_max, speed.omega_min)))
-print(pipeline.POSSIBLE, speed.status)
+@numba.njit(cache=True)
+def foreign(x):
+    return x + 3.0
 """
-OTHER_NUMBA = "numba.__version__ = '0.99.0'"
 
 
-@pytest.mark.slow
-def test_results_are_the_same_to_the_bit_without_fast_compilation(tmp_path: Path) -> None:
-    """With another Numba, which knows nothing of our compiler, they are the same but rounding."""
-    fast, slow, other = (
-        run(
-            RESULTS.format(before=before),
-            ENGINE_DYN_FAST_COMPILE=on, NUMBA_CACHE_DIR=str(tmp_path / folder),
-        )
-        for on, before, folder in (("1", "", "1"), ("0", "", "2"), ("1", OTHER_NUMBA, "3"))
-    )  # fmt: skip
-    assert fast == slow and fast[-1].split() == ["True", "0"]
-    assert other[-1].split() == ["False", "0"]
-    for line, expected in zip(other[:-1], fast[:-1], strict=True):
-        values = [[float.fromhex(word) for word in words.split()] for words in (line, expected)]
-        assert values[0] == pytest.approx(values[1], rel=1e-11, abs=0.0)
+def test_numba_of_others_is_untouched(tmp_path: Path) -> None:
+    """On import, when nothing is compiled, while ours compile, and after an error."""
+    (tmp_path / "kernels.py").write_text(KERNELS + FOREIGN)
+    place = str(tmp_path / "cache")
+    assert run(UNTOUCHED, tmp_path, ROOT, NUMBA_CACHE_DIR=place) == ["untouched"]
 
 
-def test_flags_of_kernels_have_the_values_that_numbas_own_have() -> None:
-    """They are got in another way, which is faster."""
-    from numba.core.compiler import Flags
-
-    numbas = Flags()
-    flags = fast_compile._make_flags()(numbas)
-    assert type(flags) is not Flags  # else this compares Numba with itself
-    assert flags == numbas and numbas == flags and hash(flags) == hash(numbas)
-    assert list(flags.values().items()) == list(numbas.values().items())
-    numbas.nrt, numbas.error_model = True, "numpy"
-    assert flags != numbas
-    flags.nrt, flags.error_model = True, "numpy"
-    assert flags == numbas and flags.values()["nrt"] is True
-    assert type(flags.copy()) is type(flags) and flags.copy() == flags
-    assert flags.get_mangle_string() == numbas.get_mangle_string()
+PLAIN = """
+import kernels
+print(type(kernels.both).__name__, kernels.both(2), kernels.of_a_kernel(1.5))
+"""
 
 
-def test_an_edit_in_any_folder_changes_the_hash(tmp_path: Path) -> None:
-    package = ROOT / "engine_dyn"
-    ignored = shutil.ignore_patterns("__pycache__")
-    copy = Path(shutil.copytree(package, tmp_path / "engine_dyn", ignore=ignored))
-    original = cache.hash_of_sources(copy)
-    assert original == compilation.source_hash()
-    folders = {path.parent for path in copy.rglob("*.py")}
-    assert len(folders) > 1
-    for folder in folders:
-        source = min(folder.glob("*.py"))
-        text = source.read_bytes()
-        source.write_bytes(text + b"\n")
-        assert cache.hash_of_sources(copy) != original, source
-        source.write_bytes(text)
-    deep = copy / "new" / "room"
-    deep.mkdir(parents=True)
-    (deep / "file.py").write_bytes(b"")
-    assert cache.hash_of_sources(copy) != original
+def test_without_the_compiler_functions_are_plain(tmp_path: Path) -> None:
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    place = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert run(PLAIN, tmp_path, ROOT, NUMBA_DISABLE_JIT="1", **place) == ["function 2 3.0"]
+    assert not (tmp_path / "cache").exists()
 
 
-def test_time_of_compilers_that_call_each_other_counts_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    now = iter([10.0, 11.0, 15.0, 100.0, 101.0])  # the inner compiler does not look at its end
-    monkeypatch.setattr(announcing.time, "perf_counter", lambda: next(now))
-    before = compilation.seconds_compiling()
-    with announcing.timed(), announcing.timed():
-        pass
-    assert compilation.seconds_compiling() - before == 5.0
-    with announcing.timed():
-        pass
-    assert compilation.seconds_compiling() - before == 6.0
+TIMES = """
+import time
+from engine_dyn.compilation import seconds_compiling
+from kernels import both, foreign, of_a_kernel
+foreign(1.5)  # starts Numba, which takes a while
+assert seconds_compiling() == 0.0
+began = time.perf_counter()
+of_a_kernel(1.5)
+first, elapsed = seconds_compiling(), time.perf_counter() - began
+assert 0.5 * elapsed < first < elapsed, (first, elapsed)
+of_a_kernel(1.5)
+foreign(2)
+assert seconds_compiling() == first
+both(2)
+assert seconds_compiling() > first
+"""
+
+
+def test_time_of_compilations_within_others_counts_once(tmp_path: Path) -> None:
+    """And that of other people's functions not at all."""
+    (tmp_path / "kernels.py").write_text(KERNELS + FOREIGN)
+    assert run(TIMES, tmp_path, ROOT, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == []
+
+
+THREADS = """
+from concurrent.futures import ThreadPoolExecutor
+from numba.core import event
+from kernels import both
+
+class Events(event.Listener):
+    seen = 0
+
+    def on_start(self, event):
+        self.seen += event.data["dispatcher"].py_func is both.py_func
+
+    on_end = lambda self, event: None
+
+events = Events()
+event.register("numba:compile", events)
+with ThreadPoolExecutor(8) as pool:
+    assert list(pool.map(both, [1.5] * 64)) == [1.5] * 64
+print(events.seen)
+"""
+
+
+def test_threads_that_come_at_once_compile_once(tmp_path: Path) -> None:
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    assert run(THREADS, tmp_path, ROOT, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == ["1"]
+
+
+# --- which sources a kernel has ------------------------------------------------------------------
+
+
+def modules_of(text: str, package: str) -> set[str]:
+    """Modules of a package that a source names in its imports, by Python's own parser."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0 and node.module, "imports must be absolute"
+            inner = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in cache._SOURCES else node.module for name in inner}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return {name for name in found if name.partition(".")[0] == package}
+
+
+def test_all_that_a_module_imports_is_found() -> None:
+    """Python's own parser, which takes too long at each start, finds no more."""
+    direct = {name: modules_of(text, "engine_dyn") for name, text in cache._SOURCES.items()}
+    assert direct["engine_dyn.forces.bearing_extremes"] >= {"engine_dyn.forces.mechanism"}
+    for name, text in cache._SOURCES.items():
+        expected: set[str] = set()
+        waiting = [name]
+        while waiting:
+            new = direct[waiting.pop()] - expected
+            expected |= new
+            waiting += new
+        assert expected <= cache.imported(text).keys(), name
+
+
+def test_kernels_do_not_depend_on_all_sources() -> None:
+    found = cache.imported(cache._SOURCES["engine_dyn.forces.bearing_extremes"])
+    assert "engine_dyn.geometry.slider_crank" in found
+    assert not any(name.startswith(("engine_dyn.quantities", "engine_dyn.speed")) for name in found)
+
+
+EDITED = """
+import numpy as np
+from engine_dyn.compilation import on_compiling, source_hash
+from engine_dyn.geometry.velocity_waves import velocity_waves
+on_compiling(lambda: print("compiled"))
+real, _ = velocity_waves(np.array([0.3]), np.array([0.1]), 24)
+print(real[0, 1].hex(), source_hash())
+"""
+
+
+def test_no_code_is_stale_after_an_edit(tmp_path: Path) -> None:
+    """A kernel is compiled again when a module that it calls has changed, and only then."""
+    package = tmp_path / "engine_dyn"
+    shutil.copytree(ROOT / "engine_dyn", package, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def outcome() -> tuple[bool, str, str]:
+        *compiled, line = run(EDITED, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+        value, sources = line.split()
+        return compiled == ["compiled"], value, sources
+
+    def edit(name: str, old: str, new: str) -> None:
+        path = package / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    compiled, value, sources = outcome()
+    assert compiled
+    assert outcome() == (False, value, sources)
+    for room in ("quantities", "forces", "speed"):
+        edit(f"{room}/__init__.py", '"""', '# A comment.\n"""')
+    compiled, same, others = outcome()
+    assert (compiled, same) == (False, value) and others != sources
+    formula = "return crank_ratio * offset / (1.0 + crank_ratio)"
+    edit("geometry/slider_crank.py", formula, formula.replace("1.0", "1.5"))
+    compiled, other, _ = outcome()
+    assert compiled and other != value
+    edit("geometry/slider_crank.py", formula.replace("1.0", "1.5"), formula)
+    assert outcome()[1:] == (value, others)

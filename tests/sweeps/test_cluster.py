@@ -157,16 +157,6 @@ def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> 
         np.testing.assert_array_equal(again.scene.axes[name], values)
 
 
-def test_every_worker_has_a_cache_of_its_own(scheduler: str) -> None:
-    with distributed.Client(scheduler, set_as_default=False) as client:
-        told = client.run(worker.about).values()
-    folders = {found["cache"] for found in told}
-    assert len(folders) == 2 and "" not in folders
-    for folder in folders:
-        assert (Path(folder) / "lock").exists()
-        assert Path(folder).stat().st_mode & 0o077 == 0
-
-
 # --- killed -------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.compilation import inlined, kernel, rows_on_stack
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.types import Complexes, Floats
 
 __all__ = ["least_mean_square", "least_peak"]
@@ -90,7 +90,7 @@ def _least_peaks(
     fraction: Floats,
 ) -> None:  # fmt: skip
     samples = turn.shape[1]
-    square, slope, bend = rows_on_stack(samples), rows_on_stack(samples), rows_on_stack(samples)
+    square, slope, bend = np.empty(samples), np.empty(samples), np.empty(samples)
     weight = across_weight * across_weight
     for design in range(fraction.size):
         a, b = real[design], imaginary[design]

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from engine_dyn.compilation import formula, inlined, kernel, rows_on_stack
+from engine_dyn.compilation import formula, inlined, kernel
 from engine_dyn.forces.balance.lines import Lines
 from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top
 from engine_dyn.types import Floats
@@ -146,7 +146,7 @@ def forces_at(motion: Floats, lines: Floats, turn: Floats, x: Floats, y: Floats)
     x, y : ndarray, shape (D, A)
         Get the result.
     """
-    own = rows_on_stack(6 * lines.shape[1])
+    own = np.empty(6 * lines.shape[1])
     for design in range(motion.shape[1]):
         _own_of(motion, lines, design, own)
         _vectors(motion, design, own, lines.shape[1], turn, x[design], y[design])
@@ -160,7 +160,7 @@ def forces_at(motion: Floats, lines: Floats, turn: Floats, x: Floats, y: Floats)
 def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> None:
     """Mean of the square of the vector of each design; parameters as `forces_at`."""
     samples = turn.shape[1]
-    own, x, y = rows_on_stack(6 * lines.shape[1]), rows_on_stack(samples), rows_on_stack(samples)
+    own, x, y = np.empty(6 * lines.shape[1]), np.empty(samples), np.empty(samples)
     for design in range(motion.shape[1]):
         _own_of(motion, lines, design, own)
         _vectors(motion, design, own, lines.shape[1], turn, x, y)
@@ -174,7 +174,7 @@ def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) 
 def largest_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> None:
     """Largest size of the vector of each design, to 1e-9 of it; parameters as `forces_at`."""
     samples, cylinders = turn.shape[1], lines.shape[1]
-    own, x, y = rows_on_stack(6 * cylinders), rows_on_stack(samples), rows_on_stack(samples)
+    own, x, y = np.empty(6 * cylinders), np.empty(samples), np.empty(samples)
     for design in range(motion.shape[1]):
         _own_of(motion, lines, design, own)
         _vectors(motion, design, own, cylinders, turn, x, y)
