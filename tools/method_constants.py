@@ -1,8 +1,8 @@
 """Derive the numerical constants that docs/method.md states, and compare them with the code's.
 
-Every constant that is derived or fitted is made again here, by rational arithmetic or with NumPy
-and SciPy alone, and printed beside the constant of the code. Numbers in parentheses are equations
-of docs/method.md. The exit status is 1 if any of them differs. Run it from the project's root:
+Every constant that follows from mathematics is made again here, by rational arithmetic or with
+NumPy and SciPy alone, and printed beside that of the code. Numbers in parentheses are equations of
+docs/method.md. The exit status is 1 if any of them differs. Run it from the project's root:
 `python tools/method_constants.py`.
 """
 
@@ -13,32 +13,34 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
 from scipy.integrate import quad
-from scipy.special import binom, iv
 
 WHERE = {
-    "work tables": "engine_dyn.speed.tables.work_tables",
-    "pressure grid": "engine_dyn.speed.tables.pressure_grid",
-    "extrema": "engine_dyn.speed.tables.extremes",
-    "segments": "engine_dyn.speed.general.segments",
-    "stiff": "engine_dyn.speed.general.stiff",
-    "batch weights": "engine_dyn.speed.batch.reduction",
-    "batch powers": "engine_dyn.speed.batch.powers",
-    "two grids": "engine_dyn.speed.batch.two_grid",
-    "harmonics": "engine_dyn.geometry.velocity_harmonics",
+    "columns": "engine_dyn.speed.work.tabulation",
+    "boxes": "engine_dyn.speed.work.boxes",
+    "roughness": "engine_dyn.speed.work.columns",
+    "extrema": "engine_dyn.speed.work.summit",
+    "block": "engine_dyn.speed.batch.block",
+    "tables": "engine_dyn.speed.batch.tables",
+    "weights": "engine_dyn.speed.batch.weights",
+    "solution": "engine_dyn.speed.batch.solution",
     "speeds": "engine_dyn.speed.general.speeds",
+    "laws": "engine_dyn.loads.laws",
+    "mechanism": "engine_dyn.geometry.slider_crank",
     "diesel cycle": "engine_dyn.pressure.diesel_cycle",
 }
 """Modules of the constants; the one place to correct when files move."""
 
 Row = tuple[str, str, float, float, float]
 """Equation, name, derived value, value of the code, allowed difference."""
+
+HALF = Fraction(1, 2)
 
 
 def of_code(room: str, name: str) -> Any:
@@ -47,186 +49,155 @@ def of_code(room: str, name: str) -> Any:
     return getattr(found, "py_func", found)
 
 
-def numbers_in(function: Callable[..., Any]) -> list[float]:
-    """Decimal numbers with many digits in a function's source, in the order in which they stand."""
-    return [float(n) for n in re.findall(r"-?\d+\.\d{5,}", inspect.getsource(function))]
+def stencil(nodes: Sequence[int], wanted: Callable[[int], Fraction]) -> list[Fraction]:
+    """Weights of nodes that give `wanted(k)` of t^k for every k below their number."""
+    rows = [[Fraction(node) ** k for node in nodes] + [wanted(k)] for k in range(len(nodes))]
+    for i in range(len(rows)):
+        pivot = next(row for row in rows[i:] if row[i] != 0)
+        rows.remove(pivot)
+        rows.insert(i, [value / pivot[i] for value in pivot])
+        rows = [
+            row if j == i else [a - row[i] * b for a, b in zip(row, rows[i], strict=True)]
+            for j, row in enumerate(rows)
+        ]
+    return [row[-1] for row in rows]
+
+
+def mean_of(k: int) -> Fraction:
+    """Integral of t^k from 0 to 1."""
+    return Fraction(1, k + 1)
+
+
+def moment_of(k: int) -> Fraction:
+    """Integral of (t - 1/2) t^k from 0 to 1."""
+    return Fraction(1, k + 2) - HALF * Fraction(1, k + 1)
 
 
 def gauss_points() -> list[Row]:
-    """Three-point Gauss-Legendre on [0, 1]."""
+    """Three-point Gauss-Legendre on both halves of an interval."""
     node, weight = np.polynomial.legendre.leggauss(3)
-    points = of_code("pressure grid", "GAUSS_POINTS")
-    end, middle = of_code("pressure grid", "END_WEIGHT"), of_code("pressure grid", "MIDDLE_WEIGHT")
-    weights = (end, middle, end)
-    rows = [
-        ("(49)", f"Gauss point {i + 1}", 0.5 * (1.0 + node[i]), points[i], 1e-15) for i in range(3)
-    ]
-    rows += [
-        ("(49)", f"Gauss weight {i + 1}", 0.5 * weight[i], weights[i], 1e-15) for i in range(3)
-    ]
+    points, weights = of_code("columns", "POINTS"), of_code("columns", "WEIGHTS")
+    rows: list[Row] = []
+    for i in range(6):
+        place = 0.5 * (i // 3) + 0.25 * (1.0 + node[i % 3])
+        rows.append(("(56)", f"Gauss point {i + 1}", place, points[i], 1e-15))
+        rows.append(("(56)", f"Gauss weight {i + 1}", 0.25 * weight[i % 3], weights[i], 1e-15))
     return rows
 
 
 def obreshkov() -> list[Row]:
-    """Weights of the two-point formula: exact for polynomials up to the fourth degree."""
-    # int_0^1 t^k dt = A (0^k + 1) + B (k 0^(k-1) - k) for k = 0 .. 3 gives A and B.
+    """Weights of the two-point formula: exact for polynomials up to the third degree."""
     a, b = Fraction(1, 2), Fraction(1, 12)
     for k in range(4):
         ends = 2 if k == 0 else 1
         slope = 1 if k == 1 else 0
         assert Fraction(1, k + 1) == a * ends + b * (slope - k), k
     error = Fraction(1, 5) - (a - 4 * b)
-    missed = of_code("speeds", "load_missed")
-    source = inspect.getsource(missed)
+    source = inspect.getsource(of_code("speeds", "_load_missed"))
     found = [int(n) for n in re.findall(r"1\.0 / (\d+)\.0", source)]
-    rows: list[Row] = [
-        ("(63)", "error of the formula, 1/", float(math.factorial(4) / error), found[0], 0.0),
-        ("(95)", "error of a cubic, 1/", float(math.factorial(4) * 16), found[1], 0.0),
+    return [
+        ("(79)", "error of the formula, 1/", float(math.factorial(4) / error), found[0], 0.0),
+        ("(103)", "error of a cubic, 1/", float(math.factorial(4) * 16), found[1], 0.0),
     ]
-    for x in (1e-3, 0.3, 40.0):
-        loss, before, behind, cross = of_code("segments", "two_point")(x, 1.0)
-        below = 1.0 + x / 2.0 + x * x / 12.0
+
+
+def between_nodes() -> list[Row]:
+    """The quartic of the middle."""
+    value, bump = of_code("extrema", "peak_between")(0.0, 0.0, 1.0, -1.0, 1.0)
+    middle = of_code("extrema", "cubic_in_middle")(0.0, 0.0, 1.0, -1.0)
+    return [
+        ("(60)", "cubic in the middle of an interval", 0.25, middle, 1e-15),
+        ("(61)", "quartic there", 1.0, bump, 1e-15),
+        ("(99)", "cubic and quartic there", 1.25, value, 1e-15),
+    ]
+
+
+def columns() -> list[Row]:
+    """Error of the velocity as a sum of columns."""
+    velocity, factor_of = of_code("mechanism", "velocity"), of_code("boxes", "factor_of")
+    edges, signs = of_code("boxes", "RATIO_EDGES"), of_code("boxes", "SIGNS")
+    angle, worst = np.linspace(0.0, 2.0 * math.pi, 181), [0.0, 0.0]
+    for number in range(signs * (len(edges) - 1)):
+        if number % signs > 0 and edges[number // signs] >= 0.5:
+            continue
+        box = of_code("boxes", "box_of")(number)
+        made = box.transform @ velocity(angle, box.samples[:, :1], box.samples[:, 1:])
+        for x in np.linspace(-0.98, 1.0, 13):
+            for y in (-1.0, -0.7, 0.0, 0.7, 1.0):
+                ratio, offset = box.ratio[0] + x * box.ratio[1], box.offset[0] + y * box.offset[1]
+                place = box.place(np.array(ratio), np.array(offset))
+                factors = [
+                    factor_of(int(i), place[0]) * factor_of(int(j), place[1])
+                    for i, j in box.degrees
+                ]
+                missed = np.abs(factors @ made - velocity(angle, ratio, offset)).max()
+                worst[number % signs > 0] = max(worst[number % signs > 0], missed)
+    return [
+        ("(58)", "velocity without offset (2e-8 stated)", 0.0, worst[0], 2e-8),
+        ("(58)", "velocity with offset, ratio to 0.5 (2e-8)", 0.0, worst[1], 2e-8),
+    ]
+
+
+def resolution() -> list[Row]:
+    """Weights of every other node in the middle between two of them."""
+    derived = stencil([-5, -3, -1, 1, 3, 5], lambda k: Fraction(int(k == 0)))
+    source = inspect.getsource(of_code("roughness", "_roughness"))
+    found = [float(n) / 256.0 for n in re.findall(r"(-?\d+\.0) / 256\.0", source)]
+    return [
+        ("(62)", f"weight {i + 1} of other nodes", float(derived[2 - i]), found[i], 1e-16)
+        for i in range(3)
+    ]
+
+
+def recurrence() -> list[Row]:
+    """Weights along the coarse nodes, by integrals of the exponential."""
+    rows: list[Row] = []
+    form = of_code("laws", "Form")(of_code("laws", "POWER"), 1.0, False, np.empty((3, 0)))
+    for x in (1e-3, 0.1, 0.5):
+        one = np.ones(1)
+        designs = SimpleNamespace(
+            kappa=x * one, speed=100.0 * one, first=2.0 * one, second=0.0 * one
+        )
+        found = of_code("weights", "weights_of")(designs, form, 1.0, 36)
+
+        def moment(k: int, x: float = x) -> float:
+            return float(quad(lambda t: x * math.exp(-x * (1.0 - t)) * (t - 0.5) ** k, 0.0, 1.0)[0])
+
         rows += [
-            ("(65)", f"loss at x = {x:g}", 1.0 - (1.0 - x / 2.0 + x * x / 12.0) / below, loss,
-             1e-15),
-            ("(65)", f"weight before, x = {x:g}", (0.5 - x / 12.0) / below, before, 1e-15),
-            ("(65)", f"weight behind, x = {x:g}", (0.5 + x / 12.0) / below, behind, 1e-15),
-            ("(65)", f"weight of slopes, x = {x:g}", 1.0 / 12.0 / below, cross, 1e-15),
+            ("(70)", f"decay, x = {x:g}", math.exp(-x), found.decay[0], 1e-15),
+            ("(70)", f"weight of the mean, x = {x:g}", moment(0), found.of_mass[0], 1e-14),
+            ("(71)", f"weight of the moment, x = {x:g}", 12.0 * moment(1), found.of_tilt[0],
+             2e-8 * x * x),
+            ("(74)", f"end of a period, x = {x:g}", 1.0 - math.exp(-36.0 * x), found.end[0], 1e-15),
         ]  # fmt: skip
     return rows
 
 
-def between_nodes() -> list[Row]:
-    """The quartic of the middle and the quintic of the tilt."""
-    s = math.sqrt(1.0 / 20.0)  # where 16 s (1/4 - s^2)^2 is stationary, t = 1/2 + s
-    largest = 16.0 * s * (0.25 - s * s) ** 2
-    value, place, bump = of_code("extrema", "refine")(0.0, 0.0, 1.0, -1.0, 1.0)
-    return [
-        ("(55)", "largest value of the quintic, 8/sqrt(3125)", 8.0 / math.sqrt(3125.0), largest,
-         1e-15),
-        ("(55)", "twice QUINTIC, as error estimates take it", largest,
-         2.0 * of_code("work tables", "QUINTIC"), 1e-15),
-        ("(91)", "quartic in the middle of an interval", 1.0, bump, 1e-15),
-        ("(91)", "place of that extreme", 0.5, place, 1e-15),
-        ("(91)", "cubic and quartic there", 1.25, value, 1e-15),
-    ]  # fmt: skip
-
-
-def moments() -> list[Row]:
-    """Moments of the decaying exponential."""
-    rows: list[Row] = []
-    for x in (1e-6, 0.5, 0.999, 1.0, 30.0):
-        found = of_code("stiff", "_moments")(x)
-        for k in range(4):
-            wanted = quad(lambda t: math.exp(-x * (1.0 - t)) * t**k, 0.0, 1.0, epsabs=1e-15)[0]  # noqa: B023
-            rows.append(("(80)", f"moment {k} at x = {x:g}", wanted, found[k], 1e-13))
-    deep = of_code("stiff", "DEEP")
-    lost = math.factorial(3) / math.factorial(deep)
-    rows.append(("(80)", f"what order {deep} leaves at x = 1", 0.0, lost / (deep + 1.0), 1e-17))
-    return rows
-
-
-def euler_maclaurin() -> list[Row]:
-    """Trapezoidal rule's end corrections in central differences on five nodes."""
-    # h f' = mu delta - mu delta^3/6, h^3 f''' = mu delta^3; corrections -1/12 and +1/720, halved
-    # because mu delta f = (f_1 - f_-1)/2 and mu delta^3 f = (f_2 - 2 f_1 + 2 f_-1 - f_-2)/2.
-    first, third = Fraction(-1, 12), Fraction(1, 720)
-    cube = third - first / 6
-    near, far = first / 2 - cube, cube / 2
-    source = inspect.getsource(importlib.import_module(WHERE["batch weights"]))
-    found = [Fraction(int(a), int(b)) for a, b in re.findall(r"\((\d+)\.0 / (1440)\.0\)", source)]
-    return [
-        ("(101)", "weight of the neighbours, 82/1440", float(-near), float(found[0]), 0.0),
-        ("(101)", "weight of the next nodes, 11/1440", float(far), float(found[1]), 0.0),
-    ]
-
-
-def through_chebyshev(f: Callable[[Any], Any], count: int, reach: float) -> Any:
-    """Coefficients in u of the polynomial through Chebyshev's points of |u| <= reach."""
-    points = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    return chebyshev.cheb2poly(chebyshev.chebfit(points, f(reach * points), count - 1)) / (
-        reach ** np.arange(count)
-    )
-
-
-def series() -> list[Row]:
-    """Polynomials of the batch solver, fitted at Chebyshev's points."""
-    reach = of_code("batch powers", "SERIES_RANGE")
-    u = np.linspace(-reach, reach, 20001)
-    rows: list[Row] = []
-    root, slope = of_code("batch powers", "root_remainder"), of_code("batch powers", "root_slope")
-    # Written without a difference of near numbers.
-    wanted = through_chebyshev(lambda u: -0.5 / (1.0 + np.sqrt(1.0 + u)) ** 2, 7, reach)
-    # The code's -0.125 is the exact limit at 0; it has few digits and is added here.
-    given = [-0.125, *reversed(numbers_in(root))]
-    rows += [
-        ("(102)", f"root_remainder, coefficient {i}", wanted[i], given[i], 1e-10) for i in range(7)
-    ]
-    missed = np.abs(u * u * polynomial.polyval(u, given) - (np.sqrt(1 + u) - 1 - u / 2)).max()
-    rows.append(("(102)", "root_remainder, error (2e-10 stated)", 0.0, missed, 2e-10))
-    wanted = through_chebyshev(
-        lambda u: -0.5 / (np.sqrt(1.0 + u) * (1.0 + np.sqrt(1.0 + u))), 4, reach
-    )
-    high, low = numbers_in(slope)[:2], numbers_in(slope)[2:]
-    given = [low[1], low[0], high[0], high[1]]
-    rows += [
-        ("(103)", f"root_slope, coefficient {i}", wanted[i], given[i], 1e-13) for i in range(4)
-    ]
-    missed = np.abs(u * polynomial.polyval(u, given) - (0.5 / np.sqrt(1 + u) - 0.5)).max()
-    rows.append(("(103)", "root_slope, error (1e-5 stated)", 0.0, missed, 1e-5))
-    terms, worst = of_code("batch powers", "SERIES_TERMS"), 0.0
-    for a in np.linspace(1e-4, 8.0, 200):
-        each = [binom(a, k) for k in range(2, 2 + terms)]
-        exact = (1.0 + u) ** a - 1.0 - a * u
-        worst = max(worst, np.abs(u * u * polynomial.polyval(u, each) - exact).max())
-    rows.append(("(104)", "binomial series, error (1e-11 stated)", 0.0, worst, 1e-11))
-    u = np.linspace(-0.5, 1.0, 10001)
-    missed = max(abs(of_code("batch powers", "log_of")(float(x)) - math.log1p(x)) for x in u)
-    rows.append(("(105)", "log_of, error (2e-13 stated)", 0.0, missed, 2e-13))
-    missed = max(
-        abs(of_code("batch powers", "exp_of")(x) / math.exp(x) - 1.0)
-        for x in np.linspace(-8, 8, 10001)
-    )
-    rows.append(("(105)", "exp_of, relative error", 0.0, missed, 2e-11))
-    missed = max(
-        abs(of_code("batch powers", "loss_of")(x) / -math.expm1(-x) - 1.0)
-        for x in np.linspace(1e-3, 0.1, 10001)
-    )
-    rows.append(("(105)", "loss_of, relative error", 0.0, missed, 1e-13))
-    return rows
-
-
-def two_grids() -> list[Row]:
-    """Series of the work, and harmonics of the velocity."""
-    terms, most = of_code("two grids", "SERIES_OF_WORK"), of_code("two grids", "MOST_IN_SERIES")
-    largest = of_code("two grids", "LARGEST_STEP")
-    rate = 0.5 * largest * most
-    angle = np.pi * (np.arange(terms) + 0.5) / terms
-    node, fine = np.cos(angle), np.linspace(-1.0, 1.0, 2001)
-    worst = 0.0
-    for power in range(most):
-        decay = lambda t: np.exp(-0.5 * largest * power * (1.0 + t))  # noqa: B023, E731
-        through = chebyshev.chebfit(node, decay(node), terms - 1)
-        worst = max(worst, np.abs(chebyshev.chebval(fine, through) - decay(fine)).max())
-    decays = np.exp(-0.5 * largest * (1.0 + node))
-    rows: list[Row] = [
-        ("(106)", "error of the series of work, by Bessel's function",
-         2.0 * math.exp(-rate) * iv(terms, rate), worst, 1e-13),
-        ("(106)", "decays at Chebyshev's points", 0.0,
-         float(np.abs(of_code("two grids", "SERIES_DECAYS") - decays).max()), 1e-15),
-    ]  # fmt: skip
-    angle = np.linspace(0.0, 2.0 * math.pi, 4096, endpoint=False)
-    for terms, ratio in of_code("harmonics", "LARGEST_RATIO").items():
-        sine, cosine = np.sin(angle), np.cos(angle)
-        velocity = sine * (1.0 + ratio * cosine / np.sqrt(1.0 - (ratio * sine) ** 2))
-        of_velocity, of_square = (
-            np.abs(np.fft.rfft(curve)) / 2048 for curve in (velocity, velocity**2)
-        )
-        order = np.arange(of_velocity.size)
-        left = float((of_velocity[2 * terms - 1 :] / order[2 * terms - 1 :]).sum())
-        rows.append(("(107)", f"work beyond {terms} terms", 0.0, left, 1e-11))
-        left = float(of_square[2 * terms + 1 :].sum())
-        rows.append(("(107)", f"square beyond {2 * terms} terms", 0.0, left, 3.5e-10))
+def stencils() -> list[Row]:
+    """Mean and first moment of an interval by nodes around it, as both kernels take them."""
+    mean, moment = stencil(range(-2, 4), mean_of), stencil(range(-1, 3), moment_of)
+    nodes, rows = 12, []
+    scratch = of_code("block", "make_scratch")(nodes, 10 * nodes, 6, 0.01)
+    halo, lanes, curves = of_code("block", "HALO"), scratch.lanes, scratch.curves
+    for place in range(-2, 4):
+        curve = np.zeros((4, nodes))
+        curve[0, place] = 1.0  # seen from the interval behind node 0
+        of_code("tables", "add_moments")(curve)
+        curves.rest[:] = 0.0
+        curves.rest[halo + place] = 1.0
+        by_pass = []
+        for of_mass, of_tilt in ((1.0, 0.0), (0.0, 1.0)):
+            lanes.decay[:], lanes.of_mass[:], lanes.of_tilt[:] = 0.0, of_mass, of_tilt
+            of_code("solution", "run_load")(True, lanes, curves)
+            by_pass.append(curves.load[halo + 1, 0])
+        of_mean = float(mean[place + 2])
+        of_moment = float(moment[place + 1]) if -1 <= place <= 2 else 0.0
+        rows += [
+            ("(72)", f"mean, node {place}, of the work", of_mean, -curve[3, 0], 1e-15),
+            ("(72)", f"mean, node {place}, of the remainder", of_mean, by_pass[0], 1e-15),
+            ("(72)", f"moment, node {place}, of the work", of_moment, curve[2, 0], 1e-15),
+            ("(72)", f"moment, node {place}, of the remainder", of_moment, by_pass[1], 1e-15),
+        ]
     return rows
 
 
@@ -240,7 +211,7 @@ def main() -> int:
     print(f"{'equation':9} {'constant':52} {'derived':>24} {'code':>24}")
     wrong = 0
     for chapter in (
-        gauss_points, obreshkov, between_nodes, moments, euler_maclaurin, series, two_grids, rest,
+        gauss_points, obreshkov, between_nodes, columns, resolution, recurrence, stencils, rest,
     ):  # fmt: skip
         for equation, name, derived, given, allowed in chapter():
             differs = not abs(derived - given) <= allowed
