@@ -66,7 +66,7 @@ def kloss(x: Any) -> tuple[Any, Any]:
 
 
 def equation(inertia: float, torque: Any, variable: bool = False, mu: float = 1.0) -> Stiff:
-    """docs/method.md (46) from the points of the pressure and a torque over omega/omega_n."""
+    """docs/method.md (53) from the points of the pressure and a torque over omega/omega_n."""
     phi, p = points()
     at = np.linspace(0.0, CYCLE, 14401)
     v, b = solution.velocity(at, RATIO), solution.acceleration(at, RATIO)
@@ -217,7 +217,7 @@ def test_an_interval_of_a_linear_law(push: float) -> None:
 
 
 def test_the_slope_of_the_work_is_that_of_its_polynomial() -> None:
-    """docs/method.md (125) from (52) to (54)."""
+    """docs/method.md (84)."""
     polynomial = np.polynomial.Polynomial([0.3, -1.0, 2.0, 0.7, -0.4, 1.9])
     width = 0.1
     slope = polynomial.deriv()
