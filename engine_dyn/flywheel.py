@@ -285,7 +285,7 @@ def triangular_torque(
 
 
 def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
-    """Inertia [kg m2] from the energy swing [J]: Delta W/(delta omega^2), docs/method.md (85).
+    """Inertia [kg m2] from the energy swing [J]: Delta W/(delta omega^2), docs/method.md (91).
 
     Asgari, eq. 30. It is exact in the limit of small delta, where the load torque does not follow
     the fluctuation of the speed, and where mean and nominal speed are equal.

@@ -1,7 +1,7 @@
 """Write docs/misfire_detection.md: where single missed cycles and dead cylinders show in the speed.
 
 Two engines of the catalogue on a rigid crank, their speed seen through a 60-2 wheel whose teeth
-have errors. The map follows from formulas (docs/method.md (163) to (172)); at some points of it the
+have errors. The map follows from formulas (docs/method.md (139) to (148)); at some points of it the
 formulas are held against speeds that are integrated over the angle with cycles drawn at random, and
 judged as a recording would be. Run it from the project's root: `python tools/misfire_map.py`;
 `--no-figures` leaves the figures alone, `--example` makes only that of the command. It takes two to

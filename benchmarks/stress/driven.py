@@ -288,7 +288,7 @@ def _driver_shape(x: Floats, steep: float) -> Floats:
 
 
 def equation(chosen: Machine, place: int, mu: float) -> in_time.Stiff:
-    """The equation of motion of one design, docs/method.md (46), from points and formulas."""
+    """The equation of motion of one design, docs/method.md (53), from points and formulas."""
     given = chosen.inputs
     nominal, inertia = given["speed"], float(given["inertia"][place])
     mass, ratio, count = float(given["mass"][place]), given["crank_ratio"], given["cylinders"]

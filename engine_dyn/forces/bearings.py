@@ -79,7 +79,7 @@ __all__ = [
 def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     """Mean pressure in a bearing, the load over its projected area D B [Pa].
 
-    docs/method.md (182); Shigley and Mischke, Mechanical Engineering Design, journal bearings: the
+    docs/method.md (38); Shigley and Mischke, Mechanical Engineering Design, journal bearings: the
     load per unit of projected area. `load` [N]; `diameter` of the journal and `width` of the
     bearing [m]. Oil films have several times this pressure.
 

@@ -26,7 +26,7 @@ def superpose(
 ) -> Any:
     """Sum of a cylinder's curve over all cylinders.
 
-    docs/method.md (33); Kakaitsas (2015), eqs. 5.1-5.3. The curve is evaluated at the shifted
+    docs/method.md (39); Kakaitsas (2015), eqs. 5.1-5.3. The curve is evaluated at the shifted
     angles themselves, for a cylinder whose factors it may use; `cylinders` broadcasts with `phi`.
     They are keys of `by_count`, or numbers of evenly firing equal cylinders.
     """

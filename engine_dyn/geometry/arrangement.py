@@ -68,7 +68,7 @@ def firing_phases(cylinders: int, period: float) -> Any:
 
 
 def symmetry(phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None = None) -> int:
-    """How often the cylinders repeat themselves within the cycle: n_s of docs/method.md (34).
+    """How often the cylinders repeat themselves within the cycle: n_s of docs/method.md (40).
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ def clearance_volume(swept_volume: Any, compression_ratio: Any) -> Any:
 
 
 def cylinder_volume(travel: Any, area: Any, stroke: Any, compression_ratio: Any) -> Any:
-    """Volume above the piston [m3]: V_h/(epsilon - 1) + A x, docs/method.md (145).
+    """Volume above the piston [m3]: V_h/(epsilon - 1) + A x, docs/method.md (121).
 
     Parameters
     ----------

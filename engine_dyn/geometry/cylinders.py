@@ -107,7 +107,7 @@ class Cylinders:
 
     @cached_property
     def symmetry(self) -> int:
-        """How often torque repeats within the cycle: n_s of docs/method.md (34)."""
+        """How often torque repeats within the cycle: n_s of docs/method.md (40)."""
         phases = [member.phase for member in self.members]
         return symmetry(phases, self.period, [member[1:] for member in self.members])
 
@@ -119,7 +119,7 @@ class Cylinders:
     def representatives_of(self, times: int) -> tuple[Member, ...]:
         """Representatives where less repeats: `times` is a divisor of the symmetry.
 
-        docs/method.md (34) sums over them.
+        docs/method.md (40) sums over them.
         """
         free, found = list(self.members), []
         while free:

@@ -97,7 +97,7 @@ class TorqueOverAngle:
         )
 
     def __call__(self, theta: npt.ArrayLike) -> Floats:
-        """Torque [N m] at any angles [rad], docs/method.md (37)."""
+        """Torque [N m] at any angles [rad], docs/method.md (43)."""
         t, step, before, after = self._pieces(given_array("theta", theta))
         y0, y1 = self.torque[before], self.torque[after]
         m0, m1 = step * self.slope[before], step * self.slope[after]
@@ -106,7 +106,7 @@ class TorqueOverAngle:
         )
 
     def work(self, theta: npt.ArrayLike) -> Floats:
-        """Integral of the torque less its mean [J], docs/method.md (37), within one period."""
+        """Integral of the torque less its mean [J], docs/method.md (43), within one period."""
         t, step, before, _ = self._pieces(given_array("theta", theta))
         _, torque, slope, work = self.table
         y0, y1 = torque[before], torque[before + 1]
@@ -394,7 +394,7 @@ def _check_points(
 def _monotone_slopes(x: Floats, y: Floats) -> Floats:
     """Slopes of the piecewise cubic that rises and falls only where the points do.
 
-    docs/method.md (38).
+    docs/method.md (44).
     """
     step = np.diff(x)
     rise = np.diff(y) / step
@@ -427,7 +427,7 @@ def constant_load(
 ) -> Any:
     """Mean over the cycle of the load torque at the crank that does not depend on the speed [N m].
 
-    docs/method.md (36). `gear_ratio` is 1 for a load over the crank angle.
+    docs/method.md (42). `gear_ratio` is 1 for a load over the crank angle.
     """
     return load_offset + load_scale * gear_ratio * over_angle.mean
 
@@ -436,7 +436,7 @@ def load_over_angle(
     crank_angle: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_phase: Any,
     load_scale: Any,
 ) -> Any:  # fmt: skip
-    """Load torque at the crank at crank angles [N m], docs/method.md (36); see `constant_load`."""
+    """Load torque at the crank at crank angles [N m], docs/method.md (42); see `constant_load`."""
     return load_scale * gear_ratio * over_angle(gear_ratio * crank_angle + load_phase)
 
 
@@ -445,7 +445,7 @@ def motor_torque(
 ) -> Any:
     """Torque of an induction motor [N m], Kloss: M/M_b = 2/(s/s_b + s_b/s), s = 1 - omega/omega_s.
 
-    docs/method.md (40). Speeds are those of the crank [rad/s]; above the synchronous speed the
+    docs/method.md (46). Speeds are those of the crank [rad/s]; above the synchronous speed the
     machine brakes.
     """
     return breakdown_torque * slip_torque(omega, synchronous_speed, breakdown_slip)[0]
@@ -454,7 +454,7 @@ def motor_torque(
 def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:
     """Synchronous speed of a motor [rad/s], at its own shaft, whose slip at nominal speed is given.
 
-    docs/method.md (40). `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is
+    docs/method.md (46). `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is
     the crank's.
     """
     return motor_gear_ratio * (speed / (1.0 - motor_slip))

@@ -106,7 +106,7 @@ def _mixed(speed: Any) -> Any:
 def crankshaft_seals(bore: Any, stroke: Any, cylinders: Any, journal_diameter: Any) -> Any:
     """Seals of the crankshaft: 1.22e5 D_b/(B^2 S n_c) kPa.
 
-    docs/method.md (177). `bore`, `stroke` and `journal_diameter` (of a main journal) in [m];
+    docs/method.md (33). `bore`, `stroke` and `journal_diameter` (of a main journal) in [m];
     `cylinders` is their number.
     """
     swept = _swept(bore, stroke, cylinders)
@@ -128,7 +128,7 @@ def main_bearings(
 ) -> Any:  # fmt: skip
     """Main bearings: films, and the oil that is pumped and churned (1.35e-10 D_b^2 N^2 n_b/n_c).
 
-    docs/method.md (177). `speed` [rad/s]; `journal_diameter` and `journal_width` of a main journal
+    docs/method.md (33). `speed` [rad/s]; `journal_diameter` and `journal_width` of a main journal
     [m]; `bearings` is the number of main bearings. The width is that of the bearing.
 
     Examples
@@ -149,7 +149,7 @@ def crank_pin_bearings(
 ) -> Any:
     """Bearings of the rods on the crank pins, one for each cylinder: as films of main bearings.
 
-    docs/method.md (178). `pin_diameter` [m]; `pin_width` is the width of one rod's bearing [m].
+    docs/method.md (34). `pin_diameter` [m]; `pin_width` is the width of one rod's bearing [m].
     """
     return _journal_bearings(bore, stroke, cylinders, speed, pin_diameter, pin_width, cylinders)
 
@@ -157,7 +157,7 @@ def crank_pin_bearings(
 def skirt(bore: Any, piston_speed: Any) -> Any:
     """Skirts of the pistons: 294 S_p/B kPa.
 
-    docs/method.md (178). `piston_speed` is the mean piston speed [m/s].
+    docs/method.md (34). `piston_speed` is the mean piston speed [m/s].
     """
     return KILOPASCAL * 294.0 * piston_speed / (MM * bore)
 
@@ -165,7 +165,7 @@ def skirt(bore: Any, piston_speed: Any) -> Any:
 def rings(bore: Any, speed: Any) -> Any:
     """Piston rings by their own tension: 4.06e4 (1 + 1000/N)/B^2 kPa.
 
-    docs/method.md (178). `speed` of the crank [rad/s].
+    docs/method.md (34). `speed` of the crank [rad/s].
     """
     return KILOPASCAL * 4.06e4 * _mixed(speed) / (MM * bore) ** 2
 
@@ -173,7 +173,7 @@ def rings(bore: Any, speed: Any) -> Any:
 def ring_gas_pressure(compression_ratio: Any, piston_speed: Any, intake_ratio: Any = 1.0) -> Any:
     """Piston rings, what gas adds: 6.89 (p_i/p_a) [0.088 r + 0.182 r^(1.33 - 0.0238 S_p)] kPa.
 
-    docs/method.md (179). `compression_ratio` r [1], `piston_speed` [m/s], `intake_ratio` is the
+    docs/method.md (35). `compression_ratio` r [1], `piston_speed` [m/s], `intake_ratio` is the
     pressure of the intake over that of the atmosphere [1].
     """
     exponent = 1.33 - 2.38e-2 * piston_speed
@@ -187,7 +187,7 @@ def valve_train(
 ) -> Any:  # fmt: skip
     """Valve train: bearings and seals of the camshafts, followers, valves and what moves them.
 
-    docs/method.md (180).
+    docs/method.md (36).
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def valve_train(
 def auxiliaries(speed: Any) -> Any:
     """Oil pump, water pump and an alternator that does not charge, 6.23 + 5.22e-3 N - 1.79e-7 N^2.
 
-    docs/method.md (181). `speed` of the crank [rad/s]; the law is printed in kPa.
+    docs/method.md (37). `speed` of the crank [rad/s]; the law is printed in kPa.
     """
     turns = speed / RPM
     return KILOPASCAL * (6.23 + 5.22e-3 * turns - 1.79e-7 * turns**2)

@@ -1,7 +1,7 @@
 """How load or driver depend on the speed within the cycle: the registry of laws.
 
 A law is a torque over the speed omega. What solvers need of it is F(q), q = (omega/omega_n)^2: the
-torque over its value at the nominal speed, docs/method.md (35) and (39). The number kappa is
+torque over its value at the nominal speed, docs/method.md (41) and (45). The number kappa is
 positive for a load and negative for a driver, and the equation is the same.
 
 Each law is one function of numbers, which gives the torque and its slope, used by both solvers and
@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 FLOOR = 1e-6
-"""Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (41), so that
+"""Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (48), so that
 an iterate may pass through values that a solution cannot have; a solution below it is a stall."""
 
 ROUNDED = 1.0 + 1e-9
@@ -97,7 +97,7 @@ class Form(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Law of one design: F(q) = T(omega_n sqrt q)/T(omega_n), docs/method.md (35) and (39).
+    """Law of one design: F(q) = T(omega_n sqrt q)/T(omega_n), docs/method.md (41) and (45).
 
     Attributes
     ----------
@@ -123,13 +123,13 @@ class Law(NamedTuple):
 
 
 def power_torque(omega: Any, exponent: Any) -> tuple[Any, Any]:
-    """Return omega^alpha and its slope, docs/method.md (35); Kakaitsas (2015), section 3.1."""
+    """Return omega^alpha and its slope, docs/method.md (41); Kakaitsas (2015), section 3.1."""
     torque = omega**exponent
     return torque, exponent * torque / omega
 
 
 def linear_square_torque(omega: Any, load_linear: Any, load_square: Any) -> tuple[Any, Any]:
-    """Return b omega + c omega^2 and its slope, docs/method.md (108).
+    """Return b omega + c omega^2 and its slope, docs/method.md (47).
 
     A brake, or a fan with bearing losses.
     """
@@ -137,7 +137,7 @@ def linear_square_torque(omega: Any, load_linear: Any, load_square: Any) -> tupl
 
 
 def slip_torque(omega: Any, synchronous_speed: Any, breakdown_slip: Any) -> tuple[Any, Any]:
-    """Torque of an induction motor over its breakdown torque, and its slope: docs/method.md (40).
+    """Torque of an induction motor over its breakdown torque, and its slope: docs/method.md (46).
 
     Kloss: M/M_b = 2/(s/s_b + s_b/s) with s = 1 - omega/omega_s; above the synchronous speed the
     machine brakes.
@@ -156,7 +156,7 @@ _power_torque, _linear_square_torque, _slip_torque = map(
 
 @inlined
 def _table_torque(omega: float, table: Floats) -> tuple[float, float]:
-    """Torque of a table, docs/method.md (37), and its slope.
+    """Torque of a table, docs/method.md (43), and its slope.
 
     Iterates may leave a table, so it is continued by straight lines; a solution there is refused.
     """
@@ -189,7 +189,7 @@ def torque_at(omega: float, law: Law) -> tuple[float, float]:
 
 @inlined
 def load_terms(q: float, law: Law) -> tuple[float, float]:
-    """F(q) and its slope, docs/method.md (35) and (39), continued by the tangent below `FLOOR`."""
+    """F(q) and its slope, docs/method.md (41) and (45), continued by the tangent below `FLOOR`."""
     base = max(q, FLOOR)
     root = math.sqrt(base)
     torque, slope = torque_at(law.nominal * root, law)

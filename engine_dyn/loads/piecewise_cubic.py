@@ -17,7 +17,7 @@ def piece_at(
 ) -> tuple[int, float, float, float, float, float, float]:
     """Number and width of the piece, t in [0, 1] within it, and its cubic's coefficients.
 
-    docs/method.md (37). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
+    docs/method.md (43). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
     """
     low, high = 0, points.size - 1
     while high - low > 1:

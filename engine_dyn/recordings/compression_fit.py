@@ -1,6 +1,6 @@
 """Which dead centre makes compression and expansion those of a gas: a fit with uncertain inputs.
 
-The recorded pressure is compared with docs/method.md (154): before combustion a change of state
+The recorded pressure is compared with docs/method.md (130): before combustion a change of state
 whose exponent falls a little as the gas gets hot, and which loses heat to the walls; behind
 combustion a polytrope. Exponents, heat loss, pegging and compression ratio are not known exactly.
 Each is an unknown of the fit with a mean and a standard deviation (`PRIORS`), so that what they
@@ -179,7 +179,7 @@ def lines_of(cycles: RecordedCycles) -> Lines:
 def fitted_shift(
     lines: Lines, geometry: CylinderGeometry, priors: Priors = PRIORS, end: float | None = None
 ) -> CompressionFit:
-    """Fit docs/method.md (154) by Gauss and Newton's method.
+    """Fit docs/method.md (130) by Gauss and Newton's method.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ class _Fit:
     def _loss(self) -> tuple[Floats, Floats]:
         """Fall of ln p by a heat loss with a loss angle of one radian, and its slope.
 
-        docs/method.md (155).
+        docs/method.md (131).
         """
         geometry, angle = self.geometry, self.lines.angle[self.compression]
         grid = np.append(np.arange(angle[0], 0.0, 1.0 * DEGREE), 0.0)

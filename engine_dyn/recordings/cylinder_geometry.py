@@ -88,13 +88,13 @@ class CylinderGeometry:
         return self.pin_offset / self._radius
 
     def displaced(self, angle: ArrayLike) -> Floats:
-        """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (145)."""
+        """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (121)."""
         radius = self._radius
         travel = slider_crank.position(angle, self.crank_ratio, self.offset_ratio)
         return np.asarray(self.area * radius * travel, dtype=np.float64)
 
     def volume(self, angle: ArrayLike) -> Floats:
-        """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (145).
+        """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (121).
 
         Raises
         ------

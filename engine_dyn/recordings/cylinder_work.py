@@ -1,7 +1,7 @@
 """Work of single cylinders from the speed of a rigid crank: deviations of imep, missed cycles.
 
 A cylinder that does less work than the others leaves a step in the energy of the crank. How large
-it is follows from speeds between teeth and a reference for them; docs/method.md (163) to (172).
+it is follows from speeds between teeth and a reference for them; docs/method.md (139) to (148).
 Level and slope of the energy are unknown in every window, because the mean work and the torque of
 the load change both, so only deviations from the mean of the other cylinders are found.
 """
@@ -56,7 +56,7 @@ class MeanCycle:
     period : float
         Angle of the cycle [rad].
     damping : ndarray, shape (samples,), or float
-        c [1/rad] of docs/method.md (165): how much of a deviation of the energy the torque of the
+        c [1/rad] of docs/method.md (141): how much of a deviation of the energy the torque of the
         load takes back; 0 where that torque does not change within a cycle.
 
     Raises
@@ -126,7 +126,7 @@ class WheelNoise:
             )
 
     def covariance(self, wheel: Wheel, first: int, intervals: int, cycles: float = 1.0) -> Floats:
-        """Covariance of relative speeds, docs/method.md (167).
+        """Covariance of relative speeds, docs/method.md (143).
 
         Parameters
         ----------
@@ -249,7 +249,7 @@ class Detection:
 def combustion_torque(
     angle: Floats, pressure: Floats, motored: Floats, geometry: CylinderGeometry
 ) -> Floats:
-    """Torque that combustion adds for each unit of imep [m3/rad], docs/method.md (164).
+    """Torque that combustion adds for each unit of imep [m3/rad], docs/method.md (140).
 
     Parameters
     ----------
@@ -273,7 +273,7 @@ def combustion_torque(
 
 
 def energy_deviation(raw: Floats, reference: Floats) -> Floats:
-    """Deviation of the energy from its reference over twice the latter, docs/method.md (163).
+    """Deviation of the energy from its reference over twice the latter, docs/method.md (139).
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ def work_estimator(
     reference_cycles: float = np.inf,
     averaged: int | None = None,
 ) -> WorkEstimator:
-    """Best linear unbiased estimator of each deviation, docs/method.md (166) to (169).
+    """Best linear unbiased estimator of each deviation, docs/method.md (142) to (145).
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ def work_estimator(
 def detection(estimator: WorkEstimator, missing: float, false_alarms: float = 1e-4) -> Detection:
     """Threshold for a wanted rate of false alarms, and how many missed cycles it finds.
 
-    docs/method.md (170) and (171): all errors are normally distributed, and wheels are drawn too
+    docs/method.md (146) and (147): all errors are normally distributed, and wheels are drawn too
     where the errors of their teeth are not known.
 
     Parameters
@@ -409,7 +409,7 @@ def _middle_of_work(cycle: MeanCycle) -> float:
 def _templates(
     cycle: MeanCycle, edges: Floats, cylinder: int, persistent: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """What a unit of imep does to the energy deviations of a window, docs/method.md (166).
+    """What a unit of imep does to the energy deviations of a window, docs/method.md (142).
 
     Returns
     -------
@@ -485,7 +485,7 @@ def _means(values: Floats, weight: Floats, at: Floats, edges: Floats) -> Floats:
 
 
 def _best_row(known: Floats, drawn: Floats, covariance: Floats) -> Floats:
-    """Weights of the estimate of the first unknown, docs/method.md (168).
+    """Weights of the estimate of the first unknown, docs/method.md (144).
 
     Parameters
     ----------

@@ -163,7 +163,7 @@ def _peak(cycles: RecordedCycles) -> float:
 
 
 def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -> MotoredDeadCentre:
-    """Dead centre from cycles without combustion, docs/method.md (156) and (157).
+    """Dead centre from cycles without combustion, docs/method.md (132) and (133).
 
     Raises
     ------
@@ -186,7 +186,7 @@ def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -
 
 
 def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float, float]:
-    """Shift and its standard error from both sides of dead centre, docs/method.md (157)."""
+    """Shift and its standard error from both sides of dead centre, docs/method.md (133)."""
     angle = np.arange(SYMMETRY[0], SYMMETRY[1], 1.0 * DEGREE)
     mean = cycles.mean
     if not np.all(mean[np.abs(cycles.angle) < 1.1 * SYMMETRY[1]] > 0.0):
@@ -213,7 +213,7 @@ def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float
 def dead_centre_of_fired(
     cycles: RecordedCycles, geometry: CylinderGeometry, priors: Priors = PRIORS
 ) -> DeadCentre:
-    """Dead centre from compression and expansion of cycles with combustion, docs/method.md (154).
+    """Dead centre from compression and expansion of cycles with combustion, docs/method.md (130).
 
     Parameters
     ----------

@@ -121,7 +121,7 @@ def crossings(
 
 
 def _passages(signal: Floats, before: Integers, threshold: float) -> Floats:
-    """Where the cubic through four samples passes the threshold: docs/method.md (130)."""
+    """Where the cubic through four samples passes the threshold: docs/method.md (106)."""
     first = np.clip(before, 1, signal.size - 3) if signal.size > 3 else before
     ends = (first != before) if signal.size > 3 else np.ones(before.size, dtype=bool)
     here, after = signal[before], signal[before + 1]

@@ -55,7 +55,7 @@ class MeanPressures(NamedTuple):
 
 
 def mean_pressures(cycles: RecordedCycles, geometry: CylinderGeometry) -> MeanPressures:
-    """Work of the gas over the swept volume, docs/method.md (146).
+    """Work of the gas over the swept volume, docs/method.md (122).
 
     The pressure between four samples is their cubic. The compression ratio is not needed.
     """
@@ -106,7 +106,7 @@ class Exponent(NamedTuple):
 def polytropic_exponent(
     cycles: RecordedCycles, geometry: CylinderGeometry, start: float, end: float
 ) -> Exponent:
-    """Slope of -ln p over ln V between two angles [rad] by least squares, docs/method.md (148).
+    """Slope of -ln p over ln V between two angles [rad] by least squares, docs/method.md (124).
 
     Raises
     ------
@@ -158,7 +158,7 @@ def heat_release(
     start: float = -120.0 * DEGREE,
     end: float = 120.0 * DEGREE,
 ) -> HeatRelease:
-    """Apparent net heat release by the first law of one zone, docs/method.md (147).
+    """Apparent net heat release by the first law of one zone, docs/method.md (123).
 
     Parameters
     ----------

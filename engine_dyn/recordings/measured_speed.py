@@ -114,7 +114,7 @@ def fluctuation(cycles: Floats, errors: ToothErrors | None = None) -> Fluctuatio
     cycles : ndarray, shape (cycles, intervals)
         Speed of each cycle [rad/s], as `cycles_of_turns` gives it.
     errors : ToothErrors, optional
-        Taken out of it: docs/method.md (137).
+        Taken out of it: docs/method.md (113).
     """
     unsure = np.zeros(cycles.shape[1])
     if errors is not None:
@@ -138,7 +138,7 @@ def fluctuation(cycles: Floats, errors: ToothErrors | None = None) -> Fluctuatio
 
 
 def likeness(one: Floats, other: Floats, weight: Floats | None = None) -> tuple[float, float]:
-    """Correlation and root mean square difference of two curves: docs/method.md (139).
+    """Correlation and root mean square difference of two curves: docs/method.md (115).
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def _without_errors(
     """Change of the gap's angle that the part of the speeds asks for that no teeth can make.
 
     Errors of the teeth are the same in all turns and recordings: the mean of the logarithms over
-    them is left out on both sides, docs/method.md (134). Where nothing is left, there is no change.
+    them is left out on both sides, docs/method.md (110). Where nothing is left, there is no change.
     """
     turns = round(period / TURN)
     width = np.tile(wheel.width, turns)
@@ -270,7 +270,7 @@ def orders_of_samples(
 ) -> tuple[Floats, Floats]:
     """Orders of a speed that is known as means between teeth, by least squares.
 
-    The mean of a wave over an interval is smaller than the wave, docs/method.md (138); this is
+    The mean of a wave over an interval is smaller than the wave, docs/method.md (114); this is
     undone, also where intervals are of unequal width, such as a gap.
 
     Parameters

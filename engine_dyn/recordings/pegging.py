@@ -65,7 +65,7 @@ def peg_to_inlet(
     window: float = 10.0 * DEGREE,
     inlet_uncertainty: float = 0.0,
 ) -> Pegged:
-    """Make the mean pressure around an angle that of the inlet, docs/method.md (149).
+    """Make the mean pressure around an angle that of the inlet, docs/method.md (125).
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def peg_by_compression(
     interval: tuple[float, float] = COMPRESSION,
     exponent_deviation: float = EXPONENT_DEVIATION,
 ) -> Pegged:
-    """Make the compression polytropic: least squares of p + dp = C V^-n, docs/method.md (150).
+    """Make the compression polytropic: least squares of p + dp = C V^-n, docs/method.md (126).
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ NORMAL = 1.4826
 
 
 def noise(cycles: RecordedCycles) -> Floats:
-    """Standard deviation of the noise of each cycle [Pa], docs/method.md (151).
+    """Standard deviation of the noise of each cycle [Pa], docs/method.md (127).
 
     From what each sample differs from the cubic through its four neighbours: what varies over a
     few samples counts as noise, steps of a converter too. The median keeps combustion out of it.
@@ -81,7 +81,7 @@ def smooth(
     degree: int = 3,
     highest_order: float = 60.0,
 ) -> Smoothed:
-    """Smooth cycles and tell what it costs, docs/method.md (152).
+    """Smooth cycles and tell what it costs, docs/method.md (128).
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def shifted(cycles: RecordedCycles, angle: float) -> RecordedCycles:
 def without_delay(
     cycles: RecordedCycles, speed: float, delay: float = 0.0, time_constant: float = 0.0
 ) -> RecordedCycles:
-    """Take out what the measuring chain delays, docs/method.md (153).
+    """Take out what the measuring chain delays, docs/method.md (129).
 
     Parameters
     ----------

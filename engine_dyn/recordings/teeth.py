@@ -120,7 +120,7 @@ def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
     """Find the whole turns of a wheel in time stamps of its teeth.
 
     Each run of as many intervals as the wheel has teeth is compared with the pattern by
-    docs/method.md (131): the logarithms of intervals and of widths, each less its mean, differ by
+    docs/method.md (107): the logarithms of intervals and of widths, each less its mean, differ by
     the speed and by errors of teeth alone where they belong together. Where pulses are too many or
     too few, the search goes on with the next run that fits.
 

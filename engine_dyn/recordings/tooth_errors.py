@@ -52,7 +52,7 @@ class ToothErrors:
 
 
 def speed_between(angle: Floats, speed: Floats, edges: Floats, period: float) -> Floats:
-    """Angle over time between angles, for a speed that repeats: docs/method.md (132).
+    """Angle over time between angles, for a speed that repeats: docs/method.md (108).
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def speed_through_wheel(
 ) -> Floats:
     """Speed that a wheel shows: averaged between its teeth, times their errors.
 
-    docs/method.md (133).
+    docs/method.md (109).
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def speed_through_wheel(
 
 
 def tooth_errors(raw: Floats, model: Floats, wheel: Wheel) -> ToothErrors:
-    """Tooth errors from raw speeds and the speeds that a model says: docs/method.md (135).
+    """Tooth errors from raw speeds and the speeds that a model says: docs/method.md (111).
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def coasting_speed(teeth: PassedTeeth, degree: int = 3) -> Floats:
     -------
     ndarray, shape (turns, teeth)
         [rad/s], a model for `tooth_errors`. Where pistons move, multiply it by the mean of
-        1/sqrt(Theta(phi)) between the teeth: docs/method.md (136).
+        1/sqrt(Theta(phi)) between the teeth: docs/method.md (112).
 
     Raises
     ------
@@ -228,7 +228,7 @@ def coasting_speed(teeth: PassedTeeth, degree: int = 3) -> Floats:
 def orders_without_wheel(raw: Floats, wheel: Wheel) -> tuple[Floats, Floats]:
     """Half orders of a four-stroke engine's speed, which no tooth error can change.
 
-    docs/method.md (134).
+    docs/method.md (110).
 
     Parameters
     ----------

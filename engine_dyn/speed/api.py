@@ -183,7 +183,7 @@ def periodic_speed(
         "auto" takes the cheapest method that meets the tolerance.
     closure : {"power_mean", "cycle_time"}
         What the nominal speed is: the power mean of order alpha of omega over angle, or the angle
-        of a cycle over its time; docs/method.md (57) and (59).
+        of a cycle over its time; docs/method.md (64) and (66).
     tolerance : float
         Relative error of delta aimed at.
     passes, start_speed, start_angle
@@ -299,7 +299,7 @@ def _warn_of_implausible(engine: Engine, load: Load, solver: Solver, inertia: fl
 def _solve(
     engine: Engine, load: Load, solver: Solver, inertia: float, angles: Floats
 ) -> PeriodicSpeed:
-    """Solve one design; the load coefficient follows from docs/method.md (45)."""
+    """Solve one design; the load coefficient follows from docs/method.md (52)."""
     driven, gear = load.driven, load.gear(engine.diagram.period)
     torque_mean, constant = engine.torque_mean, load.constant(gear)
     result = dispatch.solve(

@@ -39,7 +39,7 @@ LEVELS = ("boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt
 
 
 class Designs(NamedTuple):
-    """Reduced numbers of some designs, docs/method.md (22), (42) and (44).
+    """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Designs(NamedTuple):
     place : ndarray, shape (2, designs)
         Crank ratio and offset as places within their box.
     part, share : ndarray, shape (pieces, designs)
-        Parts of the columns whose sum, each times its share, is the work table P, (43).
+        Parts of the columns whose sum, each times its share, is the work P, docs/method.md (50).
     target : ndarray of int, shape (designs,)
         Where the results go.
     """
@@ -209,7 +209,7 @@ def _pieces(chosen: Chosen, needs: Needs, lever: Floats) -> tuple[Integers, Floa
 
 
 def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
-    """Reduced numbers of some designs, docs/method.md (22), (42) and (44).
+    """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
     Results go to their places among all designs.
     """

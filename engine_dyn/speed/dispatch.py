@@ -42,7 +42,7 @@ __all__ = ["solve"]
 NOWHERE = np.zeros(0)
 
 NO_EXPONENT = 5e-8
-"""Exponents up to this are solved as their limit 0, docs/method.md (58). The speeds differ by
+"""Exponents up to this are solved as their limit 0, docs/method.md (65). The speeds differ by
 alpha/2 times the variance of log omega, which is 2e-9 for a speed that nearly falls to 0; rounding
 of q^(alpha/2) - 1 would cost as much."""
 
@@ -103,7 +103,7 @@ def solve(
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
     "delta_error" is wanted, all are solved a second time with four times the nodes, and with
     as many harmonics as there are. The error follows from the difference,
-    docs/method.md (97), and `status` says whether it is within the tolerance. It is the error of
+    docs/method.md (105), and `status` says whether it is within the tolerance. It is the error of
     delta or of the smallest speed, whichever is larger; the latter where a design nearly stalls.
 
     Parameters

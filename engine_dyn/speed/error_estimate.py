@@ -1,4 +1,4 @@
-"""The error of a solution, from its difference to one with more nodes: docs/method.md (97).
+"""The error of a solution, from its difference to one with more nodes: docs/method.md (105).
 
 The constants of this estimate, and the errors that iterations may leave for it, are here too.
 """
@@ -44,7 +44,7 @@ def compare(
 ) -> None:  # fmt: skip
     """Replace error and status by those from the difference to a solution with more nodes.
 
-    docs/method.md (97). The error is the relative one of delta, or that of the smallest speed where
+    docs/method.md (105). The error is the relative one of delta, or that of the smallest speed where
     it is larger. The finer solution's own error is far smaller, so the difference is nearly all of
     the error. Rounding is added, which is large for a small delta and for a large eta; eta follows
     from `inputs`. The status says whether this estimate, which is better than the kernel's, meets

@@ -42,7 +42,7 @@ MOST_PARTS = 2048
 """Columns times diagrams that exist at a time: a few ten megabytes."""
 
 ROUGHNESS, ROUGHEST = 100.0, 32
-"""Times the tolerance that every other node may miss of the work between them, docs/method.md (56);
+"""Times the tolerance that every other node may miss of the work between them, docs/method.md (62);
 largest factor on the nodes because of a rough diagram."""
 
 

@@ -2,7 +2,7 @@
 
 The fluctuation delta falls as the inertia grows: nearly as 1/Theta where it is small, and from some
 largest value at the lightest engine that still runs. The root of log delta(Theta) - log delta_w is
-found over log Theta by secants from the estimate by the energy swing, docs/method.md (85), in a
+found over log Theta by secants from the estimate by the energy swing, docs/method.md (91), in a
 bracket that is halved where a secant leaves it. Each step solves the periodic speed of all designs
 that are not done, by the same function as a sweep.
 """
@@ -94,7 +94,7 @@ def solve_for_inertia(
         Coefficient of speed fluctuation wanted, above 0.
     energy_swing : array_like, optional
         Range of the work of the torque, less a load over angle and the mean [J], from which the
-        search starts, docs/method.md (85). Without it, for a load over speed alone, it follows from
+        search starts, docs/method.md (91). Without it, for a load over speed alone, it follows from
         the fluctuation with a large inertia.
     tolerance : float
         Relative error of delta aimed at.
@@ -149,7 +149,7 @@ def solve_for_inertia(
 def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
     """Energy swing [J] of designs, from delta with a large inertia and a constant load torque.
 
-    docs/method.md (85), whose error is that of delta squared; many designs take a fraction of the
+    docs/method.md (91), whose error is that of delta squared; many designs take a fraction of the
     time of the extremes of the work. Where there is no periodic speed, some swing from which the
     search can find out why.
     """
@@ -172,7 +172,7 @@ def search(
 ) -> Required:
     """Find the inertia for each of some designs, from a function that solves them.
 
-    Secants over docs/method.md (85), in a bracket.
+    Secants over docs/method.md (91), in a bracket.
 
     Parameters
     ----------

@@ -133,14 +133,14 @@ COMPARED = ("delta", "omega_min")
 
 IDLE = 1e-9
 """If mean torque and constant load differ by no more than this fraction of the torque's range, the
-engine idles: docs/method.md (60)."""
+engine idles: docs/method.md (67)."""
 
 ROUNDING = 5e-16
-"""Error by rounding of a speed over the nominal speed, docs/method.md (93) and (97). The smaller
+"""Error by rounding of a speed over the nominal speed, docs/method.md (101) and (105). The smaller
 delta is, the larger is its relative error by this."""
 
 CANCELLED = 8.0
-"""Factor on eta in the rounding of speeds, docs/method.md (93) and (97). V is the sum of up to 16
+"""Factor on eta in the rounding of speeds, docs/method.md (101) and (105). V is the sum of up to 16
 squares that nearly cancel, each exact to some 2e-16, which makes 16 eta times as much in q."""
 
 

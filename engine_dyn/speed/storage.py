@@ -60,7 +60,7 @@ def store(
 ) -> None:  # fmt: skip
     """Write one design's numbers, docs/method.md (1). Speeds are in rad/s, `span` is their range.
 
-    The load factor 1/mu is that of docs/method.md (45).
+    The load factor 1/mu is that of docs/method.md (52).
     """
     results.status[target] = code
     for result in range(SCALARS):

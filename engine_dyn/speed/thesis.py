@@ -1,7 +1,7 @@
 """The thesis's own method: cycles of explicit Euler steps in omega, one degree each.
 
-docs/method.md (83); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. The method is of first order.
-Every step adds energy, docs/method.md (84), so that with a constant load torque the mean speed
+docs/method.md (89); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. The method is of first order.
+Every step adds energy, docs/method.md (90), so that with a constant load torque the mean speed
 climbs without end. The method exists to reproduce printed numbers and should not be used for new
 ones: this file is validation, apart from the solvers.
 """
@@ -72,7 +72,7 @@ def step_cycles(
     cycle: Cycle, law: Law, width: float, start: float, first: int, passes: int, speeds: Floats,
     rates: Floats,
 ) -> tuple[int, bool, bool, float, float, float]:  # fmt: skip
-    """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (83).
+    """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (89).
 
     theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps of
     `width` [rad]. `speeds`
@@ -115,7 +115,7 @@ def _members(cylinders: Cylinders) -> list[Member]:
 def _cycle_of(
     one: Chosen, family: Family, cylinders: Cylinders, variable: bool
 ) -> tuple[Cycle, float]:
-    """Curves of a design, docs/method.md (27) and (33), and the mean of its torque at nominal speed."""
+    """Curves of a design, docs/method.md (27) and (39), and the mean of its torque at nominal speed."""
     value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
     period = family.period
     count = round(period / DEGREE)

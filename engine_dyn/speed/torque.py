@@ -75,7 +75,7 @@ def torque_extremes(
 
 @inlined
 def _range_of(width: float, value: Floats, slope: Floats, missed: Floats) -> tuple[float, float]:
-    """Largest and smallest value of a curve, docs/method.md (90) and (91).
+    """Largest and smallest value of a curve, docs/method.md (98) and (99).
 
     `missed` is what the cubics through values and slopes miss in the middle of intervals.
     """

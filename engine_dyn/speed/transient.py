@@ -1,7 +1,7 @@
 """Speed over recorded cycles as an initial-value problem: given torque over angle, one load law.
 
 The train of cycles is not periodic: what the crank did before it began is in its first speed. The
-same train closed on itself is there to compare with. docs/method.md (140) to (144).
+same train closed on itself is there to compare with. docs/method.md (116) to (120).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class SpeedOfTrain:
     start_speed, load_coefficient : float
         First speed [rad/s], and k [N m s^alpha].
     memory : float
-        What is left at the end of a small change of the first energy: docs/method.md (142) [1].
+        What is left at the end of a small change of the first energy: docs/method.md (118) [1].
     by_start, by_coefficient : ndarray, shape (n + 1,)
         Derivatives of the speed with respect to the first speed [1], and to k.
     """
@@ -190,7 +190,7 @@ def _follow(
 ) -> int:  # fmt: skip
     """Energy at the ends of steps, with its derivatives; the number of steps that were made.
 
-    Runge and Kutta's method of fourth order for docs/method.md (140) and (141).
+    Runge and Kutta's method of fourth order for docs/method.md (116) and (117).
     """
     e, s, g = start, 1.0, 0.0
     energy[0], by_start[0], by_coefficient[0] = e, s, g
@@ -270,7 +270,7 @@ def fit_train(
     start_speed: float | None = None,
     load_coefficient: float | None = None,
 ) -> SpeedOfTrain:
-    """Fit first speed and load coefficient to measured speeds: docs/method.md (143).
+    """Fit first speed and load coefficient to measured speeds: docs/method.md (119).
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ def fit_train(
 
 
 def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
-    """Speed of the same train if it repeated for ever: docs/method.md (144).
+    """Speed of the same train if it repeated for ever: docs/method.md (120).
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 Bore, stroke, number of cylinders, rated power and rated speed are enough; largest pressure and fuel
 consumption help. Everything else is assumed (`sweeps.measuring.usual_engines`) unless the data
-sheet has it, and every assumption is kept with its reason. docs/method.md (158) to (162).
+sheet has it, and every assumption is kept with its reason. docs/method.md (134) to (138).
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ class _Fitting:
         self.sheet, self.given, self.kind, self.own = sheet, given, kind, own
         self.friction = friction
         volume = 0.25 * math.pi * own["bore"] ** 2 * own["stroke"] * own["cylinders"]
-        # (158): brake mean effective pressure [Pa] of 1 kW.
+        # (134): brake mean effective pressure [Pa] of 1 kW.
         self.of_power = 1e3 * PERIOD / (volume * own["speed"] * RPM)
         self.goal = given.power * self.of_power
         self.fitted: dict[str, str] = {}
@@ -281,7 +281,7 @@ class _Fitting:
         return (lambda heat: replace(base, heat=heat)), 0.0, most, 0.1
 
     def heat_of(self, fuel_consumption: float) -> float:
-        """Heat over the swept volume [Pa] at rated power; docs/method.md (161)."""
+        """Heat over the swept volume [Pa] at rated power; docs/method.md (137)."""
         return self.goal * fuel_consumption * GRAMS_PER_KWH * self.kind.fuel.heat
 
     def _charged(self, base: FourStrokeCycle) -> Callable[[float], FourStrokeCycle]:

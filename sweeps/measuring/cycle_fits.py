@@ -2,7 +2,7 @@
 
 A cycle is a frozen dataclass of `engine_dyn.pressure`; a fit returns it with one field changed, or
 two that belong together. All SI. The catalogue (tools/calibrate_catalogue.py) and
-`sweeps.measuring.calibration` share these functions. docs/method.md (158) to (162).
+`sweeps.measuring.calibration` share these functions. docs/method.md (134) to (138).
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def solved(
 
 
 def trapped_mass(cycle: FourStrokeCycle) -> float:
-    """Mass in the cylinder when it has closed, over the swept volume [kg/m3]; method.md (159)."""
+    """Mass in the cylinder when it has closed, over the swept volume [kg/m3]; method.md (135)."""
     values = {item.name: getattr(cycle, item.name) for item in fields(cycle)}
     pressure = float(tabulate(FourStrokeCycle, values).trapped_pressure)
     volume = float(cycle.volume(cycle.intake_closing))

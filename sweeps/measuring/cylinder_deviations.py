@@ -275,7 +275,7 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def _damping(scene: Scene, computed: xr.Dataset, place: int, speed: Floats) -> Floats:
-    """Of c of docs/method.md (165) what the load is, times the inertia; 0 but for a + k w^alpha."""
+    """Of c of docs/method.md (141) what the load is, times the inertia; 0 but for a + k w^alpha."""
     if "power_law" not in variant_words(scene) or "load_coefficient" not in computed:
         return np.zeros(speed.size)
     assert scene.measured is not None

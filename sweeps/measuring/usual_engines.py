@@ -52,7 +52,7 @@ class Fuel:
 
     @property
     def heat_of_charge(self) -> float:
-        """Heat released by a kilogram of charge at `air_fuel_ratio` [J/kg]; method.md (160)."""
+        """Heat released by a kilogram of charge at `air_fuel_ratio` [J/kg]; method.md (136)."""
         return self.heat / (self.air_fuel_ratio + (1.0 if self.with_air else 0.0))
 
 

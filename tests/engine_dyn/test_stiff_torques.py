@@ -66,7 +66,7 @@ def kloss(x: Any) -> tuple[Any, Any]:
 
 
 def equation(inertia: float, torque: Any, variable: bool = False, mu: float = 1.0) -> Stiff:
-    """docs/method.md (46) from the points of the pressure and a torque over omega/omega_n."""
+    """docs/method.md (53) from the points of the pressure and a torque over omega/omega_n."""
     phi, p = points()
     at = np.linspace(0.0, CYCLE, 14401)
     v, b = solution.velocity(at, RATIO), solution.acceleration(at, RATIO)

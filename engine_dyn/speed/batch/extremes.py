@@ -124,7 +124,7 @@ def middle_of(
     """What the cubic through u at both ends of a fine interval misses in its middle.
 
     The load is smooth: what it misses of the work is known. With variable inertia the cubic is that
-    of energy over inertia, docs/method.md (92).
+    of energy over inertia, docs/method.md (100).
     """
     table, node = scratch.table, point.node
     gas, eta = designs.gas[which], designs.eta[which]

@@ -1,7 +1,7 @@
 """A polynomial that stands for the law of a design in the range of its speeds.
 
 The law is asked at Chebyshev points only, whatever law it is; the passes of a block then evaluate
-polynomials, which are vectors over its designs. docs/method.md (69).
+polynomials, which are vectors over its designs. docs/method.md (76).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _POINTS, _CHEBYSHEV, _POWERS = _tables()
 def closing_function(q: float, closure: int) -> float:
     """What closes a design whose law does not depend on the speed, with the slope 1 at q = 1.
 
-    docs/method.md (58) and (59).
+    docs/method.md (65) and (66).
     """
     if closure == CYCLE_TIME:
         return 2.0 - 2.0 / math.sqrt(q)

@@ -5,13 +5,13 @@ varies, the energy equation is
 
     u tau = X - y,      y' = kappa (F(q)/mu - 1),      y periodic,
 
-where y is the work of the load, docs/method.md (61). Its law is split into a part that is
+where y is the work of the load, docs/method.md (55). Its law is split into a part that is
 proportional to the energy, with the slope s of F, and a remainder r, so that with beta = kappa s
 
     y' + beta y = beta (X + r),      r = (F/mu - 1)/s - u tau,
 
 which is linear in y. One pass solves it, exactly for the integrals of X that are tabulated, and for
-a cubic through r: docs/method.md (64) to (67). Passes are repeated with the remainder of their
+a cubic through r: docs/method.md (70) to (74). Passes are repeated with the remainder of their
 results. The equation contains the closure <F> = mu, because y is periodic, so an idle engine is one
 with a tiny beta.
 
@@ -71,7 +71,7 @@ def begin_lanes(first: int, weights: Weights, lanes: Lanes) -> None:
 
 @inlined
 def run_load(with_rest: bool, lanes: Lanes, curves: Curves) -> None:
-    """Solve y' + beta y = beta (X + r) from y = 0 on, docs/method.md (64) and (66)."""
+    """Solve y' + beta y = beta (X + r) from y = 0 on, docs/method.md (70) and (72)."""
     decay, of_mass, of_tilt, mean = lanes.decay, lanes.of_mass, lanes.of_tilt, lanes.force
     first = curves.load[HALO]
     for k in range(mean.size):
@@ -95,7 +95,7 @@ def run_load(with_rest: bool, lanes: Lanes, curves: Curves) -> None:
 
 @inlined
 def close_period(variable: bool, lanes: Lanes, curves: Curves) -> None:
-    """Add the start that makes y periodic, docs/method.md (67), and find u and its range."""
+    """Add the start that makes y periodic, docs/method.md (74), and find u and its range."""
     nodes = curves.drive.shape[0]
     behind = curves.load[HALO + nodes]
     start, decay, high, low = lanes.start, lanes.decay, lanes.high, lanes.low
@@ -182,7 +182,7 @@ def fill_ones(curve: Floats) -> None:
 def add_missed(variable: bool, terms: int, law: Floats, lanes: Lanes, curves: Curves) -> None:
     """Add to the drive what a cubic through the remainder misses where X is rough.
 
-    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (66).
+    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (73).
     """
     slope, half, scaled, steep = lanes.slope, lanes.half, lanes.scaled, lanes.force
     for i in range(curves.drive.shape[0]):
@@ -217,7 +217,7 @@ def begin_rest(
     """Polynomials of the laws of a block; returns how many terms the longest has.
 
     Where the equation is linear if the law is proportional to q, such designs are done. A law that
-    does not depend on the speed is that of the closure, docs/method.md (58) and (59).
+    does not depend on the speed is that of the closure, docs/method.md (65) and (66).
     """
     lanes, longest = scratch.lanes, 0
     for k in range(lanes.state.size):
@@ -251,7 +251,7 @@ def begin_rest(
 
 @inlined
 def correct_mu(lanes: Lanes, curves: Curves) -> None:
-    """Move the mean of F towards that at which the cycle takes its time, docs/method.md (70).
+    """Move the mean of F towards that at which the cycle takes its time, docs/method.md (77).
 
     `lanes.total` gets by how much.
     """

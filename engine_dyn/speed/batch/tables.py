@@ -45,7 +45,7 @@ def add_columns(columns: Floats, share: float, factor: Floats, curve: Floats) ->
 
 @inlined
 def fill_factors(which: int, columns: Columns, designs: Designs, factor: Floats) -> None:
-    """Factor of each column: Chebyshev polynomials of ratio and offset, docs/method.md (60)."""
+    """Factor of each column: Chebyshev polynomials of ratio and offset, docs/method.md (58)."""
     for t in range(factor.size):
         factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
             columns.degrees[t, 1], designs.place[1, which]
@@ -63,7 +63,7 @@ def forget_fine(table: Table) -> None:
 def add_moments(curve: Floats) -> None:
     """First moment of a curve about the middle of each interval, and what a cubic misses of the mean.
 
-    docs/method.md (66).
+    docs/method.md (72).
     """
     values, mean, moment, missed = curve[0], curve[1], curve[2], curve[3]
     nodes = values.size
@@ -128,7 +128,7 @@ def fill_lane(
     lane: int, which: int, task: Task, table: Table, weights: Weights, designs: Designs,
     curves: Curves,
 ) -> None:  # fmt: skip
-    """X of one design, docs/method.md (61), and what it adds to the load's work, (64) and (65)."""
+    """X of one design, docs/method.md (55), and what it adds to the load's work, (70) and (71)."""
     gas, eta = designs.gas[which], designs.eta[which]
     of_mass, of_tilt = weights.of_mass[which], weights.of_tilt[which]
     p, v, mean_p, mean_v = table.gas[0], table.square[0], table.gas[1], table.square[1]

@@ -21,7 +21,7 @@ LARGEST_STEP = 0.05
 
 
 class Weights(NamedTuple):
-    """Numbers of each design, docs/method.md (65) and (67), shape (designs,).
+    """Numbers of each design, docs/method.md (71) and (74), shape (designs,).
 
     Attributes
     ----------

@@ -22,7 +22,7 @@ __all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "pulls
 
 
 class Design(NamedTuple):
-    """Reduced numbers of one design, docs/method.md (22) and (44).
+    """Reduced numbers of one design, docs/method.md (22) and (51).
 
     `flat` says that the law does not depend on the speed, `nominal` is omega_n [rad/s].
     """
@@ -35,7 +35,7 @@ class Design(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Equation and solution of one design at the nodes, docs/method.md (46) and (47).
+    """Equation and solution of one design at the nodes, docs/method.md (53) and (54).
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ def _add_part(
 def fill_curve(
     which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve
 ) -> None:
-    """Fill in w, w', tau and tau' at the nodes: docs/method.md (47)."""
+    """Fill in w, w', tau and tau' at the nodes: docs/method.md (54)."""
     for t in range(curve.factor.size):
         curve.factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
             columns.degrees[t, 1], designs.place[1, which]
@@ -134,7 +134,7 @@ def _is_flat(law: Law) -> bool:
 def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tuple[Design, int]:
     """Reduced numbers of a design whose curve is filled in, and its outcome so far.
 
-    docs/method.md (44), and (60) for idle.
+    docs/method.md (51), and (67) for idle.
     """
     law, sign = law_of(
         designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
@@ -165,7 +165,7 @@ def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tupl
 def pulls_back(design: Design) -> bool:
     """Whether load or driver oppose a deviation from the nominal speed, or leave it as it is.
 
-    docs/method.md (86).
+    docs/method.md (92).
     """
     if is_power(design.law) or design.flat or design.kappa == 0.0:
         return True

@@ -38,7 +38,7 @@ NEWTON_STEPS = 60
 """Largest number of Newton's steps."""
 
 CERTAIN = 0.01
-"""Margin by which the mean of docs/method.md (88) over nodes must exceed 1, because it stands for
+"""Margin by which the mean of docs/method.md (94) over nodes must exceed 1, because it stands for
 an integral."""
 
 ROUNDED = 1.0 + 1e-9
@@ -49,7 +49,7 @@ ROUNDED = 1.0 + 1e-9
 def _must_stall(width: float, design: Design, curve: Curve) -> bool:
     """Whether no periodic speed above zero exists, with a power law and the power mean.
 
-    docs/method.md (88). From the angle of the least work on, the load takes at most the work of a
+    docs/method.md (94). From the angle of the least work on, the load takes at most the work of a
     whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
     wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution. The
     test saves all the steps that Newton's method would need before it gives up.
@@ -70,9 +70,9 @@ def _must_stall(width: float, design: Design, curve: Curve) -> bool:
 
 @inlined
 def _is_stable(design: Design, curve: Curve) -> bool:
-    """Whether small deviations from the solution decay, docs/method.md (87).
+    """Whether small deviations from the solution decay, docs/method.md (93).
 
-    A deviation of the energy changes in a period by the factor of docs/method.md (86). It always
+    A deviation of the energy changes in a period by the factor of docs/method.md (92). It always
     decays with a power law, and with a driver whose torque falls with the speed; it stays where the
     law does not depend on the speed.
     """

@@ -1,14 +1,14 @@
-"""Newton's method on the whole periodic curve, for one design: docs/method.md section 10.5.
+"""Newton's method on the whole periodic curve, for one design: docs/method.md section 10.4.
 
-The unknown is e(phi), the kinetic energy over its nominal value, docs/method.md (46) to (48), where
+The unknown is e(phi), the kinetic energy over its nominal value, docs/method.md (53) to (55), where
 it is called chi:
 
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
 or any other law F of `engine_dyn.loads.laws`. The curve e is periodic, and tau is 1 (constant
 inertia) or Theta(phi)/Theta (variable). The work of the load s = e - 1 - w obeys
-s' = -kappa (F/mu - 1), docs/method.md (72), which is discretised with Obreshkov's two-point formula
-of fourth order, docs/method.md (63). The nodes store d = e - 1 and not s, because a strong load
+s' = -kappa (F/mu - 1), docs/method.md (78), which is discretised with Obreshkov's two-point formula
+of fourth order, docs/method.md (79). The nodes store d = e - 1 and not s, because a strong load
 follows a work that is far more than the kinetic energy, and their sum would have no digits. Each
 Newton step is one pass of a scalar recurrence. The sum of all interval equations says
 mean(F) = mu. It replaces the equation of the last interval, so that weak loads (kappa near 0), for
@@ -32,8 +32,8 @@ __all__ = ["closure_terms", "newton"]
 def closure_terms(q: float, law: Law, flat: bool, closure: int) -> tuple[float, float]:
     """Return the density of the closure's residual, whose mean must vanish, and its derivative.
 
-    Cycle time: q^(-1/2) - 1, docs/method.md (59). Power mean of order alpha: q^(alpha/2) - 1,
-    docs/method.md (57), with log q as its limit alpha -> 0, docs/method.md (58).
+    Cycle time: q^(-1/2) - 1, docs/method.md (66). Power mean of order alpha: q^(alpha/2) - 1,
+    docs/method.md (64), with log q as its limit alpha -> 0, docs/method.md (65).
     """
     base = max(q, FLOOR)
     if closure == CYCLE_TIME:
@@ -54,7 +54,7 @@ def closure_terms(q: float, law: Law, flat: bool, closure: int) -> tuple[float, 
 def _closed_level(design: Design, curve: Curve) -> float:
     """Return the constant s at which the power mean is 1: the solution in the limit of no load.
 
-    docs/method.md (57) and (58). The mean rises with s, and is above 1 where q >= 1 everywhere. For
+    docs/method.md (64) and (65). The mean rises with s, and is above 1 where q >= 1 everywhere. For
     laws that are no power, it is the mean of q.
     """
     w, tau, nodes = curve.w, curve.tau, curve.w.size
@@ -129,7 +129,7 @@ def _settle(
 def _steps(
     closure: int, width: float, tolerance: float, most: int, design: Design, curve: Curve
 ) -> tuple[int, float, float, float]:
-    """Newton's steps from the start in `curve.d`, docs/method.md (73) to (76).
+    """Newton's steps from the start in `curve.d`, docs/method.md (80) to (83).
 
     Arguments and results are those of `newton`.
     """
@@ -150,7 +150,7 @@ def _steps(
                 total += value
             if step == 1:
                 mu = total / count
-        # docs/method.md (72) and (74): f = s', its derivative along the curve, B = -df/ds, B' and
+        # docs/method.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B' and
         # df/dmu.
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
@@ -164,8 +164,8 @@ def _steps(
             work[3, j] = -kappa / mu * first * dtau[j] / (tau[j] * tau[j])
             work[4, j] = kappa * value / (mu * mu)
             work[5, j] = 0.0
-        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu by docs/method.md (75), and the two
-        # means that close the system, docs/method.md (76) and (59).
+        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu by docs/method.md (82), and the two
+        # means that close the system, docs/method.md (83) and (66).
         grow, shift, push = 1.0, 0.0, 0.0
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
@@ -239,7 +239,7 @@ def newton(
 ) -> tuple[int, float, float, float]:
     """Solve for d at the nodes, in place; `width` is the angle between them [rad].
 
-    Newton's steps start from the solution without load, docs/method.md (57), after some cycles of
+    Newton's steps start from the solution without load, docs/method.md (64), after some cycles of
     implicit Euler. With the closure `cycle_time`, mu is unknown too, and they start from the
     solution with the power mean. Returns the number of steps (negative: not converged), mu, the
     last change and the smallest q.

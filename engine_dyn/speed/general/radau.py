@@ -1,7 +1,7 @@
 """One interval of the energy equation, however stiff: Radau's formula of fifth order.
 
-The equation is docs/method.md (46) for e = chi, forwards in time. Between two nodes, the slope of
-the work is a polynomial, docs/method.md (125), so the formula may take steps of any size there. It
+The equation is docs/method.md (53) for e = chi, forwards in time. Between two nodes, the slope of
+the work is a polynomial, docs/method.md (84), so the formula may take steps of any size there. It
 damps within one step whatever dies out within it (it is L-stable), which Obreshkov's two-point
 formula does not.
 """
@@ -19,7 +19,7 @@ __all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
 
 ROOT = math.sqrt(6.0)
 
-# Radau IIA with three stages, docs/method.md (126); Hairer and Wanner, Solving Ordinary
+# Radau IIA with three stages, docs/method.md (85); Hairer and Wanner, Solving Ordinary
 # Differential Equations II, table IV.5.6: places, weights, and the slope of the polynomial through
 # start and stages at the end of the step.
 PLACE_1, PLACE_2 = (4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0
@@ -44,7 +44,7 @@ SOLVED = 1e-14
 class Interval(NamedTuple):
     """Slope of the work times the width, and tau, as polynomials in t from 0 to 1.
 
-    docs/method.md (125); the coefficients ascend.
+    docs/method.md (84); the coefficients ascend.
     """
 
     work: tuple[float, float, float, float, float]
@@ -69,7 +69,7 @@ class Passed(NamedTuple):
 def slope_of(
     j: int, width: float, value: Floats, slope: Floats
 ) -> tuple[float, float, float, float, float]:
-    """Coefficients of the slope, times the width, between node j and the next: docs/method.md (125).
+    """Coefficients of the slope, times the width, between node j and the next: docs/method.md (84).
 
     The quartic through four slopes whose integral is the rise of the values.
     """
@@ -111,7 +111,7 @@ def interval_of(
 def rate_at(
     t: float, e: float, interval: Interval, push: float, mu: float, law: Law
 ) -> tuple[float, float]:
-    """Slope of e times the width, docs/method.md (46), and its derivative over e.
+    """Slope of e times the width, docs/method.md (53), and its derivative over e.
 
     `push` is kappa times the width.
     """
@@ -129,8 +129,8 @@ def _step(
 ) -> tuple[float, float, float, bool]:
     """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
 
-    The stages are those of docs/method.md (126), found by Newton's method. The slope, times the
-    width, is that of the polynomial through the stages, docs/method.md (127), because the terms of
+    The stages are those of docs/method.md (85), found by Newton's method. The slope, times the
+    width, is that of the polynomial through the stages, docs/method.md (86), because the terms of
     the equation itself nearly cancel where it is stiff. The last result tells whether the stages
     were found.
     """

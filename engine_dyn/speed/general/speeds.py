@@ -19,14 +19,14 @@ __all__ = ["fill_rate", "speeds_of", "take_slope"]
 
 STRONG_LOAD = 1e-3
 """Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
-negligible. Above it, that error is estimated, docs/method.md (95)."""
+negligible. Above it, that error is estimated, docs/method.md (103)."""
 
 
 @inlined
 def _peak(sign: float, j: int, width: float, curve: Curve) -> tuple[float, float]:
     """Largest sign * q in the interval behind node j, at whose ends it rises and falls.
 
-    docs/method.md (90) to (92), and how much it may miss.
+    docs/method.md (98) to (100), and how much it may miss.
     """
     q, tau = curve.q, curve.tau
     n = j + 1 if j + 1 < q.size else 0
@@ -72,7 +72,7 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
 def _unresolved(closure: int, design: Design, q: Floats) -> float:
     """Relative difference of the means over even and odd nodes, of the speed and of the closure.
 
-    docs/method.md (94).
+    docs/method.md (102).
     """
     speed = closed = both = 0.0
     for j in range(q.size):
@@ -89,7 +89,7 @@ def _unresolved(closure: int, design: Design, q: Floats) -> float:
 def _load_missed(mu: float, width: float, design: Design, q: Floats, force: Floats) -> float:
     """Error of the two-point formula in q, by third differences of the load's rate.
 
-    The numerator of docs/method.md (95). The rate is kappa (F/mu - 1). The local errors, h^5/720
+    The numerator of docs/method.md (103). The rate is kappa (F/mu - 1). The local errors, h^5/720
     times its fourth derivative, add up to h^4/720 times the third, and the cubic through the nodes
     misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
     a stall differences are too small. `force` is scratch.
@@ -106,7 +106,7 @@ def _load_missed(mu: float, width: float, design: Design, q: Floats, force: Floa
 
 @inlined
 def fill_rate(mu: float, design: Design, curve: Curve) -> None:
-    """Slope of q at the nodes, docs/method.md (89)."""
+    """Slope of q at the nodes, docs/method.md (97)."""
     for j in range(curve.q.size):
         force, _ = load_terms(curve.q[j], design.law)
         slope = curve.dw[j] - design.kappa * (force / mu - 1.0)
@@ -142,7 +142,7 @@ def speeds_of(
 ) -> tuple[float, float, float, float, float]:
     """Largest, smallest and mean speed and the range [rad/s], and the relative error of delta.
 
-    docs/method.md (93) and (96). `missed` is what the solution may miss of q in all. The estimate
+    docs/method.md (101) and (104). `missed` is what the solution may miss of q in all. The estimate
     is that of the smallest speed, where it is larger: near a stall that speed is far less than the
     range, and its error may be as large. It is 1 where the fluctuation is less than rounding. All
     are NaN where the smallest q is not above FLOOR. The slopes of q must be known.

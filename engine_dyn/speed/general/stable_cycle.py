@@ -1,4 +1,4 @@
-"""The stable cycle of one design, by following cycles in time: docs/method.md section 10.10.
+"""The stable cycle of one design, by following cycles in time: docs/method.md section 10.5.
 
 It is for designs for which the other solvers find none: torques that answer steeply to the speed,
 for which Newton's method on the whole curve starts too far away. The equation is of first order, so
@@ -86,7 +86,7 @@ def _follow(
     One that begins above every steady cycle, `above`, and ends still higher never comes back.
     Returns what comes of them, the energy at node 0, what the last one may miss, and their number.
     Where a deviation shrinks slowly, the next start is where this shrinking leads to,
-    docs/method.md (128); from where that led to standstill, the cycles are followed one by one.
+    docs/method.md (87); from where that led to standstill, the cycles are followed one by one.
     """
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
     e, plain, hurried = start, start, True
@@ -146,7 +146,7 @@ def _found(
 
 @inlined
 def _late(curve: Curve) -> float:
-    """Relative excess of the cycle's time over that at nominal speed, docs/method.md (59)."""
+    """Relative excess of the cycle's time over that at nominal speed, docs/method.md (66)."""
     total = 0.0
     for j in range(curve.d.size):
         total += math.sqrt(curve.tau[j] / (1.0 + curve.d[j])) - 1.0
@@ -158,7 +158,7 @@ def _starts(width: float, design: Design, curve: Curve) -> tuple[float, float]:
     """Energies at node 0 from which cycles are followed: near nominal, and above all.
 
     A steady cycle has the nominal speed somewhere. From there on it gains no more than the range of
-    the work and the load of a cycle, docs/method.md (129).
+    the work and the load of a cycle, docs/method.md (88).
     """
     nodes = curve.w.size
     least, most, widest = math.inf, -math.inf, 1.0

@@ -1,7 +1,7 @@
 """Boxes of crank ratio and pin offset in which velocities are polynomials.
 
 The reduced piston velocity is a smooth function of the crank ratio and of the offset over the crank
-radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/method.md (60);
+radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/method.md (58);
 so is everything that is linear in it, such as the work of the gas. A design's box follows from its
 own numbers, so it has the same curves whatever else is computed.
 """

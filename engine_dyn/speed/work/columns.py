@@ -4,7 +4,7 @@ The periodic speed of a design needs one curve over a period, the reduced work
 
     w(phi) = g P(phi) - eta V(phi),
 
-of gas, friction over the stroke, load over angle and masses, docs/method.md (43) and (47). Each is
+of gas, friction over the stroke, load over angle and masses, docs/method.md (50) and (54). Each is
 linear in the piston velocity, or in its square, and so a polynomial of crank ratio and offset
 within a box of both: a short sum of columns, one for each polynomial. They are tabulated once, for
 each diagram and for what all diagrams have in common. Cylinders that differ, misfire, offsets and
@@ -252,7 +252,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
 def _roughness(box: Box, work: Floats) -> Floats:
     """What a polynomial through every other node misses of the work between, over its range.
 
-    docs/method.md (56), in the middle of the box.
+    docs/method.md (62), in the middle of the box.
     """
     middle = np.array([math.cos(0.5 * math.pi * (i + j)) if 0 in (i, j) else
                        math.cos(0.5 * math.pi * i) * math.cos(0.5 * math.pi * j)
@@ -322,7 +322,7 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
 def _add_square(
     source: Source, curves: list[_Velocity], work: Floats, halves: Floats, rates: Floats
 ) -> None:
-    """Add the squared velocity without its mean, docs/method.md (20), and its slope (50)."""
+    """Add the squared velocity without its mean, docs/method.md (20), and its slope (57)."""
     for curve in curves:
         work += _folded(curve.square, source.nodes)
         halves += _folded(curve.square_between, source.nodes)
@@ -368,7 +368,7 @@ def _add_friction(
     source: Source, diagram: RubbedDiagram, member: Member, work: Floats, halves: Floats,
     rates: Floats,
 ) -> None:  # fmt: skip
-    """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (43)."""
+    """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (50)."""
     inside, at_node = _angles(member, source.nodes, source.family.period)
     ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
     shapes = []

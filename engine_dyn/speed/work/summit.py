@@ -33,7 +33,7 @@ def summit_at(b: float, c: float, d: float, e: float, f: float) -> float:
 
 @inlined
 def cubic_in_middle(left: float, right: float, d_left: float, d_right: float) -> float:
-    """Cubic Hermite interpolant in the middle of an interval, docs/method.md (52)."""
+    """Cubic Hermite interpolant in the middle of an interval, docs/method.md (60)."""
     return 0.5 * (left + right) + 0.125 * (d_left - d_right)
 
 
@@ -43,7 +43,7 @@ def peak_between(
 ) -> tuple[float, float]:
     """Maximum of a curve within an interval that rises at its begin and falls at its end.
 
-    docs/method.md (90) is its place, (91) its value.
+    docs/method.md (98) is its place, (99) its value.
 
     Parameters
     ----------

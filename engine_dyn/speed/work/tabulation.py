@@ -14,7 +14,7 @@ __all__ = ["POINTS", "WEIGHTS", "add_products", "arrange", "cumulate"]
 _GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * math.sqrt(0.15)
 POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
 WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0
-"""Quadrature of an interval of width 1, docs/method.md (49): Gauss's three points on each half."""
+"""Quadrature of an interval of width 1, docs/method.md (56): Gauss's three points on each half."""
 
 
 @kernel
@@ -46,7 +46,7 @@ def add_products(pressure: Floats, velocity: Floats, weights: Floats, total: Flo
 
 @kernel
 def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float, mean: Floats) -> None:
-    """Turn mean torques of intervals into the work at nodes and between, docs/method.md (43).
+    """Turn mean torques of intervals into the work at nodes and between, docs/method.md (50).
 
     Parameters
     ----------
@@ -107,16 +107,17 @@ def arrange(
         Of an interval [rad].
     fine, torque, middle : ndarray, shape (parts, nodes, terms)
         Get work and torque at the nodes, and what the cubic through both misses in the middles,
-        docs/method.md (52).
+        docs/method.md (60).
     between : ndarray, shape (parts, nodes, terms)
-        Gets what a polynomial through coarse nodes misses of the integral of the work, (74).
+        Gets what a polynomial through coarse nodes misses of the integral of the work,
+        docs/method.md (63).
     weights : ndarray, shape (stride, stencil)
         Of that polynomial at the nodes of a coarse interval.
     integral : ndarray, shape (coarse nodes,)
         Scratch.
     coarse : ndarray, shape (parts, 2, terms, coarse nodes)
         Gets the work at the coarse nodes, and its mean over the coarse interval behind each,
-        docs/method.md (64).
+        docs/method.md (70).
     """
     parts, terms, nodes = work.shape
     stride, many = nodes // coarse.shape[3], coarse.shape[3]

@@ -122,7 +122,7 @@ def test_torque_of_combustion_does_the_work() -> None:
 def test_missed_and_strong_cycles_of_the_integrated_speed(
     cycle_and_exponent: tuple[MeanCycle, float],
 ) -> None:
-    """Equations (163) to (168): SciPy's speed with two cycles that deviate, and no errors."""
+    """Equations (139) to (144): SciPy's speed with two cycles that deviate, and no errors."""
     cycle, exponent = cycle_and_exponent
     changed = {(3, 2): 0.0, (6, 1): 6.0 * BAR}
     raw = raw_of(run(exponent, changed, cycle.speed[0], 9), 8)
@@ -176,7 +176,7 @@ def test_what_is_not_known_leaves_no_trace(cycle_and_exponent: tuple[MeanCycle, 
 @pytest.mark.parametrize("noise", [NOISE, WheelNoise(0.0, 0.001, 0.0003)])
 @pytest.mark.parametrize("reference_cycles", [np.inf, 10.0])
 def test_uncertainty_is_the_spread_over_wheels(noise: WheelNoise, reference_cycles: float) -> None:
-    """Equation (169): teeth are moved one by one here, in 4000 wheels."""
+    """Equation (145): teeth are moved one by one here, in 4000 wheels."""
     cycle = mean_cycle(0.0)
     estimator = work_estimator(cycle, WHEEL, GAP, noise, reference_cycles=reference_cycles)
     rng = np.random.default_rng(3)
@@ -217,7 +217,7 @@ def test_errors_of_teeth_cancel_against_earlier_cycles() -> None:
 
 
 def test_thresholds_are_those_of_the_normal_distribution() -> None:
-    """Equations (170) and (171), with SciPy's distribution."""
+    """Equations (146) and (147), with SciPy's distribution."""
     cycle = mean_cycle(0.0)
     sigma = 0.3 * BAR
     estimator = work_estimator(

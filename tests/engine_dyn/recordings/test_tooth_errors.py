@@ -63,7 +63,7 @@ def test_errors_are_found_with_the_true_speed() -> None:
 
 
 def test_half_orders_do_not_know_of_errors() -> None:
-    """Equation (134): the difference of both turns is the same with a perfect wheel."""
+    """Equation (110): the difference of both turns is the same with a perfect wheel."""
     perfect = cycles_of_turns(find_turns(tooth_times(ENGINE, WHEEL.width, 4, GAP), WHEEL), 2).mean(
         axis=0
     )
