@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -47,8 +47,10 @@ class Designs(NamedTuple):
         g [1/Pa], eta [1] and kappa [1/rad].
     speed, first, second, gear : ndarray, shape (designs,)
         Nominal speed [rad/s], and the numbers of the law over speed, see `laws.law_of`.
-    place : ndarray, shape (2, designs)
-        Crank ratio and offset as places within their box.
+    factor : ndarray, shape (designs, term)
+        Factors of the columns: Chebyshev polynomials of crank ratio and offset.
+    table : ndarray of int, shape (designs,)
+        Number of the work table; designs that follow each other may have the same.
     part, share : ndarray, shape (pieces, designs)
         Parts of the columns whose sum, each times its share, is the work P, docs/method.md (50).
     target : ndarray of int, shape (designs,)
@@ -62,7 +64,8 @@ class Designs(NamedTuple):
     first: Floats
     second: Floats
     gear: Floats
-    place: Floats
+    factor: Floats
+    table: Integers
     part: Integers
     share: Floats
     target: Integers
@@ -208,6 +211,17 @@ def _pieces(chosen: Chosen, needs: Needs, lever: Floats) -> tuple[Integers, Floa
     return part, share
 
 
+def _factors(degrees: Integers, place: Sequence[Floats]) -> Floats:
+    """Chebyshev polynomials of both places, docs/method.md (58), shape (designs, term)."""
+    found = np.ones((place[0].size, len(degrees)))
+    for side, x in enumerate(place):
+        before, now = np.ones(x.size), x
+        for degree in range(1, int(degrees[:, side].max()) + 1):
+            found[:, degrees[:, side] == degree] *= now[:, None]
+            before, now = now, 2.0 * x * now - before
+    return found
+
+
 def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
     """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
@@ -224,7 +238,10 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
     def whole(value: Any) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(value, chosen.places.shape), dtype=np.float64)
 
-    place = box.place(chosen.take("crank_ratio"), chosen.take("offset_ratio"))
+    ratio, offset = chosen.take("crank_ratio"), chosen.take("offset_ratio")
+    place = [whole(side) for side in box.place(ratio, offset)]
+    same = np.stack([*place, *part, *share])
+    changes = (same[:, 1:] != same[:, :-1]).any(axis=0)
     return Designs(
         gas=whole(lever / energy),
         eta=whole(chosen.take("mass") * radius * radius / inertia),
@@ -233,7 +250,8 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
         first=whole(numbers[0]),
         second=whole(numbers[1]),
         gear=whole(chosen.take("gear_ratio")),
-        place=np.stack([whole(side) for side in place]),
+        factor=_factors(box.degrees, place),
+        table=np.concatenate([[0], np.cumsum(changes)]),
         part=part,
         share=share,
         target=np.ascontiguousarray(chosen.places),

@@ -20,7 +20,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of, factor_of
-from engine_dyn.speed.work.columns import ATMOSPHERE, FEWEST_NODES, mean_weights
+from engine_dyn.speed.work.columns import ATMOSPHERE, mean_weights
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]

@@ -55,16 +55,15 @@ def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
 
 @inlined
 def store(
-    target: int, code: int, high: float, low: float, mean: float, span: float, mu: float,
-    error: float, passes: float, results: Results,
+    target: int, high: float, low: float, mean: float, span: float, mu: float, error: float,
+    passes: float, wanted: Integers, scalars: Floats,
 ) -> None:  # fmt: skip
     """Write one design's numbers, docs/method.md (1). Speeds are in rad/s, `span` is their range.
 
-    The load factor 1/mu is that of docs/method.md (52).
+    `wanted` and `scalars` are as of `Results`. The load factor 1/mu is that of docs/method.md (52).
     """
-    results.status[target] = code
     for result in range(SCALARS):
-        row = results.wanted[result]
+        row = wanted[result]
         if row < 0:
             continue
         if result == DELTA:
@@ -83,14 +82,18 @@ def store(
             value = error
         else:
             value = passes
-        results.scalars[row, target] = value
+        scalars[row, target] = value
 
 
 @inlined
 def store_nothing(target: int, code: int, results: Results) -> None:
     """Write NaN for a design that has no numbers, and its outcome."""
     nothing = math.nan
-    store(target, code, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results)
+    results.status[target] = code
+    store(
+        target, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results.wanted,
+        results.scalars,
+    )  # fmt: skip
     for curve in (results.omega, results.acceleration):
         for i in range(curve.shape[1]):
             curve[target, i] = nothing

@@ -177,7 +177,11 @@ def _store_one(
     if code == STALLED or code == NOT_CONVERGED:
         store_nothing(target, code, results)
         return
-    store(target, code, high, low, mean, high - low, 1.0, error, float(cycles), results)
+    results.status[target] = code
+    store(
+        target, high, low, mean, high - low, 1.0, error, float(cycles), results.wanted,
+        results.scalars,
+    )  # fmt: skip
     for i in range(sample.size):
         j = int(math.floor(sample[i] + 1e-9))
         fraction = max(sample[i] - j, 0.0)

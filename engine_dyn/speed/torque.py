@@ -62,7 +62,7 @@ def torque_extremes(
         designs = work.designs()
         of_load = designs.part >= work.needs.parts.first_load
         alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-        curve = make_curve(*work.columns.fine.shape[1:])
+        curve = make_curve(work.columns.fine.shape[2])
         if places[2] >= 0:
             _swings(work.size, work.columns, designs, scalars[places[2]], curve)
         if places[0] >= 0 or places[1] >= 0:
@@ -153,8 +153,10 @@ def _extremes(
         mean = 0.0
         for piece in range(designs.part.shape[0]):
             share = designs.gas[which] * designs.share[piece, which]
-            for t in range(curve.factor.size):
-                mean += share * curve.factor[t] * columns.mean[designs.part[piece, which], t]
+            for t in range(designs.factor.shape[1]):
+                mean += (
+                    share * designs.factor[which, t] * columns.mean[designs.part[piece, which], t]
+                )
         energy, target = _energy(which, designs), designs.target[which]
         for row in range(2):
             if wanted[row] >= 0:

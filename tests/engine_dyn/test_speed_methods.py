@@ -52,11 +52,11 @@ def by_newton(
 ) -> tuple[int, float, Any]:
     """Return steps, mu and q at the nodes."""
     w, dw, tau, dtau = smooth(nodes, variable)
-    curve = make_curve(nodes, 1)
+    curve = make_curve(nodes)
     for array, values in zip(curve[:4], (w, dw, tau, dtau), strict=True):
         array[:] = values
     law, _ = law_of(1.0, 2.0 * half, 0.0, 1.0, Form(POWER, 1.0, False, np.zeros((3, 0))))
-    design = Design(0.0, kappa, law, half == 0.0, 1.0)
+    design = Design(0.0, kappa, law, half, half == 0.0, 1.0)
     steps, mu, _, _ = newton(closure, 2.0 * np.pi / nodes, 1e-7, 60, design, curve)
     return steps, mu, (1.0 + curve.d) / tau
 

@@ -51,30 +51,23 @@ class Table(NamedTuple):
 
     Attributes
     ----------
-    factor : ndarray, shape (term,)
-        Factors of the columns.
     gas, square : ndarray, shape (4, coarse node)
         P and V at the coarse nodes; their mean over the interval behind each, their first moment
         there, and what a cubic misses of the mean.
-    fine_gas, fine_square : ndarray, shape (4, fine node)
-        P and V at the fine nodes that were asked for: value, slope, what a cubic misses in the
-        middle of the interval behind, what a polynomial through coarse nodes misses of the
-        integral.
+    fine : ndarray, shape (2, 4, fine node)
+        What `Columns.fine` has, of P and of V, at the fine nodes that were asked for.
     known : ndarray of bool, shape (fine node,)
         Which these are.
-    between, rising : ndarray, shape (2 * stride, STENCIL)
+    weights : ndarray, shape (2, 2 * stride, STENCIL)
         Weights of coarse nodes at the fine nodes of a coarse interval and in the middles, in the
         value and in the slope over coarse intervals of a polynomial.
     """
 
-    factor: Floats
     gas: Floats
     square: Floats
-    fine_gas: Floats
-    fine_square: Floats
+    fine: Floats
     known: Booleans
-    between: Floats
-    rising: Floats
+    weights: Floats
 
 
 class Lanes(NamedTuple):
@@ -188,15 +181,16 @@ class Scratch(NamedTuple):
     width: float
 
 
-def make_scratch(coarse: int, fine: int, terms: int, width: float) -> Scratch:
+def make_scratch(coarse: int, fine: int, width: float) -> Scratch:
     """Memory for blocks whose period has so many coarse and fine nodes, of this width [rad]."""
     plain = [np.zeros((coarse, LANES)) for _ in range(3)]
     with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(5)]
     stride = fine // coarse
+    at = np.arange(2 * stride) / (2 * stride)
     table = Table(
-        np.zeros(terms), np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((4, fine)),
-        np.zeros((4, fine)), np.zeros(fine, dtype=np.bool_),
-        *(lagrange_weights(np.arange(2 * stride) / (2 * stride), slopes=s) for s in (False, True)),
+        np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((2, 4, fine)),
+        np.zeros(fine, dtype=np.bool_),
+        np.stack([lagrange_weights(at, slopes=slopes) for slopes in (False, True)]),
     )  # fmt: skip
     return Scratch(
         Curves(*plain, *with_halo), Lanes(*(np.zeros(LANES) for _ in Lanes._fields)),

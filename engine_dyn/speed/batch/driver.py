@@ -8,15 +8,16 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
 from engine_dyn.speed.batch.block import LANES, LEFT, Scratch
 from engine_dyn.speed.batch.extremes import (
+    One,
     begin_peaks,
     end_peaks,
-    fill_peak,
+    fill_peaks,
     fill_u,
     find_candidates,
     mean_speeds,
 )
 from engine_dyn.speed.batch.solution import repeat_ends, solve_curves
-from engine_dyn.speed.batch.tables import fill_block, fill_factors, forget_fine, is_same_table
+from engine_dyn.speed.batch.tables import fill_block
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import CANCELLED, ROUNDING, Results
@@ -33,42 +34,36 @@ LOWEST = -0.9
 
 
 @inlined
-def write_curves(
-    lane: int, which: int, task: Task, columns: Columns, designs: Designs, results: Results,
-    scratch: Scratch, q: Floats, rate: Floats,
+def finish_block(
+    first: int, count: int, task: Task, designs: Designs, results: Results, left: Booleans,
+    scratch: Scratch,
 ) -> None:  # fmt: skip
-    """Write the curves of a lane; q and its slope at the fine nodes are scratch."""
-    fill_u(lane, which, task.variable, columns, designs, scratch, q, rate)
-    for node in range(q.size):
-        q[node] += 1.0
-    store_curves(designs.target[which], designs.speed[which], q, rate, task.angles, results)
-
-
-@inlined
-def finish_lane(
-    lane: int, which: int, task: Task, designs: Designs, results: Results, scratch: Scratch
-) -> bool:
-    """Write the results of a lane; false where it is left to the general solver."""
-    lanes, peaks = scratch.lanes, scratch.peaks
-    top, bottom = peaks.value[0, lane], peaks.value[1, lane]
-    fast, slow, mean = math.sqrt(1.0 + top), math.sqrt(1.0 - bottom), lanes.total[lane]
-    speed = designs.speed[which]
-    error = 0.5 * (peaks.missed[0, lane] / fast + peaks.missed[1, lane] / slow)
-    error += ROUNDING * (1.0 + CANCELLED * designs.eta[which]) / slow
-    # The difference of two roots, without cancellation.
-    span = (top + bottom) / (fast + slow)
-    if not (span > 0.0 and bottom < -LOWEST):
-        return False
-    error *= max(1.0, span / slow) / span
-    gear = designs.gear[which] if task.form.own else 1.0
-    if not covers(gear * speed * fast, gear * speed * slow, task.form):
-        return False
-    code = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET
-    store(
-        designs.target[which], code, speed * fast, speed * slow, speed * mean, speed * span,
-        lanes.mu[lane], error, lanes.passes[lane], results,
-    )  # fmt: skip
-    return True
+    """Write the results of a block; `left` marks what is left to the general solver."""
+    value, missed = scratch.peaks.value, scratch.peaks.missed
+    total, mu, passes = scratch.lanes.total, scratch.lanes.mu, scratch.lanes.passes
+    speeds, eta, gears, target = designs.speed, designs.eta, designs.gear, designs.target
+    wanted, scalars, status, form = results.wanted, results.scalars, results.status, task.form
+    for lane in range(count):
+        which = first + lane
+        if left[which]:
+            continue
+        top, bottom = value[0, lane], value[1, lane]
+        fast, slow, speed = math.sqrt(1.0 + top), math.sqrt(1.0 - bottom), speeds[which]
+        # The difference of two roots, without cancellation.
+        span = (top + bottom) / (fast + slow)
+        gear = gears[which] if form.own else 1.0
+        good = span > 0.0 and bottom < -LOWEST
+        if not (good and covers(gear * speed * fast, gear * speed * slow, form)):
+            left[which] = True
+            continue
+        error = 0.5 * (missed[0, lane] / fast + missed[1, lane] / slow)
+        error += ROUNDING * (1.0 + CANCELLED * eta[which]) / slow
+        error *= max(1.0, span / slow) / span
+        status[target[which]] = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET
+        store(
+            target[which], speed * fast, speed * slow, speed * total[lane], speed * span, mu[lane],
+            error, passes[lane], wanted, scalars,
+        )  # fmt: skip
 
 
 @kernel
@@ -81,36 +76,45 @@ def solve_blocks(
     The arrays of designs are filled up to whole blocks. `q` and `rate` are scratch, as long as the
     fine nodes.
     """
-    table, lanes = scratch.table, scratch.lanes
+    lanes, curves = scratch.lanes, scratch.curves
     current = -1
     for first in range(0, count, LANES):
-        current = fill_block(first, current, task, columns, weights, designs, table, scratch.curves)
+        before = current
+        current = fill_block(first, current, task, columns, weights, designs, scratch.table, curves)
         solve_curves(
             first, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
         )
-        repeat_ends(scratch.curves.u)
-        repeat_ends(scratch.curves.load)
-        find_candidates(lanes, scratch.curves)
-        mean_speeds(lanes, scratch.curves)
-        begin_peaks(lanes, scratch.curves, scratch.peaks)
-        there, here = current, min(LANES, count - first)
+        repeat_ends(curves.u)
+        repeat_ends(curves.load)
+        find_candidates(lanes, curves)
+        mean_speeds(lanes, curves)
+        begin_peaks(lanes, curves, scratch.peaks)
+        here = min(LANES, count - first)
         for lane in range(here):
-            which = first + lane
-            left[which] = lanes.state[lane] == LEFT or not (lanes.low[lane] > LOWEST)
-            if left[which]:
-                continue
-            if not is_same_table(there, which, designs):
-                fill_factors(which, columns, designs, table.factor)
-                forget_fine(table)
-                current = -1
-            there = which
-            for side in range(2):
-                fill_peak(side, lane, which, task.variable, columns, designs, scratch)
-            if task.angles.node.size > 0:
-                write_curves(lane, which, task, columns, designs, results, scratch, q, rate)
+            slow = lanes.state[lane] == LEFT or not (lanes.low[lane] > LOWEST)
+            left[first + lane] = slow
+        # Fine nodes are known where the whole block has the table of the block before.
+        same = designs.table[first] == designs.table[first + here - 1] == before
+        fill_peaks(
+            first, here, before if same else -1, task.variable, columns, weights, designs, left,
+            scratch,
+        )  # fmt: skip
         end_peaks(scratch.peaks)
-        for lane in range(here):
-            if not left[first + lane]:
-                left[first + lane] = not finish_lane(
-                    lane, first + lane, task, designs, results, scratch
+        finish_block(first, here, task, designs, results, left, scratch)
+        if task.angles.node.size > 0:
+            # These overwrite the fine nodes.
+            current = -1
+            for lane in range(here):
+                which = first + lane
+                if left[which]:
+                    continue
+                one = One(
+                    which, lane, designs.gas[which], designs.eta[which], weights.beta[which],
+                    task.variable, scratch.width,
+                )  # fmt: skip
+                fill_u(one, columns, designs, scratch, q, rate)
+                for node in range(q.size):
+                    q[node] += 1.0
+                store_curves(
+                    designs.target[which], designs.speed[which], q, rate, task.angles, results
                 )

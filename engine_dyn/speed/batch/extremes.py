@@ -14,14 +14,22 @@ from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import HALO, MANY, Curves, Lanes, Peaks, Scratch
-from engine_dyn.speed.batch.tables import fill_fine
+from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, SQUARE, VALUE, Columns
 from engine_dyn.speed.work.interpolation import STENCIL
-from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.summit import WINDOW, cubic_in_middle, peak_between, summit_at
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["begin_peaks", "end_peaks", "fill_peak", "fill_u", "find_candidates", "mean_speeds"]
+__all__ = [
+    "One",
+    "begin_peaks",
+    "end_peaks",
+    "fill_peaks",
+    "fill_u",
+    "find_candidates",
+    "mean_speeds",
+]
 
 
 @inlined
@@ -64,146 +72,93 @@ def mean_speeds(lanes: Lanes, curves: Curves) -> None:
         total[k] /= nodes
 
 
-class Point(NamedTuple):
-    """A fine node of a lane: number, coarse node before it, and fine intervals from there."""
+class One(NamedTuple):
+    """Numbers of one design of a block: its number, its lane and what the equation has of it."""
 
-    node: int
-    coarse: int
-    part: int
+    which: int
+    lane: int
+    gas: float
+    eta: float
+    beta: float
+    variable: bool
+    width: float
+
+
+# The functions below take arrays, not tuples of them: each array that is taken out of a tuple is
+# counted, and that would cost ten times as much as what is computed here.
 
 
 @inlined
-def point_of(node: int, fine: int, stride: int) -> Point:
-    """Fine node of any number, which may lie outside the period."""
-    node -= fine * int(math.floor(node / fine))
-    coarse = node // stride
-    return Point(node, coarse, node - coarse * stride)
-
-
-@inlined
-def load_at(weights: Floats, point: Point, half: int, lane: int, load: Floats) -> float:
-    """Load of a lane, or its slope, interpolated at a fine node (half 0) or behind it (1)."""
-    total = 0.0
-    for j in range(STENCIL):
-        total += (
-            weights[2 * point.part + half, j]
-            * load[HALO + point.coarse + j - (STENCIL // 2 - 1), lane]
-        )
-    return total
+def fill_fine(
+    node: int, which: int, fine: Floats, part: Integers, share: Floats, factor: Floats,
+    values: Floats,
+) -> None:  # fmt: skip
+    """Work table of a design at one fine node, and behind it: `Table.fine`."""
+    for kind in range(values.shape[1]):
+        gas = square = 0.0
+        for piece in range(part.shape[0]):
+            if share[piece, which] != 0.0:
+                total = 0.0
+                for t in range(factor.shape[1]):
+                    total += factor[which, t] * fine[kind, part[piece, which], node, t]
+                gas += share[piece, which] * total
+        for t in range(factor.shape[1]):
+            square += factor[which, t] * fine[kind, SQUARE, node, t]
+        values[0, kind, node], values[1, kind, node] = gas, square
 
 
 @inlined
 def curve_at(
-    point: Point, width: float, lane: int, which: int, variable: bool, columns: Columns,
-    designs: Designs, scratch: Scratch,
-) -> tuple[float, float]:  # fmt: skip
-    """U of a lane at a fine node, and its slope times the width of a fine interval."""
-    table, load = scratch.table, scratch.curves.load
-    fill_fine(point.node, which, columns, designs, table)
-    gas, eta, node = designs.gas[which], designs.eta[which], point.node
-    stride = table.between.shape[0] // 2
-    moving, turning = eta * table.fine_square[0, node], eta * table.fine_square[1, node]
-    # The integral of X is known where a polynomial through coarse nodes misses it.
-    rough = gas * table.fine_gas[3, node] - eta * table.fine_square[3, node]
-    rough *= scratch.lanes.beta[lane] * scratch.curves.steep[HALO + point.coarse, lane]
-    u = gas * table.fine_gas[0, node] - moving
-    u -= load_at(table.between, point, 0, lane, load) + rough
-    slope = width * (gas * table.fine_gas[1, node] - turning)
-    slope -= load_at(table.rising, point, 0, lane, load) / stride
-    if variable:
+    node: int, stride: int, one: One, load: Floats, steep: Floats, weights: Floats, values: Floats
+) -> tuple[float, float]:
+    """U of a design at a fine node, and its slope times the width of a fine interval.
+
+    The load is interpolated between coarse nodes; the integral of X is known where a polynomial
+    misses it, docs/method.md (86).
+    """
+    coarse = node // stride
+    place, lane = 2 * (node - coarse * stride), one.lane
+    work = rise = 0.0
+    for j in range(STENCIL):
+        there = load[HALO + coarse + j - (STENCIL // 2 - 1), lane]
+        work += weights[0, place, j] * there
+        rise += weights[1, place, j] * there
+    rough = one.gas * values[0, BETWEEN, node] - one.eta * values[1, BETWEEN, node]
+    work += rough * (one.beta * steep[HALO + coarse, lane])
+    moving, turning = one.eta * values[1, VALUE, node], one.eta * values[1, SLOPE, node]
+    u = one.gas * values[0, VALUE, node] - moving - work
+    slope = one.width * (one.gas * values[0, SLOPE, node] - turning) - rise / stride
+    if one.variable:
         u /= 1.0 + moving
-        slope = (slope - width * u * turning) / (1.0 + moving)
+        slope = (slope - one.width * u * turning) / (1.0 + moving)
     return u, slope
 
 
 @inlined
 def middle_of(
-    point: Point, u: float, slope: float, u_after: float, slope_after: float, lane: int, which: int,
-    variable: bool, designs: Designs, scratch: Scratch,
+    node: int, after: int, one: One, u: float, slope: float, u_after: float, slope_after: float,
+    values: Floats,
 ) -> float:  # fmt: skip
     """What the cubic through u at both ends of a fine interval misses in its middle.
 
     The load is smooth: what it misses of the work is known. With variable inertia the cubic is that
-    of energy over inertia, docs/method.md (100).
+    of energy over inertia, docs/method.md (98).
     """
-    table, node = scratch.table, point.node
-    gas, eta = designs.gas[which], designs.eta[which]
-    missed = gas * table.fine_gas[2, node] - eta * table.fine_square[2, node]
-    if not variable:
+    missed = one.gas * values[0, MIDDLE, node] - one.eta * values[1, MIDDLE, node]
+    if not one.variable:
         return missed
-    n = node + 1 if node + 1 < table.known.size else 0
-    square, turn = table.fine_square[0], table.fine_square[1]
-    tau, tau_after = 1.0 + eta * square[node], 1.0 + eta * square[n]
-    width = scratch.width
-    d_tau, d_tau_after = width * eta * turn[node], width * eta * turn[n]
+    tau = 1.0 + one.eta * values[1, VALUE, node]
+    tau_after = 1.0 + one.eta * values[1, VALUE, after]
+    d_tau = one.width * one.eta * values[1, SLOPE, node]
+    d_tau_after = one.width * one.eta * values[1, SLOPE, after]
     excess = missed + cubic_in_middle(
-        u * tau,
-        u_after * tau_after,
-        slope * tau + u * d_tau,
+        u * tau, u_after * tau_after, slope * tau + u * d_tau,
         slope_after * tau_after + u_after * d_tau_after,
+    )  # fmt: skip
+    inertia = one.eta * values[1, MIDDLE, node] + cubic_in_middle(
+        tau, tau_after, d_tau, d_tau_after
     )
-    inertia = eta * table.fine_square[2, node] + cubic_in_middle(tau, tau_after, d_tau, d_tau_after)
     return excess / inertia - cubic_in_middle(u, u_after, slope, slope_after)
-
-
-@inlined
-def fill_interval(
-    sign: float, start: int, lane: int, which: int, variable: bool, columns: Columns,
-    designs: Designs, scratch: Scratch, ends: Floats,
-) -> None:  # fmt: skip
-    """Find the fine interval that holds a maximum of sign * u; the search begins at a fine node.
-
-    `ends` gets the lane's numbers of `Peaks.ends`.
-    """
-    fine, stride = scratch.table.known.size, scratch.table.between.shape[0] // 2
-    width = scratch.width
-    here = point_of(start, fine, stride)
-    u, slope = curve_at(here, width, lane, which, variable, columns, designs, scratch)
-    step = 1 if sign * slope > 0.0 else -1
-    for _ in range(2 * stride):
-        start += step
-        there = point_of(start, fine, stride)
-        u_there, slope_there = curve_at(
-            there, width, lane, which, variable, columns, designs, scratch
-        )
-        if step * sign * slope_there <= 0.0:
-            if step < 0:
-                here, u, slope, u_there, slope_there = there, u_there, slope_there, u, slope
-            ends[0, lane], ends[1, lane] = sign * u, sign * u_there
-            ends[2, lane], ends[3, lane] = sign * slope, sign * slope_there
-            ends[4, lane] = sign * middle_of(
-                here, u, slope, u_there, slope_there, lane, which, variable, designs, scratch
-            )
-            return
-        here, u, slope = there, u_there, slope_there
-    # No extreme on this side: the node is the highest that there is.
-    ends[0, lane] = ends[1, lane] = sign * u
-    ends[2, lane] = ends[3, lane] = ends[4, lane] = 0.0
-
-
-@inlined
-def fill_several(
-    sign: float, lane: int, which: int, variable: bool, columns: Columns, designs: Designs,
-    scratch: Scratch, ends: Floats,
-) -> None:  # fmt: skip
-    """Find the fine interval that holds the largest of several local maxima of sign * u."""
-    lanes, curves = scratch.lanes, scratch.curves
-    highest = lanes.high[lane] if sign > 0.0 else -lanes.low[lane]
-    stride = scratch.table.between.shape[0] // 2
-    best, place = -math.inf, 0
-    for i in range(curves.drive.shape[0]):
-        here = sign * curves.u[HALO + i, lane]
-        before, after = sign * curves.u[HALO + i - 1, lane], sign * curves.u[HALO + i + 1, lane]
-        bend = 2.0 * here - before - after
-        if here + 0.25 * bend >= highest and here >= before and here > after:
-            start = i * stride + int(math.floor(0.5 * stride * (after - before) / bend + 0.5))
-            fill_interval(sign, start, lane, which, variable, columns, designs, scratch, ends)
-            value, _ = peak_between(
-                ends[0, lane], ends[1, lane], ends[2, lane], ends[3, lane], ends[4, lane]
-            )
-            if value > best:
-                best, place = value, start
-    fill_interval(sign, place, lane, which, variable, columns, designs, scratch, ends)
 
 
 @inlined
@@ -228,22 +183,84 @@ def begin_peaks(lanes: Lanes, curves: Curves, peaks: Peaks) -> None:
             place[k] = summit_at(b[k], c[k], d[k], e[k], f[k])
 
 
+# Longer than usual: each step needs the arrays of the others, see above.
 @inlined
-def fill_peak(
-    side: int, lane: int, which: int, variable: bool, columns: Columns, designs: Designs,
-    scratch: Scratch,
+def fill_peaks(
+    first: int, count: int, current: int, variable: bool, columns: Columns, weights: Weights,
+    designs: Designs, left: Booleans, scratch: Scratch,
 ) -> None:  # fmt: skip
-    """Find the fine interval of the largest u (side 0) or -u (1) of a lane."""
-    lanes, peaks = scratch.lanes, scratch.peaks
-    found = lanes.tops[lane] if side == 0 else lanes.bottoms[lane]
-    sign = 1.0 if side == 0 else -1.0
-    ends = peaks.ends[side]
-    if found >= 2.0 * MANY:
-        fill_several(sign, lane, which, variable, columns, designs, scratch, ends)
-        return
-    stride = scratch.table.between.shape[0] // 2
-    start = node_of(found) * stride + int(math.floor(stride * peaks.place[side, lane] + 0.5))
-    fill_interval(sign, start, lane, which, variable, columns, designs, scratch, ends)
+    """Find the fine intervals of the largest u and -u of the designs of a block.
+
+    From a guess on, fine nodes are looked at until the slope changes its sign. Of several local
+    extrema, the largest counts. `current` is the number of the table that the fine nodes are of.
+    """
+    curves, lanes, peaks, table = scratch.curves, scratch.lanes, scratch.peaks, scratch.table
+    u_at, load, steep, at = curves.u, curves.load, curves.steep, table.weights
+    values, known, all_ends, guess = table.fine, table.known, peaks.ends, peaks.place
+    tops, bottoms, high, low = lanes.tops, lanes.bottoms, lanes.high, lanes.low
+    fine, part, share, factor = columns.fine, designs.part, designs.share, designs.factor
+    gas, eta, beta, number = designs.gas, designs.eta, weights.beta, designs.table
+    nodes, size, width = curves.drive.shape[0], known.size, scratch.width
+    stride = size // nodes
+    for lane in range(count):
+        which = first + lane
+        if left[which]:
+            continue
+        if number[which] != current:
+            current = number[which]
+            for j in range(size):
+                known[j] = False
+        one = One(which, lane, gas[which], eta[which], beta[which], variable, width)
+        for side in range(2):
+            sign = 1.0 if side == 0 else -1.0
+            found = tops[lane] if side == 0 else bottoms[lane]
+            highest = high[lane] if side == 0 else -low[lane]
+            several = found >= 2.0 * MANY
+            begin = 0 if several else node_of(found)
+            best = -math.inf
+            for i in range(begin, nodes if several else begin + 1):
+                place = guess[side, lane]
+                if several:
+                    here = sign * u_at[HALO + i, lane]
+                    before = sign * u_at[HALO + i - 1, lane]
+                    after = sign * u_at[HALO + i + 1, lane]
+                    bend = 2.0 * here - before - after
+                    if not (here + 0.25 * bend >= highest and here >= before and here > after):
+                        continue
+                    place = 0.5 * (after - before) / bend
+                node = i * stride + int(math.floor(stride * place + 0.5))
+                node += size if node < 0 else (-size if node >= size else 0)
+                step, last = 0, node
+                u = slope = middle = 0.0
+                u_last = slope_last = 0.0
+                for _ in range(2 * stride + 1):
+                    if not known[node]:
+                        known[node] = True
+                        fill_fine(node, which, fine, part, share, factor, values)
+                    u, slope = curve_at(node, stride, one, load, steep, at, values)
+                    if step == 0:
+                        step = 1 if sign * slope > 0.0 else -1
+                    elif step * sign * slope <= 0.0:
+                        break
+                    u_last, slope_last, last = u, slope, node
+                    node += step
+                    node += size if node < 0 else (-size if node >= size else 0)
+                if step * sign * slope > 0.0:  # no extreme on this side: the node is the highest
+                    u_last, slope, slope_last = u, 0.0, 0.0
+                elif step > 0:
+                    middle = middle_of(last, node, one, u_last, slope_last, u, slope, values)
+                else:
+                    u, slope, u_last, slope_last = u_last, slope_last, u, slope
+                    middle = middle_of(node, last, one, u_last, slope_last, u, slope, values)
+                value, _ = peak_between(
+                    sign * u_last, sign * u, sign * slope_last, sign * slope, sign * middle
+                )
+                if value > best:
+                    best = value
+                    all_ends[side, 0, lane], all_ends[side, 1, lane] = sign * u_last, sign * u
+                    all_ends[side, 2, lane] = sign * slope_last
+                    all_ends[side, 3, lane] = sign * slope
+                    all_ends[side, 4, lane] = sign * middle
 
 
 @inlined
@@ -253,22 +270,20 @@ def end_peaks(peaks: Peaks) -> None:
         ends, value, missed = peaks.ends[side], peaks.value[side], peaks.missed[side]
         left, right, d_left, d_right, middle = ends[0], ends[1], ends[2], ends[3], ends[4]
         for k in range(value.size):
-            value[k], _ = peak_between(left[k], right[k], d_left[k], d_right[k], middle[k])
-        for k in range(value.size):
-            _, bump = peak_between(left[k], right[k], d_left[k], d_right[k], middle[k])
+            value[k], bump = peak_between(left[k], right[k], d_left[k], d_right[k], middle[k])
             missed[k] = abs(bump)
 
 
 @inlined
 def fill_u(
-    lane: int, which: int, variable: bool, columns: Columns, designs: Designs, scratch: Scratch,
-    u: Floats, slope: Floats,
-) -> None:  # fmt: skip
-    """U of a lane at all fine nodes, and its slope over the angle."""
-    fine, stride = scratch.table.known.size, scratch.table.between.shape[0] // 2
-    for node in range(fine):
-        u[node], slope[node] = curve_at(
-            point_of(node, fine, stride), scratch.width, lane, which, variable, columns, designs,
-            scratch,
-        )  # fmt: skip
-        slope[node] /= scratch.width
+    one: One, columns: Columns, designs: Designs, scratch: Scratch, u: Floats, slope: Floats
+) -> None:
+    """U of a design at all fine nodes, and its slope over the angle."""
+    load, steep, at = scratch.curves.load, scratch.curves.steep, scratch.table.weights
+    values, fine = scratch.table.fine, columns.fine
+    part, share, factor = designs.part, designs.share, designs.factor
+    stride = u.size // scratch.curves.drive.shape[0]
+    for node in range(u.size):
+        fill_fine(node, one.which, fine, part, share, factor, values)
+        u[node], slope[node] = curve_at(node, stride, one, load, steep, at, values)
+        slope[node] /= one.width

@@ -24,10 +24,10 @@ def solve_in_blocks(
     `left` has as many entries as there are designs; the arrays of `designs` are filled up to whole
     blocks.
     """
-    nodes, terms = columns.fine.shape[1:]
+    nodes = columns.fine.shape[2]
     coarse = columns.coarse.shape[3]
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
     solve_blocks(
         left.size, task, columns, weights, designs, results, left,
-        make_scratch(coarse, nodes, terms, columns.width), np.empty(nodes), np.empty(nodes),
+        make_scratch(coarse, nodes, columns.width), np.empty(nodes), np.empty(nodes),
     )  # fmt: skip

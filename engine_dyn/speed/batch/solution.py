@@ -321,25 +321,27 @@ def solve_curves(
     begin_lanes(first, weights, lanes)
     if variable:
         leave_light(lanes, curves)
-    run_load(False, lanes, curves)
-    close_period(variable, lanes, curves)
-    timed = closure == CYCLE_TIME
-    terms = begin_rest(first, not (variable or timed), closure, form, designs, scratch)
-    if terms == 0:
-        fill_ones(curves.steep)
-        return
-    add_missed(variable, terms, scratch.law, lanes, curves)
-    for _ in range(MOST_PASSES):
-        if timed:
-            correct_mu(lanes, curves)
-        fill_rest(variable, terms, scratch.law, lanes, curves)
-        if timed:
-            for k in range(lanes.change.size):
-                lanes.change[k] = max(lanes.change[k], abs(lanes.total[k]))
-        repeat_ends(curves.rest)
-        run_load(True, lanes, curves)
+    timed, terms = closure == CYCLE_TIME, 0
+    # Each function is called in one place, because the compiler copies it to each.
+    for number in range(MOST_PASSES + 1):
+        if number > 0:
+            if timed:
+                correct_mu(lanes, curves)
+            fill_rest(variable, terms, scratch.law, lanes, curves)
+            if timed:
+                for k in range(lanes.change.size):
+                    lanes.change[k] = max(lanes.change[k], abs(lanes.total[k]))
+            repeat_ends(curves.rest)
+        run_load(number > 0, lanes, curves)
         close_period(variable, lanes, curves)
-        if not settle_lanes(tolerance, lanes):
+        if number == 0:
+            linear = not (variable or timed)
+            terms = begin_rest(first, linear, closure, form, designs, scratch)
+            if terms == 0:
+                fill_ones(curves.steep)
+                return
+            add_missed(variable, terms, scratch.law, lanes, curves)
+        elif not settle_lanes(tolerance, lanes):
             return
     for k in range(lanes.state.size):
         if lanes.state[k] == SOLVING:

@@ -7,25 +7,13 @@ from engine_dyn.speed.batch.block import HALO, Curves, Table
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.task import Task, is_plain
-from engine_dyn.speed.work.boxes import factor_of
 from engine_dyn.speed.work.columns import SQUARE, Columns
 from engine_dyn.types import Floats
 
-__all__ = ["fill_block", "fill_factors", "fill_fine", "forget_fine", "is_same_table"]
+__all__ = ["fill_block"]
 
 AT_ONCE = 8
 """Columns that are added in one loop; their number is a multiple of this."""
-
-
-@inlined
-def is_same_table(one: int, other: int, designs: Designs) -> bool:
-    """Whether two designs have the same work table."""
-    same = designs.place[0, one] == designs.place[0, other]
-    same = same and designs.place[1, one] == designs.place[1, other]
-    for piece in range(designs.part.shape[0]):
-        same = same and designs.part[piece, one] == designs.part[piece, other]
-        same = same and designs.share[piece, one] == designs.share[piece, other]
-    return same
 
 
 @inlined
@@ -41,22 +29,6 @@ def add_columns(columns: Floats, share: float, factor: Floats, curve: Floats) ->
                 + f3 * columns[t + 3, i] + f4 * columns[t + 4, i] + f5 * columns[t + 5, i]
                 + f6 * columns[t + 6, i] + f7 * columns[t + 7, i]
             )  # fmt: skip
-
-
-@inlined
-def fill_factors(which: int, columns: Columns, designs: Designs, factor: Floats) -> None:
-    """Factor of each column: Chebyshev polynomials of ratio and offset, docs/method.md (58)."""
-    for t in range(factor.size):
-        factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
-            columns.degrees[t, 1], designs.place[1, which]
-        )
-
-
-@inlined
-def forget_fine(table: Table) -> None:
-    """Forget the fine nodes of the table before."""
-    for j in range(table.known.size):
-        table.known[j] = False
 
 
 @inlined
@@ -81,46 +53,19 @@ def add_moments(curve: Floats) -> None:
 @inlined
 def fill_table(which: int, columns: Columns, designs: Designs, table: Table) -> None:
     """Work table of a design at the coarse nodes."""
-    fill_factors(which, columns, designs, table.factor)
-    forget_fine(table)
+    part, share, factor = designs.part, designs.share, designs.factor[which]
     for row in range(2):
         gas, square = table.gas[row], table.square[row]
         for i in range(gas.size):
             gas[i] = square[i] = 0.0
-        for piece in range(designs.part.shape[0]):
-            share = designs.share[piece, which]
-            if share != 0.0:
+        for piece in range(part.shape[0]):
+            if share[piece, which] != 0.0:
                 add_columns(
-                    columns.coarse[designs.part[piece, which], row], share, table.factor, gas
+                    columns.coarse[part[piece, which], row], share[piece, which], factor, gas
                 )
-        add_columns(columns.coarse[SQUARE, row], 1.0, table.factor, square)
+        add_columns(columns.coarse[SQUARE, row], 1.0, factor, square)
     add_moments(table.gas)
     add_moments(table.square)
-
-
-@inlined
-def fill_fine(node: int, which: int, columns: Columns, designs: Designs, table: Table) -> None:
-    """Work table of a design at one fine node, and behind it."""
-    if table.known[node]:
-        return
-    table.known[node] = True
-    for row in range(4):
-        upper = columns.fine if row == 0 else columns.torque
-        lower = columns.middle if row == 2 else columns.between
-        curves = upper if row < 2 else lower
-        gas = square = 0.0
-        for piece in range(designs.part.shape[0]):
-            share = designs.share[piece, which]
-            if share != 0.0:
-                column = curves[designs.part[piece, which], node]
-                total = 0.0
-                for t in range(table.factor.size):
-                    total += table.factor[t] * column[t]
-                gas += share * total
-        column = curves[SQUARE, node]
-        for t in range(table.factor.size):
-            square += table.factor[t] * column[t]
-        table.fine_gas[row, node], table.fine_square[row, node] = gas, square
 
 
 @inlined
@@ -182,24 +127,21 @@ def fill_block(
     first: int, current: int, task: Task, columns: Columns, weights: Weights, designs: Designs,
     table: Table, curves: Curves,
 ) -> int:  # fmt: skip
-    """Work of the block of designs from `first` on.
+    """X of the block of designs from `first` on.
 
-    `table` has that of the design `current`, -1 for none. Returns the design whose table it has
+    `table` has the work table of this number, -1 for none. Returns the number of that which it has
     afterwards.
     """
     lanes = curves.drive.shape[1]
-    alike = True
-    for lane in range(1, lanes):
-        alike = alike and is_same_table(first, first + lane, designs)
-    if alike:
-        if current < 0 or not is_same_table(current, first, designs):
-            fill_table(first, columns, designs, table)
-        fill_alike(first, task, table, weights, designs, curves)
-        return first
-    for lane in range(lanes):
+    number = designs.table
+    alike = number[first] == number[first + lanes - 1]
+    for lane in range(1 if alike else lanes):
         which = first + lane
-        if current < 0 or not is_same_table(current, which, designs):
+        if number[which] != current:
             fill_table(which, columns, designs, table)
-        current = which
-        fill_lane(lane, which, task, table, weights, designs, curves)
+        current = number[which]
+        if not alike:
+            fill_lane(lane, which, task, table, weights, designs, curves)
+    if alike:
+        fill_alike(first, task, table, weights, designs, curves)
     return current

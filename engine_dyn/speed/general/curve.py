@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import POWER, TABLE, Law, is_power, law_of, load_terms
+from engine_dyn.loads.laws import TABLE, Law, is_power, law_of, load_terms
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
 from engine_dyn.speed.task import Task
-from engine_dyn.speed.work.boxes import factor_of
-from engine_dyn.speed.work.columns import SQUARE, Columns
+from engine_dyn.speed.work.columns import SLOPE, SQUARE, VALUE, Columns
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
@@ -24,12 +23,14 @@ __all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "pulls
 class Design(NamedTuple):
     """Reduced numbers of one design, docs/method.md (22) and (51).
 
-    `flat` says that the law does not depend on the speed, `nominal` is omega_n [rad/s].
+    `slope` is F'(1), `flat` says that the law does not depend on the speed, `nominal` is omega_n
+    [rad/s].
     """
 
     eta: float
     kappa: float
     law: Law
+    slope: float
     flat: bool
     nominal: float
 
@@ -45,14 +46,14 @@ class Curve(NamedTuple):
         What cubics through values and slopes miss in the middle of the intervals behind.
     d, q : ndarray, shape (node,)
         chi - 1 and q of the solution.
+    force, first : ndarray, shape (node,)
+        F(q) and its slope.
     rate : ndarray, shape (node,)
         Slope of q.
     slope, between : ndarray, shape (node,)
         Slope of chi, and chi - 1 in the middle of intervals, where cycles were followed in time.
     work : ndarray, shape (6, node)
         Scratch.
-    factor : ndarray, shape (term,)
-        Factors of the columns.
     """
 
     w: Floats
@@ -63,16 +64,17 @@ class Curve(NamedTuple):
     tau_missed: Floats
     d: Floats
     q: Floats
+    force: Floats
+    first: Floats
     rate: Floats
     slope: Floats
     between: Floats
     work: Floats
-    factor: Floats
 
 
-def make_curve(nodes: int, terms: int) -> Curve:
+def make_curve(nodes: int) -> Curve:
     """Memory of one design."""
-    return Curve(*(np.zeros(nodes) for _ in range(11)), np.zeros((6, nodes)), np.zeros(terms))
+    return Curve(*(np.zeros(nodes) for _ in range(13)), np.zeros((6, nodes)))
 
 
 @inlined
@@ -82,12 +84,12 @@ def _add_part(
 ) -> None:  # fmt: skip
     """Add a part of the columns to a curve, to its slope, and to what cubics miss of it."""
     for row in range(3):
-        curve = value if row == 0 else (slope if row == 1 else missed)
-        column = columns.fine if row == 0 else (columns.torque if row == 1 else columns.middle)
+        curve = value if row == VALUE else (slope if row == SLOPE else missed)
+        column = columns.fine[row, part]
         for j in range(curve.size):
             total = 0.0
             for t in range(factor.size):
-                total += factor[t] * column[part, j, t]
+                total += factor[t] * column[j, t]
             curve[j] += share * total
 
 
@@ -96,14 +98,10 @@ def fill_curve(
     which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve
 ) -> None:
     """Fill in w, w', tau and tau' at the nodes: docs/method.md (54)."""
-    for t in range(curve.factor.size):
-        curve.factor[t] = factor_of(columns.degrees[t, 0], designs.place[0, which]) * factor_of(
-            columns.degrees[t, 1], designs.place[1, which]
-        )
     for j in range(curve.w.size):
         curve.w[j] = curve.dw[j] = curve.w_missed[j] = curve.dtau[j] = curve.tau_missed[j] = 0.0
         curve.tau[j] = 1.0
-    gas, eta, factor = designs.gas[which], designs.eta[which], curve.factor
+    gas, eta, factor = designs.gas[which], designs.eta[which], designs.factor[which]
     for piece in range(designs.part.shape[0]):
         share = gas * designs.share[piece, which]
         if share != 0.0:
@@ -116,18 +114,18 @@ def fill_curve(
 
 
 @inlined
-def _is_flat(law: Law) -> bool:
-    """Whether a law does not depend on the speed, from half to twice the nominal one.
+def _slope_of(law: Law) -> tuple[float, bool]:
+    """F'(1) of a law, and whether it does not depend on the speed, from half to twice the nominal.
 
     A table that does not is refused: it holds no speed.
     """
-    if law.kind == POWER or law.kind == TABLE:
-        return law.kind == POWER and law.first == 0.0
-    flat = True
-    for q in (0.25, 1.0, 4.0):
+    flat, found = law.kind != TABLE, 0.0
+    for i in range(3):
+        q = 0.25 * 4.0**i
         value, slope = load_terms(q, law)
         flat = flat and value == 1.0 and slope == 0.0
-    return flat
+        found = slope if i == 1 else found
+    return found, flat
 
 
 @inlined
@@ -158,7 +156,8 @@ def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tupl
     closed = is_power(law) and (law.first == 0.0 or law.first == 2.0)
     if task.method == CLOSED and not closed:
         code = INVALID_INPUT
-    return Design(eta, kappa, law, _is_flat(law), designs.speed[which]), code
+    slope, flat = _slope_of(law)
+    return Design(eta, kappa, law, slope, flat, designs.speed[which]), code
 
 
 @inlined
@@ -169,4 +168,4 @@ def pulls_back(design: Design) -> bool:
     """
     if is_power(design.law) or design.flat or design.kappa == 0.0:
         return True
-    return design.kappa * load_terms(1.0, design.law)[1] > 0.0
+    return design.kappa * design.slope > 0.0

@@ -14,7 +14,7 @@ from engine_dyn.speed.general.curve import (
     fill_curve,
     pulls_back,
 )
-from engine_dyn.speed.general.newton import newton
+from engine_dyn.speed.general.newton import fill_force, newton
 from engine_dyn.speed.general.speeds import fill_rate, speeds_of, take_slope
 from engine_dyn.speed.general.stable_cycle import stable_cycle
 from engine_dyn.speed.methods import POWER_MEAN
@@ -30,7 +30,7 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Integers
 
 __all__ = ["follow_designs", "solve_designs"]
 
@@ -80,7 +80,7 @@ def _is_stable(design: Design, curve: Curve) -> bool:
         return True
     total = 0.0
     for j in range(curve.q.size):
-        total += load_terms(curve.q[j], design.law)[1] / curve.tau[j]
+        total += curve.first[j] / curve.tau[j]
     return design.kappa * total > 0.0
 
 
@@ -92,6 +92,7 @@ def _write(
     """Judge a solution, docs/method.md section 13.3, and write its results."""
     high = low = mean = span = error = math.nan
     if code == CONVERGED:
+        fill_force(design, curve)
         for j in range(curve.q.size):
             curve.q[j] = (1.0 + curve.d[j]) / curve.tau[j]
         # The slope of a solution that was followed in time is no difference of large numbers.
@@ -118,7 +119,8 @@ def _write(
     if code != CONVERGED and code != TOLERANCE_NOT_MET:
         store_nothing(target, code, results)
         return
-    store(target, code, high, low, mean, span, mu, error, float(steps), results)
+    results.status[target] = code
+    store(target, high, low, mean, span, mu, error, float(steps), results.wanted, results.scalars)
     if task.angles.node.size > 0:
         store_curves(target, design.nominal, curve.q, curve.rate, task.angles, results)
 

@@ -25,26 +25,29 @@ from engine_dyn.speed.general.curve import Curve, Design
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.types import Floats
 
-__all__ = ["closure_terms", "newton"]
+__all__ = ["closure_terms", "fill_force", "newton"]
 
 
 @inlined
-def closure_terms(q: float, law: Law, flat: bool, closure: int) -> tuple[float, float]:
+def closure_terms(
+    q: float, force: float, first: float, flat: bool, closure: int
+) -> tuple[float, float]:
     """Return the density of the closure's residual, whose mean must vanish, and its derivative.
+
+    `force` and `first` are F(q) and its slope.
 
     Cycle time: q^(-1/2) - 1, docs/method.md (66). Power mean of order alpha: q^(alpha/2) - 1,
     docs/method.md (64), with log q as its limit alpha -> 0, docs/method.md (65).
     """
+    if closure != CYCLE_TIME and not flat:
+        return force - 1.0, first
     base = max(q, FLOOR)
     if closure == CYCLE_TIME:
         value = 1.0 / math.sqrt(base) - 1.0
         slope = -0.5 * (value + 1.0) / base
-    elif flat:
+    else:
         value = math.log(base)
         slope = 1.0 / base
-    else:
-        value, slope = load_terms(base, law)
-        value -= 1.0
     if q < FLOOR:
         value += slope * (q - FLOOR)
     return value, slope
@@ -71,7 +74,8 @@ def _closed_level(design: Design, curve: Curve) -> float:
             q = (1.0 + w[j] + level) / tau[j]
             value, slope = q - 1.0, 1.0
             if power or design.flat:
-                value, slope = closure_terms(q, design.law, design.flat, POWER_MEAN)
+                force, first = load_terms(q, design.law)
+                value, slope = closure_terms(q, force, first, design.flat, POWER_MEAN)
             total += value
             total_slope += slope / tau[j]
         if total > 0.0:
@@ -124,6 +128,14 @@ def _settle(
             return
 
 
+@inlined
+def fill_force(design: Design, curve: Curve) -> None:
+    """F and its slope at the nodes."""
+    for j in range(curve.d.size):
+        q = (1.0 + curve.d[j]) / curve.tau[j]
+        curve.force[j], curve.first[j] = load_terms(q, design.law)
+
+
 # Longer than usual: one pass is one recurrence, whose state would be the arguments of every part.
 @inlined
 def _steps(
@@ -133,28 +145,25 @@ def _steps(
 
     Arguments and results are those of `newton`.
     """
-    kappa, law, flat = design.kappa, design.law, design.flat
+    kappa = design.kappa
     w, dw, tau, dtau = curve.w, curve.dw, curve.tau, curve.dtau
     d, work, nodes = curve.d, curve.work, curve.w.size
-    count = float(nodes)
     mu = 1.0
     mu_given = closure == POWER_MEAN
     factor = width * width / 12.0
     change = math.inf
     smallest = 0.0
     for step in range(1, most + 1):
-        if not mu_given:
-            total = 0.0
+        fill_force(design, curve)
+        if step == 1 and not mu_given:
+            mu = 0.0
             for j in range(nodes):
-                value, _ = load_terms((1.0 + d[j]) / tau[j], law)
-                total += value
-            if step == 1:
-                mu = total / count
+                mu += curve.force[j] / nodes
         # docs/method.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B' and
         # df/dmu.
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
-            value, first = load_terms(q, law)
+            value, first = curve.force[j], curve.first[j]
             f = -kappa * (value / mu - 1.0)
             dq = (dw[j] + f - q * dtau[j]) / tau[j]
             work[0, j] = f
@@ -170,14 +179,13 @@ def _steps(
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
-            value, slope = closure_terms(q, law, flat, closure)
+            value, slope = closure_terms(q, curve.force[j], curve.first[j], design.flat, closure)
             slope /= tau[j]
             r1 -= value + slope * shift
             a11 += slope * grow
             a12 += slope * push
             if not mu_given:
-                value, first = load_terms(q, law)
-                first /= tau[j]
+                value, first = curve.force[j], curve.first[j] / tau[j]
                 r2 -= value - mu + first * shift
                 a21 += first * grow
                 a22 += first * push - 1.0
@@ -249,8 +257,12 @@ def newton(
         curve.d[j] = curve.w[j] + level
     if is_power(design.law) and not design.flat:
         _settle(design.kappa, design.law, width, curve.d.size, curve.w, curve.tau, curve.d)
-    taken, mu, change, smallest = _steps(POWER_MEAN, width, tolerance, most, design, curve)
-    if closure == POWER_MEAN or taken < 0:
-        return taken, 1.0, change, smallest
-    more, mu, change, smallest = _steps(closure, width, tolerance, most, design, curve)
-    return (taken + more if more > 0 else more), mu, change, smallest
+    taken, mu, change, smallest = 0, 1.0, math.inf, 0.0
+    for wanted in (POWER_MEAN, closure):
+        if wanted == POWER_MEAN and taken > 0:
+            break
+        more, mu, change, smallest = _steps(wanted, width, tolerance, most, design, curve)
+        if more < 0:
+            return more, 1.0, change, smallest
+        taken += more
+    return taken, mu, change, smallest

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR, is_power, load_terms
+from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.curve import Curve, Design
 from engine_dyn.speed.general.newton import closure_terms
 from engine_dyn.speed.results import CANCELLED, ROUNDING
@@ -69,16 +69,17 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
 
 
 @inlined
-def _unresolved(closure: int, design: Design, q: Floats) -> float:
+def _unresolved(closure: int, design: Design, curve: Curve) -> float:
     """Relative difference of the means over even and odd nodes, of the speed and of the closure.
 
     docs/method.md (102).
     """
     speed = closed = both = 0.0
+    q = curve.q
     for j in range(q.size):
         sign = 1.0 if j % 2 == 0 else -1.0
         root = math.sqrt(max(q[j], 0.0))
-        value, _ = closure_terms(q[j], design.law, design.flat, closure)
+        value, _ = closure_terms(q[j], curve.force[j], curve.first[j], design.flat, closure)
         both += root
         speed += sign * root
         closed += sign * value
@@ -86,17 +87,15 @@ def _unresolved(closure: int, design: Design, q: Floats) -> float:
 
 
 @inlined
-def _load_missed(mu: float, width: float, design: Design, q: Floats, force: Floats) -> float:
+def _load_missed(mu: float, width: float, design: Design, force: Floats) -> float:
     """Error of the two-point formula in q, by third differences of the load's rate.
 
     The numerator of docs/method.md (103). The rate is kappa (F/mu - 1). The local errors, h^5/720
     times its fourth derivative, add up to h^4/720 times the third, and the cubic through the nodes
     misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
-    a stall differences are too small. `force` is scratch.
+    a stall differences are too small.
     """
-    n = q.size
-    for j in range(n):
-        force[j], _ = load_terms(q[j], design.law)
+    n = force.size
     largest = 0.0
     for j in range(n):
         third = force[j] - 3.0 * (force[(j - 1) % n] - force[(j - 2) % n]) - force[(j - 3) % n]
@@ -108,8 +107,7 @@ def _load_missed(mu: float, width: float, design: Design, q: Floats, force: Floa
 def fill_rate(mu: float, design: Design, curve: Curve) -> None:
     """Slope of q at the nodes, docs/method.md (97)."""
     for j in range(curve.q.size):
-        force, _ = load_terms(curve.q[j], design.law)
-        slope = curve.dw[j] - design.kappa * (force / mu - 1.0)
+        slope = curve.dw[j] - design.kappa * (curve.force[j] / mu - 1.0)
         curve.rate[j] = (slope - curve.q[j] * curve.dtau[j]) / curve.tau[j]
 
 
@@ -166,10 +164,10 @@ def speeds_of(
         error /= span
     elif _acts(curve):
         error = 1.0  # the fluctuation is below rounding, so 0 misses all of it
-    error += _unresolved(closure, design, q)
+    error += _unresolved(closure, design, curve)
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:
-        error += _load_missed(mu, width, design, q, curve.work[0]) / range_of_q
+        error += _load_missed(mu, width, design, curve.force) / range_of_q
     error *= max(1.0, span / low)
     nominal = design.nominal
     return nominal * high, nominal * low, nominal * mean, nominal * span, error

@@ -13,9 +13,9 @@ friction are dealt with here and nowhere else.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,16 +68,19 @@ UNIT, SQUARE, FIRST_GAS = 0, 1, 2
 and the squared velocity."""
 
 
+VALUE, SLOPE, MIDDLE, BETWEEN = range(4)
+"""What `Columns.fine` has of each part."""
+
+
 class Columns(NamedTuple):
     """Tables of columns, as kernels take them.
 
     Attributes
     ----------
-    fine, torque, middle : ndarray, shape (part, node, term)
-        Work, or the squared velocity, at the fine nodes without its mean; its slope; what a cubic
-        through values and slopes misses in the middle of the interval behind each.
-    between : ndarray, shape (part, node, term)
-        What a polynomial through coarse nodes misses of the integral of the work.
+    fine : ndarray, shape (4, part, node, term)
+        At the fine nodes: `VALUE`, the work, or the squared velocity, without its mean; `SLOPE`;
+        `MIDDLE`, what a cubic through both misses in the middle of the interval behind; `BETWEEN`,
+        what a polynomial through coarse nodes misses of the integral.
     coarse : ndarray, shape (part, 2, term, coarse node)
         The same at the coarse nodes, and its mean over the coarse interval behind each.
     mean : ndarray, shape (part, term)
@@ -91,9 +94,6 @@ class Columns(NamedTuple):
     """
 
     fine: Floats
-    torque: Floats
-    middle: Floats
-    between: Floats
     coarse: Floats
     mean: Floats
     degrees: Integers
@@ -237,15 +237,15 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (source.load.mean - source.load(theta))
-    fine, torque, middle, between = (np.empty((parts.count, nodes, terms)) for _ in range(4))
+    fine = np.empty((4, parts.count, nodes, terms))
     stride = source.nodes.stride
     coarse = np.empty((parts.count, 2, terms, nodes // stride))
     arrange(
-        work, halves, rates, source.width, fine, torque, middle, between,
+        work, halves, rates, source.width, *fine,
         lagrange_weights(np.arange(stride) / stride), coarse, np.empty(nodes // stride),
     )  # fmt: skip
     return (
-        fine, torque, middle, between, coarse, mean, source.box.degrees, _roughness(source.box, work)
+        fine, coarse, mean, source.box.degrees, _roughness(source.box, work)
     )  # fmt: skip
 
 
@@ -330,7 +330,10 @@ def _add_square(
     # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
     # mean: it is subtracted first.
     first = work[:, :1].copy()
-    for level in (first, ((work - first) + 2.0 * (halves - first)).mean(axis=1, keepdims=True) / 3.0):
+    for level in (
+        first,
+        ((work - first) + 2.0 * (halves - first)).mean(axis=1, keepdims=True) / 3.0,
+    ):
         work -= level
         halves -= level
 
