@@ -149,9 +149,9 @@ def slip_torque(omega: Any, synchronous_speed: Any, breakdown_slip: Any) -> tupl
     return 2.0 * slip * breakdown_slip * below, slope
 
 
-_power_torque, _linear_square_torque, _slip_torque = map(
-    inlined, (power_torque, linear_square_torque, slip_torque)
-)
+_power_torque = inlined(power_torque)
+_linear_square_torque = inlined(linear_square_torque)
+_slip_torque = inlined(slip_torque)
 
 
 @inlined
@@ -184,7 +184,7 @@ def torque_at(omega: float, law: Law) -> tuple[float, float]:
     return _table_torque(omega, law.table)
 
 
-# --- what solvers ask --------------------------------------------------------------------------------
+# --- what solvers ask -----------------------------------------------------------------------------
 
 
 @inlined
@@ -248,7 +248,7 @@ def slope_and_sign(
         return np.asarray(0.5 * speed * slope / torque), form.sign * torque
 
 
-# --- facts --------------------------------------------------------------------------------------------
+# --- facts ----------------------------------------------------------------------------------------
 
 
 class LawFacts(NamedTuple):

@@ -77,9 +77,7 @@ def _mean_gas_of_equal_throws(
     # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed import mean_gas
 
-    return mean_gas.mean_gas_of_equal_throws(
-        crank_ratio, offset_ratio, row, family, pressure_share
-    )
+    return mean_gas.mean_gas_of_equal_throws(crank_ratio, offset_ratio, row, family, pressure_share)
 
 
 def _mean_gas_of_unequal_throws(

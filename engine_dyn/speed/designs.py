@@ -167,7 +167,9 @@ def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
     low, weight = _floor_of_rows(chosen)
     rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
     nothing = np.zeros(0, dtype=np.int64)
-    rubbed, loads, of_rubbed, of_load = (), (), nothing, nothing
+    rubbed: tuple[RubbedDiagram, ...] = ()
+    loads: tuple[tuple[float, float], ...] = ()
+    of_rubbed = of_load = nothing
     if any(chosen.has(name) for name in LEVELS):
         found, of_rubbed = _distinct(
             chosen, ("row", "scale", "crankcase_pressure", "ring_pressure")

@@ -280,8 +280,8 @@ def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
     form = work.driven.form
     proportional = form.kind == POWER and bool((chosen.take("exponent") == 2.0).all())
     task = Task(
-        code, proportional, bool(chosen.take("inertia_model").flat[0]), sweep.closure, sweep.tolerance,
-        sweep.iterated, form, angles_of(sweep.angles, columns.width, nodes.count),
+        code, proportional, bool(chosen.take("inertia_model").flat[0]), sweep.closure,
+        sweep.tolerance, sweep.iterated, form, angles_of(sweep.angles, columns.width, nodes.number),
     )  # fmt: skip
     if code == THESIS:
         solve_as_printed(work, task, work.source.cylinders, sweep.angles, sweep.results)

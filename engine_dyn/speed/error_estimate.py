@@ -18,9 +18,8 @@ __all__ = ["ITERATED", "ITERATED_FINER", "compare"]
 
 SAFETY, LEAST_ERROR = 7.0, 2e-10
 """Factor on the difference to a solution with four times the nodes, and a constant that is added,
-because both solutions see the knots of a tabulated diagram alike, and both leave out the same first
-moments where designs add up curves of their own (`levels.P_MOMENT`). Both numbers are measured with
-benchmarks.stress: with twice the nodes, the error of one rough diagram in three hundred was above
+because both solutions see the knots of a tabulated diagram alike, and both have the same columns.
+Both numbers were measured with benchmarks.stress: with twice the nodes, the error of one rough diagram in three hundred was above
 the estimate; with four times, that of none of 800."""
 
 SAFETY_OF_SLOWEST = 2.0
@@ -28,7 +27,7 @@ SAFETY_OF_SLOWEST = 2.0
 quarter even at first order, so it is at most 4/3 of the difference. The remainder of the factor is
 room for rounding, which near a stall is alike in both solutions."""
 
-ITERATED = 1e-3
+ITERATED = 1e-2
 """Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
 
 ITERATED_FINER = 0.025 * LEAST_ERROR
@@ -44,11 +43,11 @@ def compare(
 ) -> None:  # fmt: skip
     """Replace error and status by those from the difference to a solution with more nodes.
 
-    docs/method.md (105). The error is the relative one of delta, or that of the smallest speed where
-    it is larger. The finer solution's own error is far smaller, so the difference is nearly all of
-    the error. Rounding is added, which is large for a small delta and for a large eta; eta follows
-    from `inputs`. The status says whether this estimate, which is better than the kernel's, meets
-    the tolerance. The work is done in pieces, so that no array has the size of the sweep.
+    docs/method.md (105). The error is the relative one of delta, or that of the smallest speed
+    where it is larger. The finer solution's own error is far smaller, so the difference is nearly
+    all of the error. Rounding is added, which is large for a small delta and for a large eta; eta
+    follows from `inputs`. The status says whether this estimate, which is better than the kernel's,
+    meets the tolerance. The work is done in pieces, so that no array has the size of the sweep.
     """
 
     def at(name: str) -> Any:

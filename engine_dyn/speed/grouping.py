@@ -167,7 +167,7 @@ class Grouping:
             piece = waiting.pop(0)
             needs = needs_of(piece, source.load is not None)
             size = piece.places.size
-            if needs.parts.count > most and size > 1:
+            if needs.parts.number > most and size > 1:
                 waiting[:0] = [
                     piece.subset(slice(None, size // 2)),
                     piece.subset(slice(size // 2, None)),
@@ -176,7 +176,7 @@ class Grouping:
             columns = columns_of(source, needs.parts)
             rough = _is_rough(piece, needs, columns.rough > ROUGHNESS * self.tolerance)
             if rough.any() and 2 * finer <= ROUGHEST:
-                fewest = 2 * source.nodes.count * source.nodes.times
+                fewest = 2 * source.nodes.number * source.nodes.times
                 closer = replace(source, nodes=nodes_of(source.nodes.times, fewest))
                 yield from self._pieces(piece.subset(rough), closer, 2 * finer)
                 if rough.all():

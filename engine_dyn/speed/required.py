@@ -54,7 +54,7 @@ TOO_LIGHT = STALLED, INVALID_INPUT
 inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
-    "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress", "sharing",
+    "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress",
     "tolerance", "driven", "general", "finer", "iterated", "wanted",
 )  # fmt: skip
 """Arguments of `dispatch.solve` that are not inputs of each design."""

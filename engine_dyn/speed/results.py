@@ -86,8 +86,8 @@ LOAD_FACTOR = _result(
 DELTA_ERROR = _result(
     "delta_error", r"\Delta\delta/\delta", "1",
     "estimated relative error of the coefficient of speed fluctuation",
-    "against a solution with more nodes, or that of omega_min where it is more; thesis: against the "
-    "periodic solution",
+    "against a solution with more nodes, or that of omega_min where it is more; thesis: against "
+    "the periodic solution",
 )  # fmt: skip
 ITERATIONS = _result(
     "iterations", "i", "1", "number of cycles computed, or of iterations", "this project"

@@ -74,10 +74,9 @@ def step_cycles(
 ) -> tuple[int, bool, bool, float, float, float]:  # fmt: skip
     """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (89).
 
-    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps of
-    `width` [rad]. `speeds`
-    gets the samples of the last cycle, `rates` the angular acceleration [rad/s2] there. Returns the
-    number of cycles done (`passes`, or until one closes where that is 0), whether the cycle closed,
+    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps
+    of `width` [rad]. `speeds` gets the samples of the last cycle, `rates` the angular acceleration
+    [rad/s2] there. Returns the number of cycles done (`passes`, or until one closes where that is 0), whether the cycle closed,
     whether the engine stalled, and the largest, smallest and mean sample of the last cycle.
     """
     omega, count = start, speeds.size
@@ -105,7 +104,7 @@ def step_cycles(
 
 
 def _members(cylinders: Cylinders) -> list[Member]:
-    """Cylinders in the order in which their torques are added up: that of firing where all are alike."""
+    """Cylinders in the order in which torques are added up: that of firing where all are alike."""
     if not cylinders.plain:
         return list(cylinders.members)
     count = cylinders.count
@@ -115,11 +114,11 @@ def _members(cylinders: Cylinders) -> list[Member]:
 def _cycle_of(
     one: Chosen, family: Family, cylinders: Cylinders, variable: bool
 ) -> tuple[Cycle, float]:
-    """Curves of a design, docs/method.md (27) and (39), and the mean of its torque at nominal speed."""
+    """Curves of a design, docs/method.md (27) and (39), and its mean torque at nominal speed."""
     value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
     period = family.period
     count = round(period / DEGREE)
-    angle = -0.5 * period + np.arange(count) * DEGREE
+    angle: Floats = -0.5 * period + np.arange(count, dtype=np.float64) * DEGREE
     low = int(math.floor(value["row"]))
     weight = value["row"] - low
     rows = np.array([low, low + (weight > 0.0)])

@@ -102,7 +102,7 @@ def _range_of(width: float, value: Floats, slope: Floats, missed: Floats) -> tup
 
 @inlined
 def _energy(which: int, designs: Designs) -> float:
-    """Kinetic energy at nominal speed [J] of the inertia of 1 kg m2 that designs are reduced with."""
+    """Kinetic energy [J] at nominal speed of 1 kg m2, which designs are reduced with."""
     return 0.5 * designs.speed[which] ** 2
 
 

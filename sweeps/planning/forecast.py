@@ -237,7 +237,7 @@ def _cycle_nodes(engine: Cylinders) -> float:
     from engine_dyn.speed.work.columns import FEWEST_NODES, nodes_of
 
     nodes = nodes_of(engine.symmetry, FEWEST_NODES)
-    return nodes.count * nodes.times / FEWEST_NODES
+    return nodes.number * nodes.times / FEWEST_NODES
 
 
 def _columns_of_box(plan: Plan) -> tuple[int, int]:

@@ -14,7 +14,6 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.general.curve import Design, make_curve
 from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.thesis import Cycle, Law, step_cycles
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +13,7 @@ from hypothesis import strategies as st
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed import dispatch, pieces
-from engine_dyn.speed.batch import front as batch_front
-from engine_dyn.speed.general import front
+from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.speed.results import SCALAR_NAMES

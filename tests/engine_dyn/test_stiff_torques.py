@@ -14,8 +14,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from engine_dyn import diagram_from_points, periodic_speed, status
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_speed
 from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
-from engine_dyn.speed.general import radau
-from engine_dyn.speed.general import front
+from engine_dyn.speed.general import front, radau
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff
 from tests.support.held_out import design_of, solved

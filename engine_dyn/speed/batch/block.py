@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.speed.work.interpolation import lagrange_weights
+from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.speed.work.summit import WINDOW
 from engine_dyn.types import Booleans, Floats
 
@@ -129,8 +129,9 @@ class Curves(NamedTuple):
     """Curves of a block over the coarse nodes, shape (node, lane).
 
     `work` is X at the nodes and `drive` what it adds to the work of the load in the interval behind
-    each; `missed` is what a cubic misses of its mean there. `steep` is F'/(s tau), `inertia` is tau, `load` is y, `rest` the remainder r of the
-    law and `u` is q - 1. Those from `steep` on have HALO nodes more on both sides.
+    each; `missed` is what six nodes miss of its mean there. `inertia` is tau, `steep` F'/(s tau),
+    `load` y, `rest` the remainder r of the law and `u` q - 1. Those from `steep` on have HALO nodes
+    more on both sides.
     """
 
     drive: Floats
@@ -186,11 +187,10 @@ def make_scratch(coarse: int, fine: int, width: float) -> Scratch:
     plain = [np.zeros((coarse, LANES)) for _ in range(3)]
     with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(5)]
     stride = fine // coarse
-    at = np.arange(2 * stride) / (2 * stride)
     table = Table(
         np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((2, 4, fine)),
         np.zeros(fine, dtype=np.bool_),
-        np.stack([lagrange_weights(at, slopes=slopes) for slopes in (False, True)]),
+        weights_between(2 * stride),
     )  # fmt: skip
     return Scratch(
         Curves(*plain, *with_halo), Lanes(*(np.zeros(LANES) for _ in Lanes._fields)),

@@ -81,9 +81,12 @@ def run_load(with_rest: bool, lanes: Lanes, curves: Curves) -> None:
             r0, r1, r2 = curves.rest[HALO + i - 2], curves.rest[HALO + i - 1], curves.rest[HALO + i]
             r3, r4 = curves.rest[HALO + i + 1], curves.rest[HALO + i + 2]
             r5 = curves.rest[HALO + i + 3]
+            # The mean of r over the interval by six nodes, and its first moment by four.
             for k in range(mean.size):
-                sums = 802.0 * (r2[k] + r3[k]) - 93.0 * (r1[k] + r4[k]) + 11.0 * (r0[k] + r5[k])
+                sums = 802.0 * (r2[k] + r3[k]) - 93.0 * (r1[k] + r4[k])
                 mean[k] = of_mass[k] * (sums / 1440.0)
+            for k in range(mean.size):
+                mean[k] += of_mass[k] * ((r0[k] + r5[k]) * (11.0 / 1440.0))
             for k in range(mean.size):
                 inner = r3[k] - r2[k]
                 moment = inner / 12.0 - ((r4[k] - r1[k]) - 3.0 * inner) / 720.0
@@ -180,23 +183,34 @@ def fill_ones(curve: Floats) -> None:
 
 @inlined
 def add_missed(variable: bool, terms: int, law: Floats, lanes: Lanes, curves: Curves) -> None:
-    """Add to the drive what a cubic through the remainder misses where X is rough.
+    """Add to the drive what six nodes of the remainder miss of its mean where X is rough.
 
-    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (73).
+    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (72).
     """
-    slope, half, scaled, steep = lanes.slope, lanes.half, lanes.scaled, lanes.force
+    half, slope, centre, state = lanes.half, lanes.slope, lanes.centre, lanes.state
+    scaled, steep, gain = lanes.scaled, lanes.force, lanes.gain
+    for k in range(gain.size):
+        gain[k] = half[k] / slope[k]
     for i in range(curves.drive.shape[0]):
-        u = curves.u[HALO + i]
+        u, found = curves.u[HALO + i], curves.steep[HALO + i]
         for k in range(scaled.size):
-            scaled[k] = (u[k] - lanes.centre[k]) * half[k]
+            scaled[k] = (u[k] - centre[k]) * half[k]
+        for k in range(scaled.size):
             steep[k] = 0.0
-        for n in range(terms - 1, 0, -1):
-            coefficient = law[n]
-            for k in range(scaled.size):
-                steep[k] = steep[k] * scaled[k] + n * coefficient[k]
-        found = curves.steep[HALO + i]
+        for n in range(terms - TERMS_AT_ONCE, -1, -TERMS_AT_ONCE):
+            c0, c1, c2, c3 = law[n], law[n + 1], law[n + 2], law[n + 3]
+            f0, f1, f2, f3 = float(n), n + 1.0, n + 2.0, n + 3.0
+            if n > 0:
+                for k in range(scaled.size):
+                    t = scaled[k]
+                    upper = (steep[k] * t + f3 * c3[k]) * t + f2 * c2[k]
+                    steep[k] = (upper * t + f1 * c1[k]) * t + f0 * c0[k]
+            else:
+                for k in range(scaled.size):
+                    t = scaled[k]
+                    steep[k] = ((steep[k] * t + 3.0 * c3[k]) * t + 2.0 * c2[k]) * t + c1[k]
         for k in range(scaled.size):
-            found[k] = steep[k] * half[k] / slope[k] if lanes.state[k] > 0.0 else 1.0
+            found[k] = steep[k] * gain[k] if state[k] > 0.0 else 1.0
         if variable:
             tau = curves.inertia[i]
             for k in range(scaled.size):

@@ -33,7 +33,7 @@ def add_columns(columns: Floats, share: float, factor: Floats, curve: Floats) ->
 
 @inlined
 def add_moments(curve: Floats) -> None:
-    """First moment of a curve about the middle of each interval, and what a cubic misses of the mean.
+    """First moment of a curve in each interval, and what six nodes miss of its mean there.
 
     docs/method.md (72).
     """
@@ -98,7 +98,7 @@ def fill_alike(
     """X of all designs of a block that have one table.
 
     The numbers are those of `fill_lane`; here loops over lanes are vectors: without this, one table
-    takes SHARE % longer.
+    takes twice as long.
     """
     end = first + curves.drive.shape[1]
     gas, eta = designs.gas[first:end], designs.eta[first:end]

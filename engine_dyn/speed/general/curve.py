@@ -74,7 +74,9 @@ class Curve(NamedTuple):
 
 def make_curve(nodes: int) -> Curve:
     """Memory of one design."""
-    return Curve(*(np.zeros(nodes) for _ in range(13)), np.zeros((6, nodes)))
+    return Curve(
+        **{name: np.zeros((6, nodes) if name == "work" else nodes) for name in Curve._fields}
+    )
 
 
 @inlined

@@ -48,9 +48,9 @@ def _pass_cycle(
 ) -> tuple[int, float, float, float]:
     """Follow one period from the energy `start` at node 0.
 
-    `curve` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design STANDS, RUNS_AWAY, is
-    LOST or nothing of this (REPEATS), the energy at the end, the factor of a deviation, and the sum
-    of what all intervals may miss.
+    `curve` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design
+    STANDS, RUNS_AWAY, is LOST or nothing of this (REPEATS), the energy at the end, the factor of a
+    deviation, and the sum of what all intervals may miss.
     """
     nodes = curve.w.size
     push = design.kappa * width

@@ -28,7 +28,7 @@ RATIO_EDGES = np.array([0.0, 0.2, 0.36, 0.5, 0.6, 0.7, 0.77, 0.82])
 that polynomials of one degree serve all."""
 
 LARGEST_WITH_OFFSET = 0.5
-"""Largest crank ratio of boxes with an offset: beyond, polynomials of this degree do not suffice."""
+"""Largest crank ratio of boxes with an offset: beyond, polynomials of this degree are too few."""
 
 OFFSET_EDGE = 0.2
 """Largest offset over the crank radius of a box; offsets of either sign have boxes of their own."""

@@ -28,7 +28,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import Box
-from engine_dyn.speed.work.interpolation import lagrange_weights
+from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
 from engine_dyn.types import Floats, Integers
 
@@ -102,9 +102,9 @@ class Columns(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodes of a period: how many, how many fine intervals make a coarse one, periods in a cycle."""
+    """Nodes of a period: how many, fine intervals of a coarse one, periods in a cycle."""
 
-    count: int
+    number: int
     stride: int
     times: int
 
@@ -149,7 +149,7 @@ class Parts(NamedTuple):
         return self.first_rubbed + FRICTION_PARTS * len(self.rubbed)
 
     @property
-    def count(self) -> int:
+    def number(self) -> int:
         """Number of parts."""
         return self.first_load + len(self.loads)
 
@@ -190,7 +190,7 @@ class Source:
     @property
     def width(self) -> float:
         """Width of a fine interval [rad]."""
-        return self.family.period / (self.nodes.count * self.nodes.times)
+        return self.family.period / (self.nodes.number * self.nodes.times)
 
     @property
     def members(self) -> tuple[Member, ...]:
@@ -208,15 +208,17 @@ def columns_of(source: Source, parts: Parts) -> Columns:
         "columns", source.members, source.box, source.nodes, load, parts.rows.tobytes(),
         parts.rubbed, parts.loads,
     )  # fmt: skip
-    found = remembered(source.family, key, lambda: _make(source, parts))
-    return Columns(*found, source.width)
+    fine, coarse, mean, degrees, rough = remembered(
+        source.family, key, lambda: _make(source, parts)
+    )
+    return Columns(fine, coarse, mean, degrees, rough, source.width)
 
 
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     """Arrays of `Columns`."""
-    terms, nodes = len(source.box.degrees), source.nodes.count
-    work, halves, rates = (np.zeros((parts.count, terms, nodes)) for _ in range(3))
-    mean = np.zeros((parts.count, terms))
+    terms, nodes = len(source.box.degrees), source.nodes.number
+    work, halves, rates = (np.zeros((parts.number, terms, nodes)) for _ in range(3))
+    mean = np.zeros((parts.number, terms))
     curves = [_velocity_of(member, source.box, source.nodes, source.family.period)
               for member in source.members]  # fmt: skip
     for member, curve in zip(source.members, curves, strict=True):
@@ -237,12 +239,12 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (source.load.mean - source.load(theta))
-    fine = np.empty((4, parts.count, nodes, terms))
+    fine = np.empty((4, parts.number, nodes, terms))
     stride = source.nodes.stride
-    coarse = np.empty((parts.count, 2, terms, nodes // stride))
+    coarse = np.empty((parts.number, 2, terms, nodes // stride))
     arrange(
         work, halves, rates, source.width, *fine,
-        lagrange_weights(np.arange(stride) / stride), coarse, np.empty(nodes // stride),
+        weights_between(stride)[0], coarse, np.empty(nodes // stride),
     )  # fmt: skip
     return (
         fine, coarse, mean, source.box.degrees, _roughness(source.box, work)
@@ -283,9 +285,9 @@ class _Velocity(NamedTuple):
 
 def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats]:
     """Quadrature points and nodes of a cycle, in the cylinder's own angle [rad]."""
-    steps = nodes.count * nodes.times
-    node = np.arange(steps)
-    inside = ((node + POINTS[:, None]) * (period / steps)).reshape(-1)
+    steps = nodes.number * nodes.times
+    node: Floats = np.arange(steps, dtype=np.float64)
+    inside: Floats = ((node + POINTS[:, None]) * (period / steps)).reshape(-1)
     return inside + member.phase, node * (period / steps) + member.phase
 
 
@@ -295,7 +297,7 @@ def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velo
     inside, at_node = _angles(member, nodes, period)
     ratio, offset = (side[:, None] for side in member.own(*box.samples.T))
     radius = member.radius_factor
-    half = 0.5 * period / (nodes.count * nodes.times)
+    half = 0.5 * period / (nodes.number * nodes.times)
     v, b = radius * velocity(at_node, ratio, offset), radius * acceleration(at_node, ratio, offset)
     between = radius * velocity(at_node + half, ratio, offset)
     curves = (
@@ -306,7 +308,7 @@ def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velo
 
 
 def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Floats]:
-    """Angles of a cycle, and the weights of the pressure there in the mean of p v, (term, angle)."""
+    """Angles of a cycle, and weights of the pressure there in the mean of p v, (term, angle)."""
     nodes = Nodes(FEWEST_NODES, WIDE, 1)
     angle, _ = _angles(member, nodes, period)
     each = np.repeat(WEIGHTS, FEWEST_NODES) / FEWEST_NODES
@@ -315,7 +317,7 @@ def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Float
 
 def _folded(curves: Floats, nodes: Nodes) -> Floats:
     """Sum over the periods of a cycle, which is the last axis."""
-    shape = *curves.shape[:-1], nodes.times, nodes.count
+    shape = *curves.shape[:-1], nodes.times, nodes.number
     return np.asarray(curves.reshape(shape).sum(axis=-2))
 
 
