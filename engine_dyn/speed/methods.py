@@ -1,7 +1,6 @@
 """The methods that find the periodic speed: the one table of their names and of what they can do.
 
-There are no functions here: `engine_dyn.speed.dispatch` maps each method to what solves it, and a
-test fails where a method is missing there.
+There are no functions here: `engine_dyn.speed.dispatch` gives designs to what solves them.
 """
 
 from __future__ import annotations

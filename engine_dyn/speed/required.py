@@ -46,8 +46,7 @@ kinetic energy is the work of one stroke under this pressure [Pa], and that of t
 masses: delta is then small, some 1e-3, and proportional to the swing."""
 
 FEW = 0.25
-"""Fraction of the designs: when no more than that remain, they are solved by themselves, without
-tables in common."""
+"""Fraction of the designs: when no more than that remain, only these are solved."""
 
 TOO_LIGHT = STALLED, INVALID_INPUT
 """Outcomes that more inertia may change: the engine stops within the cycle, or with variable

@@ -157,8 +157,8 @@ class Results(NamedTuple):
     omega, acceleration : ndarray, shape (designs, angles)
         The second axis is empty where they are not wanted.
     deferred : ndarray
-        Marks the designs that the batch solver defers to the general solver. Those that are marked
-        beforehand are deferred at once. Empty where it is not wanted.
+        Marks the designs that the batch solver left to the general solver: the solution with more
+        nodes, for the error, then comes from the same solver. Empty where no error is wanted.
     """
 
     wanted: Integers

@@ -76,8 +76,9 @@ def step_cycles(
 
     theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps
     of `width` [rad]. `speeds` gets the samples of the last cycle, `rates` the angular acceleration
-    [rad/s2] there. Returns the number of cycles done (`passes`, or until one closes where that is 0), whether the cycle closed,
-    whether the engine stalled, and the largest, smallest and mean sample of the last cycle.
+    [rad/s2] there. Returns the number of cycles done (`passes`, or until one closes where that is
+    0), whether the cycle closed, whether the engine stalled, and the largest, smallest and mean
+    sample of the last cycle.
     """
     omega, count = start, speeds.size
     limit = passes if passes > 0 else MOST_CYCLES
