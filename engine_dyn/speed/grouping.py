@@ -101,6 +101,11 @@ class Grouping:
     tolerance: float
     keys: tuple[str, ...]
 
+    @property
+    def _is_steep(self) -> bool:
+        """Whether the torque over speed may be steep: it is a table, or that of a motor."""
+        return self.driven.motor or self.driven.over_speed is not None
+
     def works(self, places: Integers | None, finer: int) -> Iterator[Work]:
         """Designs at some flat places, or all, in groups and pieces, with their columns.
 
@@ -130,7 +135,9 @@ class Grouping:
             if load is not None:
                 gear = same.take("gear_ratio").flat[:1]
                 repeats = int(np.asarray(repeats_of(load, gear, self.family.period)).flat[0])
-            nodes = nodes_of(math.gcd(cylinders.symmetry, repeats), finer * FEWEST_NODES)
+            nodes = nodes_of(
+                math.gcd(cylinders.symmetry, repeats), finer * FEWEST_NODES, self._is_steep
+            )
             source = Source(self.family, cylinders, box_of(0), nodes, load)
             for alike in _split(same, [box]):
                 mine = boxes_of(alike.take("crank_ratio"), alike.take("offset_ratio"), radius).flat[
@@ -177,7 +184,7 @@ class Grouping:
             rough = _is_rough(piece, needs, columns.rough > ROUGHNESS * self.tolerance)
             if rough.any() and 2 * finer <= ROUGHEST:
                 fewest = 2 * source.nodes.number * source.nodes.times
-                closer = replace(source, nodes=nodes_of(source.nodes.times, fewest))
+                closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
                 yield from self._pieces(piece.subset(rough), closer, 2 * finer)
                 if rough.all():
                     continue

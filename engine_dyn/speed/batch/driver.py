@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.loads.laws import covers
+from engine_dyn.loads.laws import covers, law_of
 from engine_dyn.speed.batch.block import LANES, LEFT, Scratch
 from engine_dyn.speed.batch.extremes import (
     One,
@@ -112,7 +112,14 @@ def solve_blocks(
                     which, lane, designs.gas[which], designs.eta[which], weights.beta[which],
                     task.variable, scratch.width,
                 )  # fmt: skip
-                fill_u(one, columns, designs, scratch, q, rate)
+                law, _ = law_of(
+                    designs.speed[which], designs.first[which], designs.second[which],
+                    designs.gear[which], task.form,
+                )  # fmt: skip
+                fill_u(
+                    one, law, designs.kappa[which], lanes.mu[lane], columns, designs, scratch, q,
+                    rate,
+                )  # fmt: skip
                 for node in range(q.size):
                     q[node] += 1.0
                 store_curves(

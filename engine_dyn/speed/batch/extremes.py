@@ -13,6 +13,7 @@ import math
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import Law, load_terms
 from engine_dyn.speed.batch.block import HALO, MANY, Curves, Lanes, Peaks, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
@@ -276,14 +277,21 @@ def end_peaks(peaks: Peaks) -> None:
 
 @inlined
 def fill_u(
-    one: One, columns: Columns, designs: Designs, scratch: Scratch, u: Floats, slope: Floats
-) -> None:
-    """U of a design at all fine nodes, and its slope over the angle."""
+    one: One, law: Law, kappa: float, mu: float, columns: Columns, designs: Designs,
+    scratch: Scratch, u: Floats, slope: Floats,
+) -> None:  # fmt: skip
+    """U of a design at all fine nodes, and its slope over the angle, docs/method.md (48)."""
     load, steep, at = scratch.curves.load, scratch.curves.steep, scratch.table.weights
     values, fine = scratch.table.fine, columns.fine
     part, share, factor = designs.part, designs.share, designs.factor
     stride = u.size // scratch.curves.drive.shape[0]
     for node in range(u.size):
         fill_fine(node, one.which, fine, part, share, factor, values)
-        u[node], slope[node] = curve_at(node, stride, one, load, steep, at, values)
-        slope[node] /= one.width
+        u[node], _ = curve_at(node, stride, one, load, steep, at, values)
+        force, _ = load_terms(1.0 + u[node], law)
+        turning = one.eta * values[1, SLOPE, node]
+        slope[node] = one.gas * values[0, SLOPE, node] - turning - kappa * (force / mu - 1.0)
+        if one.variable:
+            slope[node] = (slope[node] - u[node] * turning) / (
+                1.0 + one.eta * values[1, VALUE, node]
+            )

@@ -47,7 +47,7 @@ MOST_PASSES = 40
 ROUNDING = 2e-15
 """Change of the remainder that is nothing but rounding."""
 
-LIGHTEST = 0.25
+LIGHTEST = 0.4
 """Least inertia over its mean at any node."""
 
 TERMS_AT_ONCE = 4

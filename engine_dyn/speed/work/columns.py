@@ -51,8 +51,9 @@ FEWEST_NODES = 720
 FEWEST_COARSE = 48
 """Least number of coarse nodes of a period."""
 
-WIDE, NARROW = 5, 4
-"""Fine intervals of a coarse one, where there are many and few."""
+WIDE, NARROW, STEEP = 5, 4, 3
+"""Fine intervals of a coarse one, where there are many and few, and where the torque answers
+steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
 
 ATMOSPHERE = 101325.0
 """Pressure [Pa] under the piston that columns of the gas contain."""
@@ -154,10 +155,14 @@ class Parts(NamedTuple):
         return self.first_load + len(self.loads)
 
 
-def nodes_of(times: int, fewest: int) -> Nodes:
-    """Nodes of a period that repeats so many times in the cycle, with `fewest` in the cycle."""
+def nodes_of(times: int, fewest: int, steep: bool = False) -> Nodes:
+    """Nodes of a period that repeats so many times in the cycle, with `fewest` in the cycle.
+
+    Laws that are `steep` have narrower coarse intervals.
+    """
     each = -(-fewest // times)
     stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
+    stride = STEEP if steep else stride
     coarse = max(-(-each // stride), FEWEST_COARSE)
     coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
     return Nodes(coarse * stride, stride, times)
@@ -231,6 +236,8 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
             _add_friction(source, diagram, member, work[here], halves[here], rates[here])
     for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_load)):
         cumulate(work[summed], halves[summed], rates[summed], source.width, mean[summed])
+    # Friction has no mean here: it is part of the mean friction torque.
+    mean[parts.first_rubbed : parts.first_load] = 0.0
     _add_square(source, curves, work[SQUARE], halves[SQUARE], rates[SQUARE])
     angle = np.arange(nodes) * source.width
     for i, (gear, phase) in enumerate(parts.loads):
