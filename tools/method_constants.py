@@ -153,7 +153,7 @@ def recurrence() -> list[Row]:
     """Weights along the coarse nodes, by integrals of the exponential."""
     rows: list[Row] = []
     form = of_code("laws", "Form")(of_code("laws", "POWER"), 1.0, False, np.empty((3, 0)))
-    for x in (1e-3, 0.1, 0.5):
+    for x in (1e-3, 0.01, 0.05):
         one = np.ones(1)
         designs = SimpleNamespace(
             kappa=x * one, speed=100.0 * one, first=2.0 * one, second=0.0 * one
@@ -177,7 +177,7 @@ def stencils() -> list[Row]:
     """Mean and first moment of an interval by nodes around it, as both kernels take them."""
     mean, moment = stencil(range(-2, 4), mean_of), stencil(range(-1, 3), moment_of)
     nodes, rows = 12, []
-    scratch = of_code("block", "make_scratch")(nodes, 10 * nodes, 6, 0.01)
+    scratch = of_code("block", "make_scratch")(nodes, 10 * nodes, 0.01)
     halo, lanes, curves = of_code("block", "HALO"), scratch.lanes, scratch.curves
     for place in range(-2, 4):
         curve = np.zeros((4, nodes))

@@ -103,7 +103,8 @@ def solve(
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
     "delta_error" is wanted, all are solved a second time with four times the nodes. The error
     follows from the difference, docs/method.md (105), and `status` says whether it is within the
-    tolerance. It is the error of delta or of the smallest speed, whichever is larger; the latter where a design nearly stalls.
+    tolerance. It is the error of delta or of the smallest speed, whichever is larger; the latter
+    where a design nearly stalls.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ __all__ = ["Grouping", "Work"]
 SLAB, PIECE = 1 << 18, 1 << 14
 """Designs that are grouped at a time, and those of one call of a kernel at most."""
 
-MOST_PARTS = 2048
+MOST_PARTS = 3072
 """Columns times diagrams that exist at a time: a few ten megabytes."""
 
 ROUGHNESS, ROUGHEST = 100.0, 32

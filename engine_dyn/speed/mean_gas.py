@@ -25,7 +25,7 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
 
-ROWS_AT_ONCE = 64
+ROWS_AT_ONCE = 384
 """Diagrams whose pressures are tabulated at a time."""
 
 
@@ -90,10 +90,19 @@ def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> 
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
         pressure = pressures_of_rows(family, some, angle, pressure_factor) - ATMOSPHERE
-        # One row after the other: its bits must not depend on how many there are.
-        for i in range(some.size):
-            found[begin + i] = (weights * pressure[i]).sum(axis=1)
+        _weigh(weights, pressure, found[begin : begin + some.size])
     return found
+
+
+@kernel
+def _weigh(weights: Floats, pressure: Floats, found: Floats) -> None:
+    """Sum of pressures times weights, for each row of both."""
+    for i in range(pressure.shape[0]):
+        for t in range(weights.shape[0]):
+            total = 0.0
+            for j in range(weights.shape[1]):
+                total += weights[t, j] * pressure[i, j]
+            found[i, t] = total
 
 
 @kernel

@@ -48,7 +48,7 @@ __all__ = [
 FEWEST_NODES = 720
 """Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
 
-FEWEST_COARSE = 48
+FEWEST_COARSE = 60
 """Least number of coarse nodes of a period."""
 
 WIDE, NARROW, STEEP = 5, 4, 3
@@ -61,7 +61,7 @@ ATMOSPHERE = 101325.0
 FRICTION_PARTS = 4
 """Boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
 
-ROWS_AT_ONCE = 64
+ROWS_AT_ONCE = 384
 """Diagrams whose pressures exist at a time."""
 
 UNIT, SQUARE, FIRST_GAS = 0, 1, 2
