@@ -13,14 +13,8 @@ import numpy.typing as npt
 
 from engine_dyn.loads.laws import LawFacts
 from engine_dyn.speed.work.boxes import Box
-from engine_dyn.speed.work.columns import (
-    ATMOSPHERE,
-    FIRST_GAS,
-    FRICTION_PARTS,
-    UNIT,
-    Parts,
-    RubbedDiagram,
-)
+from engine_dyn.speed.work.columns import ATMOSPHERE
+from engine_dyn.speed.work.parts import FIRST_GAS, FRICTION_PARTS, UNIT, Parts, RubbedDiagram
 from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [

@@ -77,11 +77,12 @@ def test_kernels_are_called_only_when_needed() -> None:
 def test_table_is_built_once_for_designs_that_share_it() -> None:
     """A scene over inertia, mass and speed makes the gas work once, whatever its size."""
     from engine_dyn.speed.work import columns
+    from engine_dyn.speed.work.parts import Parts
 
     seen: list[int] = []
     original = columns._make
 
-    def counted(source: columns.Source, parts: columns.Parts) -> Any:
+    def counted(source: columns.Source, parts: Parts) -> Any:
         seen.append(parts.rows.size)
         return original(source, parts)
 

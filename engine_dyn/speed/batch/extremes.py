@@ -17,8 +17,9 @@ from engine_dyn.loads.laws import Law, load_terms
 from engine_dyn.speed.batch.block import HALO, MANY, Curves, Lanes, Peaks, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, SQUARE, VALUE, Columns
+from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE, Columns
 from engine_dyn.speed.work.interpolation import STENCIL
+from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.speed.work.summit import WINDOW, cubic_in_middle, peak_between, summit_at
 from engine_dyn.types import Booleans, Floats, Integers
 

@@ -7,7 +7,8 @@ from engine_dyn.speed.batch.block import HALO, Curves, Table
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.task import Task, is_plain
-from engine_dyn.speed.work.columns import SQUARE, Columns
+from engine_dyn.speed.work.columns import Columns
+from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
 
 __all__ = ["fill_block"]

@@ -29,17 +29,22 @@ from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import Box
 from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.speed.work.parts import (
+    FIRST_GAS,
+    FRICTION_PARTS,
+    SQUARE,
+    UNIT,
+    Parts,
+    RubbedDiagram,
+)
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "ATMOSPHERE",
     "FEWEST_NODES",
-    "FRICTION_PARTS",
     "Columns",
     "Nodes",
-    "Parts",
-    "RubbedDiagram",
     "columns_of",
     "mean_weights",
     "nodes_of",
@@ -58,16 +63,8 @@ steeply to the speed, as that of a motor: its error falls with the fifth power o
 ATMOSPHERE = 101325.0
 """Pressure [Pa] under the piston that columns of the gas contain."""
 
-FRICTION_PARTS = 4
-"""Boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
-
 ROWS_AT_ONCE = 384
 """Diagrams whose pressures exist at a time."""
-
-UNIT, SQUARE, FIRST_GAS = 0, 1, 2
-"""Places of the parts that all columns have, and of the first diagram: the work of a pressure of 1,
-and the squared velocity."""
-
 
 VALUE, SLOPE, MIDDLE, BETWEEN = range(4)
 """What `Columns.fine` has of each part."""
@@ -108,51 +105,6 @@ class Nodes(NamedTuple):
     number: int
     stride: int
     times: int
-
-
-class RubbedDiagram(NamedTuple):
-    """What friction over the stroke depends on: the diagram between two rows, and pressures [Pa].
-
-    `row` is a place in the table of the family, `scale` the factor on the pressure.
-    """
-
-    row: float
-    scale: float
-    crankcase: float
-    ring: float
-
-
-class Parts(NamedTuple):
-    """What columns are wanted of.
-
-    Attributes
-    ----------
-    rows : ndarray of int
-        Rows of the family, ascending.
-    rubbed : tuple of RubbedDiagram
-        Whose friction over the stroke is wanted: `FRICTION_PARTS` parts each.
-    loads : tuple of (float, float)
-        Gear ratio and phase [rad] of loads over angle.
-    """
-
-    rows: Integers
-    rubbed: tuple[RubbedDiagram, ...] = ()
-    loads: tuple[tuple[float, float], ...] = ()
-
-    @property
-    def first_rubbed(self) -> int:
-        """Place of the first part of friction."""
-        return FIRST_GAS + self.rows.size
-
-    @property
-    def first_load(self) -> int:
-        """Place of the first load over angle."""
-        return self.first_rubbed + FRICTION_PARTS * len(self.rubbed)
-
-    @property
-    def number(self) -> int:
-        """Number of parts."""
-        return self.first_load + len(self.loads)
 
 
 def nodes_of(times: int, fewest: int, steep: bool = False) -> Nodes:
