@@ -58,9 +58,8 @@ class Table(NamedTuple):
         What `Columns.fine` has, of P and of V, at the fine nodes that were asked for.
     known : ndarray of bool, shape (fine node,)
         Which these are.
-    weights : ndarray, shape (2, 2 * stride, STENCIL)
-        Weights of coarse nodes at the fine nodes of a coarse interval and in the middles, in the
-        value and in the slope over coarse intervals of a polynomial.
+    weights : ndarray, shape (stride, STENCIL)
+        Weights of coarse nodes at the fine nodes of a coarse interval.
     """
 
     gas: Floats
@@ -190,7 +189,7 @@ def make_scratch(coarse: int, fine: int, width: float) -> Scratch:
     table = Table(
         np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((2, 4, fine)),
         np.zeros(fine, dtype=np.bool_),
-        weights_between(2 * stride),
+        weights_between(stride),
     )  # fmt: skip
     return Scratch(
         Curves(*plain, *with_halo), Lanes(*(np.zeros(LANES) for _ in Lanes._fields)),

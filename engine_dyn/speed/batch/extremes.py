@@ -111,29 +111,30 @@ def fill_fine(
 
 @inlined
 def curve_at(
-    node: int, stride: int, one: One, load: Floats, steep: Floats, weights: Floats, values: Floats
+    node: int, one: One, load: Floats, rest: Floats, steep: Floats, weights: Floats, values: Floats
 ) -> tuple[float, float]:
     """U of a design at a fine node, and its slope times the width of a fine interval.
 
-    The load is interpolated between coarse nodes; the integral of X is known where a polynomial
-    misses it, docs/method.md (86).
+    Load and remainder are interpolated between coarse nodes; the integral of X is known where a
+    polynomial misses it, docs/method.md (86). The slope of the load is beta (u tau + r), (48).
     """
+    stride, lane = weights.shape[0], one.lane
     coarse = node // stride
-    place, lane = 2 * (node - coarse * stride), one.lane
-    work = rise = 0.0
+    place = node - coarse * stride
+    work = r = 0.0
     for j in range(STENCIL):
-        there = load[HALO + coarse + j - (STENCIL // 2 - 1), lane]
-        work += weights[0, place, j] * there
-        rise += weights[1, place, j] * there
+        there = HALO + coarse + j - (STENCIL // 2 - 1)
+        work += weights[place, j] * load[there, lane]
+        r += weights[place, j] * rest[there, lane]
     rough = one.gas * values[0, BETWEEN, node] - one.eta * values[1, BETWEEN, node]
     work += rough * (one.beta * steep[HALO + coarse, lane])
     moving, turning = one.eta * values[1, VALUE, node], one.eta * values[1, SLOPE, node]
     u = one.gas * values[0, VALUE, node] - moving - work
-    slope = one.width * (one.gas * values[0, SLOPE, node] - turning) - rise / stride
+    slope = one.gas * values[0, SLOPE, node] - turning - one.beta * (u + r)
     if one.variable:
         u /= 1.0 + moving
-        slope = (slope - one.width * u * turning) / (1.0 + moving)
-    return u, slope
+        slope = (slope - u * turning) / (1.0 + moving)
+    return u, one.width * slope
 
 
 @inlined
@@ -197,7 +198,8 @@ def fill_peaks(
     extrema, the largest counts. `current` is the number of the table that the fine nodes are of.
     """
     curves, lanes, peaks, table = scratch.curves, scratch.lanes, scratch.peaks, scratch.table
-    u_at, load, steep, at = curves.u, curves.load, curves.steep, table.weights
+    u_at, load, rest = curves.u, curves.load, curves.rest
+    steep, at = curves.steep, table.weights
     values, known, all_ends, guess = table.fine, table.known, peaks.ends, peaks.place
     tops, bottoms, high, low = lanes.tops, lanes.bottoms, lanes.high, lanes.low
     fine, part, share, factor = columns.fine, designs.part, designs.share, designs.factor
@@ -239,7 +241,7 @@ def fill_peaks(
                     if not known[node]:
                         known[node] = True
                         fill_fine(node, which, fine, part, share, factor, values)
-                    u, slope = curve_at(node, stride, one, load, steep, at, values)
+                    u, slope = curve_at(node, one, load, rest, steep, at, values)
                     if step == 0:
                         step = 1 if sign * slope > 0.0 else -1
                     elif step * sign * slope <= 0.0:
@@ -282,13 +284,13 @@ def fill_u(
     scratch: Scratch, u: Floats, slope: Floats,
 ) -> None:  # fmt: skip
     """U of a design at all fine nodes, and its slope over the angle, docs/method.md (48)."""
-    load, steep, at = scratch.curves.load, scratch.curves.steep, scratch.table.weights
+    load, rest = scratch.curves.load, scratch.curves.rest
+    steep, at = scratch.curves.steep, scratch.table.weights
     values, fine = scratch.table.fine, columns.fine
     part, share, factor = designs.part, designs.share, designs.factor
-    stride = u.size // scratch.curves.drive.shape[0]
     for node in range(u.size):
         fill_fine(node, one.which, fine, part, share, factor, values)
-        u[node], _ = curve_at(node, stride, one, load, steep, at, values)
+        u[node], _ = curve_at(node, one, load, rest, steep, at, values)
         force, _ = load_terms(1.0 + u[node], law)
         turning = one.eta * values[1, SLOPE, node]
         slope[node] = one.gas * values[0, SLOPE, node] - turning - kappa * (force / mu - 1.0)

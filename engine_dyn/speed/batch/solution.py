@@ -254,12 +254,11 @@ def begin_rest(
         if terms == 0:
             lanes.state[k] = LEFT
         longest = max(longest, terms)
-    if longest > 0:
-        rest = scratch.curves.rest
-        for j in range(rest.shape[0]):
-            here = rest[j]
-            for k in range(here.size):
-                here[k] = 0.0
+    rest = scratch.curves.rest
+    for j in range(rest.shape[0]):
+        here = rest[j]
+        for k in range(here.size):
+            here[k] = 0.0
     return longest
 
 

@@ -203,7 +203,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     coarse = np.empty((parts.number, 2, terms, nodes // stride))
     arrange(
         work, halves, rates, source.width, *fine,
-        weights_between(stride)[0], coarse, np.empty(nodes // stride),
+        weights_between(stride), coarse, np.empty(nodes // stride),
     )  # fmt: skip
     return (
         fine, coarse, mean, source.box.degrees, _roughness(source.box, work)
