@@ -45,10 +45,10 @@ RANGES = {
     "closure": "power_mean three times in four, cycle_time",
 }
 
-FLOOR = 1e-11
+FLOOR = 2e-10
 COVERAGE, MEDIAN, TAIL = 0.999, 10.0, 100.0
 """Required: share of designs whose true error is below the estimate; median and 95th percentile of
-estimate / max(true error, FLOOR)."""
+estimate / max(true error, FLOOR). The floor is a fifth of the constant in the estimate."""
 
 
 @dataclass

@@ -207,7 +207,8 @@ def test_energy_balance_and_torque(name: str) -> None:
     acting = (gas if variable else gas + inertia) - friction
     surplus = np.append(acting, acting[0]) - load
     gained = np.append(0.0, np.cumsum(0.5 * (surplus[1:] + surplus[:-1]))) * (CYCLE / phi.size)
-    np.testing.assert_allclose(energy - energy[0], gained, atol=2e-6 * np.ptp(energy))
+    # Speeds are required within 1e-7 of their value, so the energy is within twice that.
+    np.testing.assert_allclose(energy - energy[0], gained, atol=2e-7 * energy.max())
 
 
 def highest(curve: np.ndarray) -> float:
