@@ -48,7 +48,7 @@ RANGES = {
 FLOOR = 2e-10
 COVERAGE, MEDIAN, TAIL = 0.999, 10.0, 100.0
 """Required: share of designs whose true error is below the estimate; median and 95th percentile of
-estimate / max(true error, FLOOR). The floor is a fifth of the constant in the estimate."""
+estimate / max(true error, FLOOR). The floor is about a fifth of the constant in the estimate."""
 
 
 @dataclass
