@@ -30,22 +30,17 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR
 
 __all__ = [
-    "FRICTIONLESS",
     "FrictionShape",
     "StrokeFriction",
     "auxiliary_torque",
     "friction_mean_effective_pressure",
     "friction_torque",
-    "level_over_mean_at",
     "mean_parts",
     "mean_piston_speed",
     "stacked_parts",
     "stroke_friction_parts",
     "stroke_friction_parts_at",
     "stroke_friction_slopes_at",
-    "total_level_at",
-    "varies_at",
-    "weighted_sum_at",
 ]
 
 
@@ -126,9 +121,6 @@ class StrokeFriction(NamedTuple):
         return self.boundary, self.mixed, self.hydrodynamic, self.skirt
 
 
-FRICTIONLESS = StrokeFriction(0.0, 0.0, 0.0, 0.0, 0.0)
-"""No friction but what is constant over the cycle."""
-
 Parts = tuple[Any, Any, Any, Any]
 """A number or an array for each part: boundary, mixed, hydrodynamic, skirt."""
 
@@ -179,35 +171,6 @@ def stroke_friction_slopes_at(
         wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
     slow = 1.0 - abs(sine)
     return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
-
-
-@inlined
-def total_level_at(friction: StrokeFriction) -> float:
-    """Level of all parts together [Pa], for kernels."""
-    total: float = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
-    return total
-
-
-@inlined
-def varies_at(friction: StrokeFriction) -> bool:
-    """Whether any friction varies over the cycle, for kernels."""
-    return total_level_at(friction) != 0.0
-
-
-@inlined
-def level_over_mean_at(level: float, mean: float) -> float:
-    """Factor that gives a part of cycle mean `mean` its level; 0 where there is nothing."""
-    return level / mean if level > 0.0 and mean > 0.0 else 0.0
-
-
-@inlined
-def weighted_sum_at(weights: Parts, parts: Parts) -> float:
-    """Sum of the four parts, each times its weight, for kernels."""
-    total: float = (
-        weights[0] * parts[0] + weights[1] * parts[1] + weights[2] * parts[2]
-        + weights[3] * parts[3]
-    )  # fmt: skip
-    return total
 
 
 def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:

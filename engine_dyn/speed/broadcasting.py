@@ -1,4 +1,4 @@
-"""Arrays that broadcast against each other: their shape, and what varies along which axis.
+"""Arrays that broadcast against each other: their shape, codes, and what is not known.
 
 Both fronts of kernels, `dispatch` and `torque`, prepare their arguments with these functions.
 """
@@ -16,25 +16,7 @@ from engine_dyn.speed.results import CURVE_NAMES
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Integers
 
-__all__ = ["along_axes", "codes", "cylinders_of", "shape_of", "without_unknown"]
-
-
-def along_axes(sets: Integers) -> list[Integers]:
-    """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
-
-    Sets may vary along several axes (number, misfire, arrangement). Places of an axis have the same
-    key where all sets there are the same.
-    """
-    varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
-    if len(varying) <= 1:
-        return [sets]
-    keys = []
-    for axis in varying:
-        rows = np.moveaxis(sets, axis, 0).reshape(sets.shape[axis], -1)
-        _, number = np.unique(rows, axis=0, return_inverse=True)
-        shape = [size if i == axis else 1 for i, size in enumerate(sets.shape)]
-        keys.append(number.reshape(shape))
-    return keys
+__all__ = ["codes", "cylinders_of", "shape_of", "without_unknown"]
 
 
 def shape_of(*values: Any) -> tuple[int, ...]:
