@@ -41,7 +41,7 @@ SLAB, PIECE = 1 << 18, 1 << 14
 MOST_PARTS = 3072
 """Columns times diagrams that exist at a time: a few ten megabytes."""
 
-ROUGHNESS, ROUGHEST = 100.0, 32
+ROUGHNESS, ROUGHEST = 20.0, 32
 """Times the tolerance that every other node may miss of the work between them, docs/method.md (62);
 largest factor on the nodes because of a rough diagram."""
 

@@ -74,6 +74,11 @@ def mean_speeds(lanes: Lanes, curves: Curves) -> None:
         total[k] /= nodes
 
 
+JAGGED = 3.0
+"""Margin of what jagged work hides: it is known in the middle of a box, and where the inertia
+varies, it may be as low as `LIGHTEST`."""
+
+
 class One(NamedTuple):
     """Numbers of one design of a block: its number, its lane and what the equation has of it."""
 
@@ -84,6 +89,15 @@ class One(NamedTuple):
     beta: float
     variable: bool
     width: float
+
+
+@inlined
+def highest_between(i: int, lane: int, sign: float, u: Floats) -> float:
+    """Highest that a smooth curve could be between a coarse node and the next one."""
+    before, here = sign * u[HALO + i - 1, lane], sign * u[HALO + i, lane]
+    after, last = sign * u[HALO + i + 1, lane], sign * u[HALO + i + 2, lane]
+    bend = max(2.0 * here - before - after, 2.0 * after - here - last, 0.0)
+    return max(here, after) + 0.25 * bend
 
 
 # The functions below take arrays, not tuples of them: each array that is taken out of a tuple is
@@ -186,6 +200,49 @@ def begin_peaks(lanes: Lanes, curves: Curves, peaks: Peaks) -> None:
             place[k] = summit_at(b[k], c[k], d[k], e[k], f[k])
 
 
+@inlined
+def climb(
+    node: int, sign: float, one: One, load: Floats, rest: Floats, steep: Floats, weights: Floats,
+    fine: Floats, part: Integers, share: Floats, factor: Floats, known: Booleans, values: Floats,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """From a fine node up to the next maximum of `sign` times u.
+
+    Returns what `peak_between` takes of the fine interval that holds it: values and slopes at both
+    ends, and what the cubic misses in the middle. `known` are the nodes that `values` has.
+    """
+    size, stride = known.size, weights.shape[0]
+    step, last = 0, node
+    u = slope = u_last = slope_last = 0.0
+    for _ in range(2 * stride + 1):
+        if not known[node]:
+            known[node] = True
+            fill_fine(node, one.which, fine, part, share, factor, values)
+        u, slope = curve_at(node, one, load, rest, steep, weights, values)
+        if step == 0:
+            step = 1 if sign * slope > 0.0 else -1
+        elif step * sign * slope <= 0.0:
+            break
+        u_last, slope_last, last = u, slope, node
+        node += step
+        node += size if node < 0 else (-size if node >= size else 0)
+    if step * sign * slope > 0.0:  # no extreme on this side: the node is the highest
+        return sign * u, sign * u, 0.0, 0.0, 0.0
+    if step < 0:
+        node, last = last, node
+        u, slope, u_last, slope_last = u_last, slope_last, u, slope
+    middle = middle_of(last, node, one, u_last, slope_last, u, slope, values)
+    return sign * u_last, sign * u, sign * slope_last, sign * slope, sign * middle
+
+
+@inlined
+def hidden_rise(which: int, jagged: Floats, part: Integers, share: Floats) -> float:
+    """How far P may rise between coarse nodes above what its values there tell."""
+    total = 0.0
+    for piece in range(part.shape[0]):
+        total += abs(share[piece, which]) * jagged[part[piece, which]]
+    return JAGGED * total
+
+
 # Longer than usual: each step needs the arrays of the others, see above.
 @inlined
 def fill_peaks(
@@ -195,7 +252,9 @@ def fill_peaks(
     """Find the fine intervals of the largest u and -u of the designs of a block.
 
     From a guess on, fine nodes are looked at until the slope changes its sign. Of several local
-    extrema, the largest counts. `current` is the number of the table that the fine nodes are of.
+    extrema, the largest counts. Where the work is jagged, every fine node of a coarse interval that
+    may hold the largest is such a guess. `current` is the number of the table that the fine nodes
+    are of.
     """
     curves, lanes, peaks, table = scratch.curves, scratch.lanes, scratch.peaks, scratch.table
     u_at, load, rest = curves.u, curves.load, curves.rest
@@ -205,7 +264,7 @@ def fill_peaks(
     fine, part, share, factor = columns.fine, designs.part, designs.share, designs.factor
     gas, eta, beta, number = designs.gas, designs.eta, weights.beta, designs.table
     nodes, size, width = curves.drive.shape[0], known.size, scratch.width
-    stride = size // nodes
+    stride, jagged = size // nodes, columns.jagged
     for lane in range(count):
         which = first + lane
         if left[which]:
@@ -215,56 +274,42 @@ def fill_peaks(
             for j in range(size):
                 known[j] = False
         one = One(which, lane, gas[which], eta[which], beta[which], variable, width)
+        hidden = gas[which] * hidden_rise(which, jagged, part, share)
         for side in range(2):
             sign = 1.0 if side == 0 else -1.0
             found = tops[lane] if side == 0 else bottoms[lane]
             highest = high[lane] if side == 0 else -low[lane]
-            several = found >= 2.0 * MANY
+            several = hidden > 0.0 or found >= 2.0 * MANY
             begin = 0 if several else node_of(found)
             best = -math.inf
             for i in range(begin, nodes if several else begin + 1):
-                place = guess[side, lane]
-                if several:
+                node, guesses = i * stride, 1
+                if hidden > 0.0:
+                    reach = highest_between(i, lane, sign, u_at)
+                    guesses = stride if reach + hidden >= highest else 0
+                elif several:
                     here = sign * u_at[HALO + i, lane]
                     before = sign * u_at[HALO + i - 1, lane]
                     after = sign * u_at[HALO + i + 1, lane]
                     bend = 2.0 * here - before - after
                     if not (here + 0.25 * bend >= highest and here >= before and here > after):
                         continue
-                    place = 0.5 * (after - before) / bend
-                node = i * stride + int(math.floor(stride * place + 0.5))
-                node += size if node < 0 else (-size if node >= size else 0)
-                step, last = 0, node
-                u = slope = middle = 0.0
-                u_last = slope_last = 0.0
-                for _ in range(2 * stride + 1):
-                    if not known[node]:
-                        known[node] = True
-                        fill_fine(node, which, fine, part, share, factor, values)
-                    u, slope = curve_at(node, one, load, rest, steep, at, values)
-                    if step == 0:
-                        step = 1 if sign * slope > 0.0 else -1
-                    elif step * sign * slope <= 0.0:
-                        break
-                    u_last, slope_last, last = u, slope, node
-                    node += step
-                    node += size if node < 0 else (-size if node >= size else 0)
-                if step * sign * slope > 0.0:  # no extreme on this side: the node is the highest
-                    u_last, slope, slope_last = u, 0.0, 0.0
-                elif step > 0:
-                    middle = middle_of(last, node, one, u_last, slope_last, u, slope, values)
+                    node += int(math.floor(0.5 * stride * (after - before) / bend + 0.5))
                 else:
-                    u, slope, u_last, slope_last = u_last, slope_last, u, slope
-                    middle = middle_of(node, last, one, u_last, slope_last, u, slope, values)
-                value, _ = peak_between(
-                    sign * u_last, sign * u, sign * slope_last, sign * slope, sign * middle
-                )
-                if value > best:
-                    best = value
-                    all_ends[side, 0, lane], all_ends[side, 1, lane] = sign * u_last, sign * u
-                    all_ends[side, 2, lane] = sign * slope_last
-                    all_ends[side, 3, lane] = sign * slope
-                    all_ends[side, 4, lane] = sign * middle
+                    node += int(math.floor(stride * guess[side, lane] + 0.5))
+                node += size if node < 0 else (-size if node >= size else 0)
+                for begin_at in range(node, node + guesses):
+                    left_u, right_u, left_slope, right_slope, middle = climb(
+                        begin_at, sign, one, load, rest, steep, at, fine, part, share, factor,
+                        known, values,
+                    )  # fmt: skip
+                    value, _ = peak_between(left_u, right_u, left_slope, right_slope, middle)
+                    if value > best:
+                        best = value
+                        all_ends[side, 0, lane], all_ends[side, 1, lane] = left_u, right_u
+                        all_ends[side, 2, lane] = left_slope
+                        all_ends[side, 3, lane] = right_slope
+                        all_ends[side, 4, lane] = middle
 
 
 @inlined

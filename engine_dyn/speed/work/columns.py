@@ -87,6 +87,8 @@ class Columns(NamedTuple):
         Degrees of each column's Chebyshev polynomials in crank ratio and offset.
     rough : ndarray, shape (part,)
         What every other node misses of the work between them, over its range.
+    jagged : ndarray, shape (part,)
+        By how much the work rises between coarse nodes above what their values tell.
     width : float
         Of a fine interval [rad].
     """
@@ -96,6 +98,7 @@ class Columns(NamedTuple):
     mean: Floats
     degrees: Integers
     rough: Floats
+    jagged: Floats
     width: float
 
 
@@ -165,10 +168,9 @@ def columns_of(source: Source, parts: Parts) -> Columns:
         "columns", source.members, source.box, source.nodes, load, parts.rows.tobytes(),
         parts.rubbed, parts.loads,
     )  # fmt: skip
-    fine, coarse, mean, degrees, rough = remembered(
-        source.family, key, lambda: _make(source, parts)
+    return Columns(
+        *remembered(source.family, key, lambda: _make(source, parts)), width=source.width
     )
-    return Columns(fine, coarse, mean, degrees, rough, source.width)
 
 
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
@@ -205,20 +207,21 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work, halves, rates, source.width, *fine,
         weights_between(stride), coarse, np.empty(nodes // stride),
     )  # fmt: skip
-    return (
-        fine, coarse, mean, source.box.degrees, _roughness(source.box, work)
-    )  # fmt: skip
+    curve = _in_the_middle(source.box, work)
+    return fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride)
 
 
-def _roughness(box: Box, work: Floats) -> Floats:
+def _in_the_middle(box: Box, work: Floats) -> Floats:
+    """Work in the middle of a box, shape (parts, nodes)."""
+    middle = np.cos(0.5 * np.pi * box.degrees).prod(axis=1)
+    return np.asarray(np.einsum("t,ptn->pn", middle, work))
+
+
+def _roughness(curve: Floats) -> Floats:
     """What a polynomial through every other node misses of the work between, over its range.
 
-    docs/method.md (62), in the middle of the box.
+    docs/method.md (62).
     """
-    middle = np.array([math.cos(0.5 * math.pi * (i + j)) if 0 in (i, j) else
-                       math.cos(0.5 * math.pi * i) * math.cos(0.5 * math.pi * j)
-                       for i, j in box.degrees])  # fmt: skip
-    curve = np.einsum("t,ptn->pn", middle, work)
     even, odd = curve[:, ::2], curve[:, 1::2]
     guess = sum(
         weight * (np.roll(even, back, axis=1) + np.roll(even, -1 - back, axis=1))
@@ -226,6 +229,25 @@ def _roughness(box: Box, work: Floats) -> Floats:
     )
     swing = np.maximum(np.ptp(curve, axis=1), 1e-300)
     return np.asarray(np.abs(guess - odd).max(axis=1) / swing)
+
+
+def _jaggedness(curve: Floats, stride: int) -> Floats:
+    """By how much the work rises between coarse nodes above what a smooth curve could.
+
+    That is a quarter of the second difference above the chord, docs/method.md (96). Smooth diagrams
+    have 0. Falls count like rises.
+    """
+    nodes = curve[:, ::stride]
+    after = np.roll(nodes, -1, axis=1)
+    chord = nodes[..., None] + (after - nodes)[..., None] * (np.arange(stride) / stride)
+    rise = curve.reshape(chord.shape) - chord
+    bend = 2.0 * nodes - np.roll(nodes, 1, axis=1) - after
+    found = np.zeros(len(curve))
+    for sign in (1.0, -1.0):
+        allowed = 0.25 * np.maximum(sign * bend, 0.0)
+        allowed = np.maximum(allowed, np.roll(allowed, -1, axis=1))
+        np.maximum(found, ((sign * rise).max(axis=2) - allowed).max(axis=1), out=found)
+    return found
 
 
 class _Velocity(NamedTuple):
