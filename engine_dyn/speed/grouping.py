@@ -18,7 +18,6 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine, repeats_of
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.block import LANES
 from engine_dyn.speed.broadcasting import cylinders_of
 from engine_dyn.speed.designs import (
     Chosen,
@@ -29,6 +28,7 @@ from engine_dyn.speed.designs import (
     parts_of_designs,
     reduced,
 )
+from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of
 from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns_of, nodes_of
 from engine_dyn.types import Booleans, Integers

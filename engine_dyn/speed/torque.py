@@ -62,7 +62,7 @@ def torque_extremes(
         designs = work.designs()
         of_load = designs.part >= work.needs.parts.first_load
         alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-        curve = make_curve(work.columns.fine.shape[2])
+        curve = make_curve(work.columns.fine.shape[1])
         if places[2] >= 0:
             _swings(work.size, work.columns, designs, scalars[places[2]], curve)
         if places[0] >= 0 or places[1] >= 0:

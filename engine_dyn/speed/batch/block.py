@@ -1,8 +1,8 @@
-"""What the kernels of the batch solver take: designs, and the memory of a block of them.
+"""What the kernels of the batch solver take: the memory of a block of designs.
 
-A block is LANES designs side by side. An array of a block is (node, lane), so that loops over lanes
-are vectors. Blocks are always full: the last is filled up with copies of its last design, so a
-design has the same bits whatever lies beside it.
+A block is LANES designs side by side, see `vectors`. An array of a block is (node, lane). Blocks
+are always full: the last is filled up with copies of its last design, so a design has the same bits
+whatever lies beside it.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn.compilation import inlined
+from engine_dyn.speed.vectors import LANES, read, write
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.speed.work.summit import WINDOW
-from engine_dyn.types import Booleans, Floats
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "HALO",
-    "LANES",
     "LEFT",
     "MANY",
     "MOST_TERMS",
@@ -28,10 +29,8 @@ __all__ = [
     "Scratch",
     "Table",
     "make_scratch",
+    "repeat_ends",
 ]
-
-LANES = 64
-"""Designs of a block: so many that a loop over them outweighs its begin."""
 
 HALO = 4
 """Coarse nodes that are repeated before and behind the period."""
@@ -47,79 +46,76 @@ SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 
 
 class Table(NamedTuple):
-    """Work table of one design, which the next one may have too.
+    """Work tables of the designs of a block, which the next block may have too.
 
     Attributes
     ----------
-    gas, square : ndarray, shape (4, coarse node)
-        P and V at the coarse nodes; their mean over the interval behind each, their first moment
-        there, and what a cubic misses of the mean.
-    fine : ndarray, shape (2, 4, fine node)
-        What `Columns.fine` has, of P and of V, at the fine nodes that were asked for.
-    known : ndarray of bool, shape (fine node,)
-        Which these are.
+    gas, square : ndarray, shape (coarse node, lane)
+        P and V at the coarse nodes.
+    gas_missed, square_missed : ndarray, shape (coarse node, lane)
+        What six nodes miss of their mean over the interval behind each.
+    factor : ndarray, shape (term, lane)
+        Factors of the columns.
+    share, shared : ndarray, shape (1, lane), (term, lane)
+        Scratch: shares of a part, and these times the factors.
+    fine : ndarray, shape (fine node, 2 * 4)
+        What `Columns.fine` has, of P and then of V of one design, at the fine nodes that were asked for.
+    known : ndarray of int, shape (fine node,)
+        Number of the table that it is of, -1 where it was not asked for.
+    mixed : ndarray, shape (4, term)
+        Scratch: columns of P.
     weights : ndarray, shape (stride, STENCIL)
         Weights of coarse nodes at the fine nodes of a coarse interval.
     """
 
     gas: Floats
     square: Floats
+    gas_missed: Floats
+    square_missed: Floats
+    factor: Floats
+    share: Floats
+    shared: Floats
     fine: Floats
-    known: Booleans
+    known: Integers
+    mixed: Floats
     weights: Floats
 
 
 class Lanes(NamedTuple):
-    """Numbers of each design of a block, shape (lanes,).
+    """Numbers of each design of a block, shape (1, lane).
 
     Attributes
     ----------
     state
         `SOLVING`, `SETTLED` or `LEFT`.
-    decay, of_mass, of_tilt, end, slope, beta
-        As of `Weights`.
-    start
-        y at the first node; then what is left of it at each.
-    mu, free
-        Mean of F; 1 where it has to be found, 0 where the law does not depend on the speed.
-    gain, shift
-        What turns F - 1 into (F/mu - 1)/s.
+    slope, free
+        Slope of the law at the nominal speed; 1 where it does not depend on the speed, and then
+        `free` is 0, else 1.
+    mu
+        Mean of F.
     high, low
         Range of u at the nodes.
     centre, half
         Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
-    scaled, force
-        Numbers at one node.
-    change, passes
-        Largest change of the remainder in the last pass, and how many passes there were.
-    total
-        Sum over the nodes of what the closure or the mean speed needs.
+    passes
+        How many there were.
+    mean
+        Mean of omega/omega_n.
     tops, bottoms
         Local extrema that may be the largest or the smallest u: `MANY` times their number, plus
         the sum of their nodes.
     """
 
     state: Floats
-    decay: Floats
-    of_mass: Floats
-    of_tilt: Floats
-    end: Floats
     slope: Floats
-    beta: Floats
-    start: Floats
-    mu: Floats
     free: Floats
-    gain: Floats
-    shift: Floats
+    mu: Floats
     high: Floats
     low: Floats
     centre: Floats
     half: Floats
-    scaled: Floats
-    force: Floats
-    change: Floats
     passes: Floats
-    total: Floats
+    mean: Floats
     tops: Floats
     bottoms: Floats
 
@@ -127,15 +123,13 @@ class Lanes(NamedTuple):
 class Curves(NamedTuple):
     """Curves of a block over the coarse nodes, shape (node, lane).
 
-    `work` is X at the nodes and `drive` what it adds to the work of the load in the interval behind
-    each; `missed` is what six nodes miss of its mean there. `inertia` is tau, `steep` F'/(s tau),
-    `load` y, `rest` the remainder r of the law and `u` q - 1. Those from `steep` on have HALO nodes
-    more on both sides.
+    `missed` is what six nodes miss of the mean of X + r over the interval behind, `light` is 1/tau,
+    `steep` F'/(s tau), `work` X, `load` y, `rest` the remainder r of the law and `u` q - 1. Those
+    from `work` on have HALO nodes more on both sides.
     """
 
-    drive: Floats
     missed: Floats
-    inertia: Floats
+    light: Floats
     steep: Floats
     work: Floats
     load: Floats
@@ -144,26 +138,32 @@ class Curves(NamedTuple):
 
 
 class Peaks(NamedTuple):
-    """Largest u, and largest -u, of every lane.
+    """Largest u, and largest -u, of every lane, and how they are searched.
 
     Attributes
     ----------
-    windows : ndarray, shape (2, WINDOW, lanes)
-        Values at coarse nodes around them.
-    place : ndarray, shape (2, lanes)
-        Where they are guessed to be, in coarse intervals from the highest node.
-    ends : ndarray, shape (2, 5, lanes)
-        Of the fine interval that holds them: values and slopes at both ends, and what the cubic
-        through these misses in the middle.
-    value, missed : ndarray, shape (2, lanes)
+    value, missed : ndarray, shape (2, lane)
         Values, and how much they may miss.
+    hidden : ndarray, shape (1, lane)
+        How far u may rise between coarse nodes above what their values tell.
+    node, cursor : ndarray of int, shape (lane,)
+        Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
+    step : ndarray, shape (1, lane)
+        To the next node.
+    windows : ndarray, shape (WINDOW, lane)
+        Values at coarse nodes around the highest.
+    seen : ndarray, shape (2 * 4 + 3, lane)
+        What is seen at `node`: `Table.fine`, the load, its remainder and its steepness.
     """
 
-    windows: Floats
-    place: Floats
-    ends: Floats
     value: Floats
     missed: Floats
+    hidden: Floats
+    node: Integers
+    cursor: Integers
+    step: Floats
+    windows: Floats
+    seen: Floats
 
 
 class Scratch(NamedTuple):
@@ -181,22 +181,32 @@ class Scratch(NamedTuple):
     width: float
 
 
-def make_scratch(coarse: int, fine: int, width: float) -> Scratch:
-    """Memory for blocks whose period has so many coarse and fine nodes, of this width [rad]."""
+def make_scratch(coarse: int, fine: int, terms: int, width: float) -> Scratch:
+    """Memory for blocks with so many coarse and fine nodes of this width [rad], and columns."""
     plain = [np.zeros((coarse, LANES)) for _ in range(3)]
-    with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(5)]
-    stride = fine // coarse
+    with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(4)]
     table = Table(
-        np.zeros((4, coarse)), np.zeros((4, coarse)), np.zeros((2, 4, fine)),
-        np.zeros(fine, dtype=np.bool_),
-        weights_between(stride),
+        *(np.zeros((coarse, LANES)) for _ in range(4)),
+        np.zeros((terms, LANES)), np.zeros((1, LANES)), np.zeros((terms, LANES)),
+        np.zeros((fine, 8)), np.full(fine, -1), np.zeros((4, terms)),
+        weights_between(fine // coarse),
     )  # fmt: skip
     return Scratch(
-        Curves(*plain, *with_halo), Lanes(*(np.zeros(LANES) for _ in Lanes._fields)),
+        Curves(*plain, *with_halo), Lanes(*(np.zeros((1, LANES)) for _ in Lanes._fields)),
         np.zeros((MOST_TERMS, LANES)), table,
         Peaks(
-            np.zeros((2, WINDOW, LANES)), np.zeros((2, LANES)), np.zeros((2, 5, LANES)),
-            np.zeros((2, LANES)), np.zeros((2, LANES)),
+            np.zeros((2, LANES)), np.zeros((2, LANES)), np.zeros((1, LANES)),
+            np.zeros(LANES, dtype=np.int64), np.zeros(LANES, dtype=np.int64),
+            np.zeros((1, LANES)), np.zeros((WINDOW, LANES)), np.zeros((11, LANES)),
         ),
         np.zeros(MOST_TERMS), width,
     )  # fmt: skip
+
+
+@inlined
+def repeat_ends(curve: Floats) -> None:
+    """Repeat a curve before and behind the period."""
+    nodes = curve.shape[0] - 2 * HALO
+    for i in range(HALO):
+        write(curve, i, read(curve, nodes + i))
+        write(curve, HALO + nodes + i, read(curve, HALO + i))

@@ -5,24 +5,22 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.loads.laws import covers, law_of
-from engine_dyn.speed.batch.block import LANES, LEFT, Scratch
+from engine_dyn.loads.laws import covers
+from engine_dyn.speed.batch.block import LEFT, Scratch, repeat_ends
 from engine_dyn.speed.batch.extremes import (
-    One,
-    begin_peaks,
-    end_peaks,
-    fill_peaks,
-    fill_u,
+    fill_extremes,
     find_candidates,
     mean_speeds,
 )
-from engine_dyn.speed.batch.solution import repeat_ends, solve_curves
-from engine_dyn.speed.batch.tables import fill_block
+from engine_dyn.speed.batch.nodes import fill_curves
+from engine_dyn.speed.batch.solution import solve_curves
+from engine_dyn.speed.batch.tables import fill_tables, fill_work
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import CANCELLED, ROUNDING, Results
 from engine_dyn.speed.storage import store, store_curves
 from engine_dyn.speed.task import Task
+from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
@@ -40,11 +38,13 @@ def finish_block(
 ) -> None:  # fmt: skip
     """Write the results of a block; `left` marks what is left to the general solver."""
     value, missed = scratch.peaks.value, scratch.peaks.missed
-    total, mu, passes = scratch.lanes.total, scratch.lanes.mu, scratch.lanes.passes
+    lanes = scratch.lanes
+    mean, mu, passes = lanes.mean, lanes.mu, lanes.passes
     speeds, eta, gears, target = designs.speed, designs.eta, designs.gear, designs.target
     wanted, scalars, status, form = results.wanted, results.scalars, results.status, task.form
     for lane in range(count):
         which = first + lane
+        left[which] = lanes.state[0, lane] == LEFT or not (lanes.low[0, lane] > LOWEST)
         if left[which]:
             continue
         top, bottom = value[0, lane], value[1, lane]
@@ -61,8 +61,8 @@ def finish_block(
         error *= max(1.0, span / slow) / span
         status[target[which]] = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET
         store(
-            target[which], speed * fast, speed * slow, speed * total[lane], speed * span, mu[lane],
-            error, passes[lane], wanted, scalars,
+            target[which], speed * fast, speed * slow, speed * mean[0, lane], speed * span,
+            mu[0, lane], error, passes[0, lane], wanted, scalars,
         )  # fmt: skip
 
 
@@ -73,55 +73,34 @@ def solve_blocks(
 ) -> None:  # fmt: skip
     """Solve the first `count` designs; `left` says which remain for the general solver.
 
-    The arrays of designs are filled up to whole blocks. `q` and `rate` are scratch, as long as the
-    fine nodes.
+    The arrays of designs are filled up to whole blocks. `q` and `rate` are scratch, of all lanes
+    at the fine nodes.
     """
-    lanes, curves = scratch.lanes, scratch.curves
-    current = -1
+    lanes, curves, number = scratch.lanes, scratch.curves, designs.table
+    current = -1  # number of the table of all designs of the block before; -1 where they differ
     for first in range(0, count, LANES):
-        before = current
-        current = fill_block(first, current, task, columns, weights, designs, scratch.table, curves)
+        same = number[first] == number[first + LANES - 1]
+        if not (same and number[first] == current):
+            fill_tables(first, columns, designs, scratch.table)
+        fill_work(first, task.variable, weights, designs, scratch)
         solve_curves(
             first, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
         )
-        repeat_ends(curves.u)
-        repeat_ends(curves.load)
         find_candidates(lanes, curves)
+        repeat_ends(curves.load)
         mean_speeds(lanes, curves)
-        begin_peaks(lanes, curves, scratch.peaks)
+        current = number[first] if same else -1
+        fill_extremes(first, task.variable, columns, weights, designs, scratch)
         here = min(LANES, count - first)
-        for lane in range(here):
-            slow = lanes.state[lane] == LEFT or not (lanes.low[lane] > LOWEST)
-            left[first + lane] = slow
-        # Fine nodes are known where the whole block has the table of the block before.
-        same = designs.table[first] == designs.table[first + here - 1] == before
-        fill_peaks(
-            first, here, before if same else -1, task.variable, columns, weights, designs, left,
-            scratch,
-        )  # fmt: skip
-        end_peaks(scratch.peaks)
         finish_block(first, here, task, designs, results, left, scratch)
         if task.angles.node.size > 0:
-            # These overwrite the fine nodes.
-            current = -1
+            fill_curves(
+                first, task.variable, task.form, columns, weights, designs, scratch, q, rate
+            )
             for lane in range(here):
                 which = first + lane
-                if left[which]:
-                    continue
-                one = One(
-                    which, lane, designs.gas[which], designs.eta[which], weights.beta[which],
-                    task.variable, scratch.width,
-                )  # fmt: skip
-                law, _ = law_of(
-                    designs.speed[which], designs.first[which], designs.second[which],
-                    designs.gear[which], task.form,
-                )  # fmt: skip
-                fill_u(
-                    one, law, designs.kappa[which], lanes.mu[lane], columns, designs, scratch, q,
-                    rate,
-                )  # fmt: skip
-                for node in range(q.size):
-                    q[node] += 1.0
-                store_curves(
-                    designs.target[which], designs.speed[which], q, rate, task.angles, results
-                )
+                if not left[which]:
+                    store_curves(
+                        designs.target[which], designs.speed[which], q[lane], rate[lane],
+                        task.angles, results,
+                    )  # fmt: skip

@@ -10,6 +10,7 @@ from engine_dyn.speed.batch.weights import weights_of
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.task import Task
+from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.types import Booleans
 
@@ -24,10 +25,10 @@ def solve_in_blocks(
     `left` has as many entries as there are designs; the arrays of `designs` are filled up to whole
     blocks.
     """
-    nodes = columns.fine.shape[2]
-    coarse = columns.coarse.shape[3]
+    nodes = columns.fine.shape[1]
+    coarse = columns.coarse.shape[1]
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
     solve_blocks(
         left.size, task, columns, weights, designs, results, left,
-        make_scratch(coarse, nodes, columns.width), np.empty(nodes), np.empty(nodes),
+        make_scratch(coarse, nodes, len(columns.degrees), columns.width), np.empty((LANES, nodes)), np.empty((LANES, nodes)),
     )  # fmt: skip

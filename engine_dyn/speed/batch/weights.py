@@ -8,8 +8,9 @@ import numpy as np
 
 from engine_dyn.compilation import kernel
 from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slope_and_sign
+from engine_dyn.speed.batch.block import LEFT, SOLVING
 from engine_dyn.speed.designs import Designs
-from engine_dyn.types import Booleans, Floats
+from engine_dyn.types import Floats
 
 __all__ = ["Weights", "weights_of"]
 
@@ -29,8 +30,8 @@ class Weights(NamedTuple):
         s, the slope of the law at the nominal speed.
     beta : ndarray
         kappa s [1/rad].
-    solvable : ndarray of bool
-        Whether the load is neither too strong nor a drive.
+    state : ndarray
+        `SOLVING`, or `LEFT` where the load is too strong, or a drive.
     decay, of_mass, of_tilt : ndarray
         exp(-beta h), and the weights of mean and first moment of an interval.
     end : ndarray
@@ -39,7 +40,7 @@ class Weights(NamedTuple):
 
     slope: Floats
     beta: Floats
-    solvable: Booleans
+    state: Floats
     decay: Floats
     of_mass: Floats
     of_tilt: Floats
@@ -63,7 +64,7 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))
     return Weights(
-        np.ascontiguousarray(slope), x / width, solvable, np.exp(-x), -np.expm1(-x), of_tilt,
+        np.ascontiguousarray(slope), x / width, np.where(solvable, SOLVING, LEFT), np.exp(-x), -np.expm1(-x), of_tilt,
         -np.expm1(-x * nodes),
     )  # fmt: skip
 

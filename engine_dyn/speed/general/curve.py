@@ -88,11 +88,11 @@ def _add_part(
     """Add a part of the columns to a curve, to its slope, and to what cubics miss of it."""
     for row in range(3):
         curve = value if row == VALUE else (slope if row == SLOPE else missed)
-        column = columns.fine[row, part]
+        column = columns.fine[part]
         for j in range(curve.size):
             total = 0.0
             for t in range(factor.size):
-                total += factor[t] * column[j, t]
+                total += factor[t] * column[j, row, t]
             curve[j] += share * total
 
 

@@ -25,7 +25,7 @@ def solve_one_by_one(
     Where Newton's method finds no solution, cycles are followed in time. `last` says that no more
     nodes are tried.
     """
-    curve = make_curve(columns.fine.shape[2])
+    curve = make_curve(columns.fine.shape[1])
     solve_designs(chosen, task, columns, designs, curve, results)
     outcomes = followed(task, last)
     left = chosen[np.isin(results.status[designs.target[chosen]], outcomes)]

@@ -36,9 +36,6 @@ OFFSET_EDGE = 0.2
 SIGNS = 3
 """Kinds of box for each interval of the crank ratio: no offset, a positive one, a negative one."""
 
-TERMS_AT_ONCE = 8
-"""Columns are filled up with zeros to a multiple of this, so that loops over them are vectors."""
-
 ALONE = -1
 """Number instead of a box where a design lies in none: its box is a point."""
 
@@ -64,14 +61,10 @@ class Box:
 
     @cached_property
     def degrees(self) -> Integers:
-        """Degrees of each column's polynomial in ratio and offset, shape (terms, 2).
-
-        Columns beyond those are zero, and so are their degrees.
-        """
+        """Degrees of each column's polynomial in ratio and offset, shape (terms, 2)."""
         one, other = self.sizes
         pairs = [(i, j) for i in range(one) for j in range(other) if i + j < DEGREE]
-        spare = -len(pairs) % TERMS_AT_ONCE
-        return np.array(pairs + [(0, 0)] * spare, dtype=np.int64)
+        return np.array(pairs, dtype=np.int64)
 
     @cached_property
     def samples(self) -> Floats:
@@ -87,11 +80,7 @@ class Box:
         """Matrix from values at the samples to columns, shape (terms, samples)."""
         one, other = (_matrix(n) for n in self.sizes)
         full = np.einsum("ia,jb->ijab", one, other).reshape(len(one), len(other), -1)
-        found = np.zeros((len(self.degrees), full.shape[2]))
-        used = [k for k, pair in enumerate(self.degrees) if k == 0 or pair.any()]
-        for k in used:
-            found[k] = full[tuple(self.degrees[k])]
-        return found
+        return np.ascontiguousarray(full[tuple(self.degrees.T)])
 
     def place(self, ratio: Floats, offset: Floats) -> Floats:
         """Ratios and offsets as places from -1 to 1 within the box, shape (2, ...)."""

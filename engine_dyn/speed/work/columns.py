@@ -13,7 +13,6 @@ friction are dealt with here and nowhere else.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -75,12 +74,13 @@ class Columns(NamedTuple):
 
     Attributes
     ----------
-    fine : ndarray, shape (4, part, node, term)
+    fine : ndarray, shape (part, node, 4, term)
         At the fine nodes: `VALUE`, the work, or the squared velocity, without its mean; `SLOPE`;
         `MIDDLE`, what a cubic through both misses in the middle of the interval behind; `BETWEEN`,
         what a polynomial through coarse nodes misses of the integral.
-    coarse : ndarray, shape (part, 2, term, coarse node)
-        The same at the coarse nodes, and its mean over the coarse interval behind each.
+    coarse : ndarray, shape (part, coarse node, 2, term)
+        The work at the coarse nodes, and what six of them miss of its mean over the coarse interval
+        behind each, docs/method.md (72).
     mean : ndarray, shape (part, term)
         Mean torque; 0 where a part has none.
     degrees : ndarray, shape (term, 2)
@@ -200,12 +200,12 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (source.load.mean - source.load(theta))
-    fine = np.empty((4, parts.number, nodes, terms))
+    fine = np.empty((parts.number, nodes, 4, terms))
     stride = source.nodes.stride
-    coarse = np.empty((parts.number, 2, terms, nodes // stride))
+    coarse = np.empty((parts.number, nodes // stride, 2, terms))
     arrange(
-        work, halves, rates, source.width, *fine,
-        weights_between(stride), coarse, np.empty(nodes // stride),
+        work, halves, rates, source.width, fine, weights_between(stride), coarse,
+        np.empty(nodes // stride),
     )  # fmt: skip
     curve = _in_the_middle(source.box, work)
     return fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride)

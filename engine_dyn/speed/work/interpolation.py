@@ -8,7 +8,10 @@ import numpy as np
 
 from engine_dyn.types import Floats
 
-__all__ = ["STENCIL", "lagrange_weights", "weights_between"]
+__all__ = ["MEAN_BY_PAIRS", "STENCIL", "lagrange_weights", "weights_between"]
+
+MEAN_BY_PAIRS = (802.0 / 1440.0, -93.0 / 1440.0, 11.0 / 1440.0)
+"""Weights of the pairs of nodes around an interval, from within, in the mean over it."""
 
 STENCIL = 8
 """Nodes of the polynomial between nodes: three before the interval, three behind it."""

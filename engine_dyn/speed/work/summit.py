@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.vectors import largest, least, magnitude, root, where
 
 __all__ = ["WINDOW", "cubic_in_middle", "peak_between", "summit_at"]
 
@@ -13,7 +14,7 @@ WINDOW = 5
 
 
 @inlined
-def summit_at(b: float, c: float, d: float, e: float, f: float) -> float:
+def summit_at(b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
     """Place of the maximum near the middle of five equidistant values, counted from d.
 
     That of the polynomial of fourth degree (Stirling), by three of Newton's steps. It is a guess.
@@ -22,36 +23,34 @@ def summit_at(b: float, c: float, d: float, e: float, f: float) -> float:
     d2 = e - 2.0 * d + c
     d3 = 0.5 * (f - b) - (e - c)
     d4 = f - 4.0 * e + 6.0 * d - 4.0 * c + b
-    t = 0.0
+    t = 0.0 * d
     for _ in range(3):
         slope = d1 + t * d2 + (3.0 * t * t - 1.0) / 6.0 * d3 + (2.0 * t * t - 1.0) / 12.0 * t * d4
         bend = d2 + t * d3 + (6.0 * t * t - 1.0) / 12.0 * d4
-        t = t - slope / bend if bend < 0.0 else 0.0
-        t = min(1.0, max(-1.0, t))
+        t = where(bend < 0.0, t - slope / bend, 0.0)
+        t = least(1.0, largest(-1.0, t))
     return t
 
 
 @inlined
-def cubic_in_middle(left: float, right: float, d_left: float, d_right: float) -> float:
+def cubic_in_middle(left: Any, right: Any, d_left: Any, d_right: Any) -> Any:
     """Cubic Hermite interpolant in the middle of an interval, docs/method.md (60)."""
     return 0.5 * (left + right) + 0.125 * (d_left - d_right)
 
 
 @inlined
-def peak_between(
-    left: float, right: float, d_left: float, d_right: float, middle: float
-) -> tuple[float, float]:
+def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) -> tuple[Any, Any]:
     """Maximum of a curve within an interval that rises at its begin and falls at its end.
 
     docs/method.md (98) is its place, (99) its value.
 
     Parameters
     ----------
-    left, right : float
+    left, right : Any
         Values at the ends.
-    d_left, d_right : float
+    d_left, d_right : Any
         Slopes times the interval's width.
-    middle : float
+    middle : Any
         True value in the middle less the cubic's.
 
     Returns
@@ -62,8 +61,8 @@ def peak_between(
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right
     a = d_left + d_right - 2.0 * rise
-    below = b - math.sqrt(max(b * b - 3.0 * a * d_left, 0.0))
-    t = -d_left / below if below != 0.0 else 0.0
-    t = min(max(t, 0.0), 1.0)
+    below = b - root(largest(b * b - 3.0 * a * d_left, 0.0))
+    t = where(magnitude(below) > 0.0, (0.0 - d_left) / below, 0.0)
+    t = least(largest(t, 0.0), 1.0)
     bump = 16.0 * t * t * (1.0 - t) * (1.0 - t) * middle
     return left + t * (d_left + t * (b + t * a)) + bump, bump

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS
 from engine_dyn.types import Floats
 
 __all__ = ["POINTS", "WEIGHTS", "add_products", "arrange", "cumulate"]
@@ -94,8 +95,8 @@ def simpson(i: int, work: Floats, half: Floats) -> float:
 
 @kernel
 def arrange(
-    work: Floats, halves: Floats, rates: Floats, width: float, fine: Floats, torque: Floats,
-    middle: Floats, between: Floats, weights: Floats, coarse: Floats, integral: Floats,
+    work: Floats, halves: Floats, rates: Floats, width: float, fine: Floats, weights: Floats,
+    coarse: Floats, integral: Floats,
 ) -> None:  # fmt: skip
     """Put work and torque at nodes into the order in which solvers read them.
 
@@ -105,37 +106,39 @@ def arrange(
         Work at the nodes and in the middle of the intervals behind them, torque at the nodes.
     width : float
         Of an interval [rad].
-    fine, torque, middle : ndarray, shape (parts, nodes, terms)
-        Get work and torque at the nodes, and what the cubic through both misses in the middles,
-        docs/method.md (60).
-    between : ndarray, shape (parts, nodes, terms)
-        Gets what a polynomial through coarse nodes misses of the integral of the work,
-        docs/method.md (63).
+    fine : ndarray, shape (parts, nodes, 4, terms)
+        Gets work and torque at the nodes, what the cubic through both misses in the middles,
+        docs/method.md (60), and what a polynomial through coarse nodes misses of the integral of
+        the work, docs/method.md (63).
     weights : ndarray, shape (stride, stencil)
         Of that polynomial at the nodes of a coarse interval.
     integral : ndarray, shape (coarse nodes,)
         Scratch.
-    coarse : ndarray, shape (parts, 2, terms, coarse nodes)
-        Gets the work at the coarse nodes, and its mean over the coarse interval behind each,
-        docs/method.md (70).
+    coarse : ndarray, shape (parts, coarse nodes, 2, terms)
+        Gets the work at the coarse nodes, and what six of them miss of its mean over the coarse
+        interval behind each, docs/method.md (72).
     """
     parts, terms, nodes = work.shape
-    stride, many = nodes // coarse.shape[3], coarse.shape[3]
+    stride, many = nodes // coarse.shape[1], coarse.shape[1]
     for part in range(parts):
         for term in range(terms):
             w, half, slope = work[part, term], halves[part, term], rates[part, term]
             for i in range(nodes):
                 n = i + 1 if i + 1 < nodes else 0
                 cubic = 0.5 * (w[i] + w[n]) + 0.125 * width * (slope[i] - slope[n])
-                fine[part, i, term], torque[part, i, term] = w[i], slope[i]
-                middle[part, i, term] = half[i] - cubic
+                fine[part, i, 0, term], fine[part, i, 1, term] = w[i], slope[i]
+                fine[part, i, 2, term] = half[i] - cubic
             total = 0.0
             for j in range(many):
                 integral[j] = total
                 for i in range(j * stride, (j + 1) * stride):
                     total += simpson(i, w, half)
-                coarse[part, 0, term, j] = w[j * stride]
-                coarse[part, 1, term, j] = (total - integral[j]) / stride
+                pairs = 0.0
+                for m in range(3):
+                    pair = w[(j - m) % many * stride] + w[(j + m + 1) % many * stride]
+                    pairs += MEAN_BY_PAIRS[m] * pair
+                coarse[part, j, 0, term] = w[j * stride]
+                coarse[part, j, 1, term] = (total - integral[j]) / stride - pairs
             # `total` is nearly 0: the work has no mean.
             for j in range(many):
                 running = integral[j]
@@ -147,5 +150,5 @@ def arrange(
                         turns = 1 if there >= many else (-1 if there < 0 else 0)
                         there -= turns * many
                         smooth += weights[k, m] * (integral[there] + turns * total)
-                    between[part, i, term] = width * (running - smooth)
+                    fine[part, i, 3, term] = width * (running - smooth)
                     running += simpson(i, w, half)

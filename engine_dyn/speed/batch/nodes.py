@@ -1,0 +1,138 @@
+"""Speed of a block of designs at fine nodes, another one for each.
+
+There the work is known from the columns, and the load is interpolated between coarse nodes.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import Form, law_of, load_terms
+from engine_dyn.speed.batch.block import HALO, Scratch
+from engine_dyn.speed.batch.weights import Weights
+from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.vectors import LANES, read, write
+from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE, Columns
+from engine_dyn.speed.work.interpolation import STENCIL
+from engine_dyn.speed.work.parts import SQUARE
+from engine_dyn.types import Floats
+
+__all__ = ["Seen", "fill_curves", "look_at_nodes", "seen_by"]
+
+KINDS = 4
+"""What `Columns.fine` has of each part."""
+
+LOAD, REST, STEEP = range(2 * KINDS, 2 * KINDS + 3)
+"""Rows of `Peaks.seen` behind those of P and V."""
+
+
+class Seen(NamedTuple):
+    """What is seen at a fine node of each lane.
+
+    u, its slope over the angle, what a cubic through the work misses in the middle of the interval
+    behind; tau, its slope, and what a cubic misses of it.
+    """
+
+    u: Any
+    slope: Any
+    middle: Any
+    tau: Any
+    turning: Any
+    tau_middle: Any
+
+
+# One function, though longer than usual: arrays that are handed on are counted at every call, which
+# would cost more than what is computed here.
+@inlined
+def look_at_nodes(first: int, columns: Columns, designs: Designs, scratch: Scratch) -> None:
+    """Work and load of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
+
+    Work tables are kept while designs have them in common.
+    """
+    table, curves = scratch.table, scratch.curves
+    known, mixed, values, weights = table.known, table.mixed, table.fine, table.weights
+    load, rest, steep = curves.load, curves.rest, curves.steep
+    seen, nodes = scratch.peaks.seen, scratch.peaks.node
+    fine, factor, number = columns.fine, designs.factor, designs.table
+    part, share, terms = designs.part, designs.share, mixed.shape[1]
+    stride = weights.shape[0]
+    for k in range(LANES):
+        which, node = first + k, nodes[k]
+        if known[node] != number[which]:
+            known[node] = number[which]
+            for kind in range(KINDS):
+                for t in range(terms):
+                    mixed[kind, t] = 0.0
+            for piece in range(part.shape[0]):
+                here, of_part = part[piece, which], share[piece, which]
+                for kind in range(KINDS):
+                    for t in range(terms):
+                        mixed[kind, t] += of_part * fine[here, node, kind, t]
+            for kind in range(KINDS):
+                gas = square = 0.0
+                for t in range(terms):
+                    gas += factor[which, t] * mixed[kind, t]
+                    square += factor[which, t] * fine[SQUARE, node, kind, t]
+                values[node, kind], values[node, KINDS + kind] = gas, square
+        for kind in range(2 * KINDS):
+            seen[kind, k] = values[node, kind]
+        coarse = node // stride
+        place = node - coarse * stride
+        y = r = 0.0
+        for j in range(STENCIL):
+            there = HALO + coarse + j - (STENCIL // 2 - 1)
+            y += weights[place, j] * load[there, k]
+            r += weights[place, j] * rest[there, k]
+        seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, steep[coarse, k]
+
+
+@inlined
+def seen_by(
+    first: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
+) -> Seen:
+    """U and its slope at the nodes that were looked at, docs/method.md (48) and (86).
+
+    The integral of X is known where a polynomial misses it. The slope of the load is
+    beta (u tau + r).
+    """
+    seen = scratch.peaks.seen
+    gas, eta, beta = read(designs.gas, first), read(designs.eta, first), read(weights.beta, first)
+    moving, turning = eta * read(seen, KINDS + VALUE), eta * read(seen, KINDS + SLOPE)
+    rough = gas * read(seen, BETWEEN) - eta * read(seen, KINDS + BETWEEN)
+    energy = gas * read(seen, VALUE) - moving
+    energy = energy - (read(seen, LOAD) + rough * (beta * read(seen, STEEP)))
+    slope = gas * read(seen, SLOPE) - turning - beta * (energy + read(seen, REST))
+    tau_middle = eta * read(seen, KINDS + MIDDLE)
+    middle = gas * read(seen, MIDDLE) - tau_middle
+    if not variable:
+        return Seen(energy, slope, middle, moving, turning, tau_middle)
+    light = 1.0 / (1.0 + moving)
+    u = energy * light
+    return Seen(u, (slope - u * turning) * light, middle, 1.0 + moving, turning, tau_middle)
+
+
+@inlined
+def fill_curves(
+    first: int, variable: bool, form: Form, columns: Columns, weights: Weights, designs: Designs,
+    scratch: Scratch, q: Floats, rate: Floats,
+) -> None:  # fmt: skip
+    """Q of the designs of a block at all fine nodes, (lane, node), and its slope (48)."""
+    nodes, seen, lanes = scratch.peaks.node, scratch.peaks.seen, scratch.lanes
+    for node in range(q.shape[1]):
+        for k in range(LANES):
+            nodes[k] = node
+        look_at_nodes(first, columns, designs, scratch)
+        write(scratch.peaks.value, 0, seen_by(first, variable, weights, designs, scratch).u)
+        for k in range(LANES):
+            i, u = first + k, scratch.peaks.value[0, k]
+            law, _ = law_of(
+                designs.speed[i], designs.first[i], designs.second[i], designs.gear[i], form
+            )
+            force, _ = load_terms(1.0 + u, law)
+            turning = designs.eta[i] * seen[KINDS + SLOPE, k]
+            slope = designs.gas[i] * seen[SLOPE, k] - turning
+            slope -= designs.kappa[i] * (force / lanes.mu[0, k] - 1.0)
+            if variable:
+                slope = (slope - u * turning) / (1.0 + designs.eta[i] * seen[KINDS + VALUE, k])
+            q[k, node], rate[k, node] = 1.0 + u, slope
