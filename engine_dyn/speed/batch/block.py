@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.vectors import LANES, read, write
-from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, write
+from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 from engine_dyn.speed.work.summit import WINDOW
 from engine_dyn.types import Floats, Integers
 
@@ -50,35 +50,35 @@ class Table(NamedTuple):
 
     Attributes
     ----------
-    gas, square : ndarray, shape (coarse node, lane)
+    gas, square : Rows (coarse node, lane)
         P and V at the coarse nodes.
-    gas_missed, square_missed : ndarray, shape (coarse node, lane)
+    gas_missed, square_missed : Rows (coarse node, lane)
         What six nodes miss of their mean over the interval behind each.
-    factor : ndarray, shape (term, lane)
+    factor : Rows (term, lane)
         Factors of the columns.
-    share, shared : ndarray, shape (1, lane), (term, lane)
+    share, shared : Rows (1, lane), (term, lane)
         Scratch: shares of a part, and these times the factors.
-    fine : ndarray, shape (fine node, 2 * 4)
+    fine : Rows (fine node, 2 * 4)
         What `Columns.fine` has, of P and then of V of one design, at the fine nodes that were asked for.
     known : ndarray of int, shape (fine node,)
         Number of the table that it is of, -1 where it was not asked for.
-    mixed : ndarray, shape (4, term)
+    mixed : Rows (4, term)
         Scratch: columns of P.
-    weights : ndarray, shape (stride, STENCIL)
+    weights : Rows (stride, STENCIL)
         Weights of coarse nodes at the fine nodes of a coarse interval.
     """
 
-    gas: Floats
-    square: Floats
-    gas_missed: Floats
-    square_missed: Floats
-    factor: Floats
-    share: Floats
-    shared: Floats
-    fine: Floats
+    gas: Rows
+    square: Rows
+    gas_missed: Rows
+    square_missed: Rows
+    factor: Rows
+    share: Rows
+    shared: Rows
+    fine: Rows
     known: Integers
-    mixed: Floats
-    weights: Floats
+    mixed: Rows
+    weights: Rows
 
 
 class Lanes(NamedTuple):
@@ -106,18 +106,18 @@ class Lanes(NamedTuple):
         the sum of their nodes.
     """
 
-    state: Floats
-    slope: Floats
-    free: Floats
-    mu: Floats
-    high: Floats
-    low: Floats
-    centre: Floats
-    half: Floats
-    passes: Floats
-    mean: Floats
-    tops: Floats
-    bottoms: Floats
+    state: Rows
+    slope: Rows
+    free: Rows
+    mu: Rows
+    high: Rows
+    low: Rows
+    centre: Rows
+    half: Rows
+    passes: Rows
+    mean: Rows
+    tops: Rows
+    bottoms: Rows
 
 
 class Curves(NamedTuple):
@@ -128,13 +128,13 @@ class Curves(NamedTuple):
     from `work` on have HALO nodes more on both sides.
     """
 
-    missed: Floats
-    light: Floats
-    steep: Floats
-    work: Floats
-    load: Floats
-    rest: Floats
-    u: Floats
+    missed: Rows
+    light: Rows
+    steep: Rows
+    work: Rows
+    load: Rows
+    rest: Rows
+    u: Rows
 
 
 class Peaks(NamedTuple):
@@ -142,28 +142,28 @@ class Peaks(NamedTuple):
 
     Attributes
     ----------
-    value, missed : ndarray, shape (2, lane)
+    value, missed : Rows (2, lane)
         Values, and how much they may miss.
-    hidden : ndarray, shape (1, lane)
+    hidden : Rows (1, lane)
         How far u may rise between coarse nodes above what their values tell.
     node, cursor : ndarray of int, shape (lane,)
         Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
-    step : ndarray, shape (1, lane)
+    step : Rows (1, lane)
         To the next node.
-    windows : ndarray, shape (WINDOW, lane)
+    windows : Rows (WINDOW, lane)
         Values at coarse nodes around the highest.
-    seen : ndarray, shape (2 * 4 + 3, lane)
+    seen : Rows (2 * 4 + 3, lane)
         What is seen at `node`: `Table.fine`, the load, its remainder and its steepness.
     """
 
-    value: Floats
-    missed: Floats
-    hidden: Floats
+    value: Rows
+    missed: Rows
+    hidden: Rows
     node: Integers
     cursor: Integers
-    step: Floats
-    windows: Floats
-    seen: Floats
+    step: Rows
+    windows: Rows
+    seen: Rows
 
 
 class Scratch(NamedTuple):
@@ -174,7 +174,7 @@ class Scratch(NamedTuple):
 
     curves: Curves
     lanes: Lanes
-    law: Floats
+    law: Rows
     table: Table
     peaks: Peaks
     values: Floats
@@ -183,30 +183,31 @@ class Scratch(NamedTuple):
 
 def make_scratch(coarse: int, fine: int, terms: int, width: float) -> Scratch:
     """Memory for blocks with so many coarse and fine nodes of this width [rad], and columns."""
-    plain = [np.zeros((coarse, LANES)) for _ in range(3)]
-    with_halo = [np.zeros((coarse + 2 * HALO, LANES)) for _ in range(4)]
+    stride = fine // coarse
+    weights = new_rows(stride, STENCIL)
+    weights[:] = weights_between(stride)
     table = Table(
-        *(np.zeros((coarse, LANES)) for _ in range(4)),
-        np.zeros((terms, LANES)), np.zeros((1, LANES)), np.zeros((terms, LANES)),
-        np.zeros((fine, 8)), np.full(fine, -1), np.zeros((4, terms)),
-        weights_between(fine // coarse),
+        *(new_rows(coarse) for _ in range(4)),
+        new_rows(terms), new_rows(1), new_rows(terms), new_rows(fine, 8), np.full(fine, -1),
+        new_rows(4, terms), weights,
     )  # fmt: skip
+    curves = Curves(
+        *(new_rows(coarse) for _ in range(3)), *(new_rows(coarse + 2 * HALO) for _ in range(4))
+    )
+    whole = [np.zeros(LANES, dtype=np.int64) for _ in range(2)]
+    peaks = Peaks(
+        new_rows(2), new_rows(2), new_rows(1), *whole, new_rows(1), new_rows(WINDOW), new_rows(11)
+    )
     return Scratch(
-        Curves(*plain, *with_halo), Lanes(*(np.zeros((1, LANES)) for _ in Lanes._fields)),
-        np.zeros((MOST_TERMS, LANES)), table,
-        Peaks(
-            np.zeros((2, LANES)), np.zeros((2, LANES)), np.zeros((1, LANES)),
-            np.zeros(LANES, dtype=np.int64), np.zeros(LANES, dtype=np.int64),
-            np.zeros((1, LANES)), np.zeros((WINDOW, LANES)), np.zeros((11, LANES)),
-        ),
+        curves, Lanes(*(new_rows(1) for _ in Lanes._fields)), new_rows(MOST_TERMS), table, peaks,
         np.zeros(MOST_TERMS), width,
     )  # fmt: skip
 
 
 @inlined
-def repeat_ends(curve: Floats) -> None:
+def repeat_ends(curve: Rows) -> None:
     """Repeat a curve before and behind the period."""
-    nodes = curve.shape[0] - 2 * HALO
+    nodes = curve.rows - 2 * HALO
     for i in range(HALO):
         write(curve, i, read(curve, nodes + i))
         write(curve, HALO + nodes + i, read(curve, HALO + i))

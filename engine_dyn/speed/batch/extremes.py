@@ -25,10 +25,9 @@ from engine_dyn.speed.batch.block import (
 from engine_dyn.speed.batch.nodes import look_at_nodes, seen_by
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.vectors import LANES, any_of, magnitude, read, root, where, write
+from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.summit import WINDOW, cubic_in_middle, peak_between, summit_at
-from engine_dyn.types import Floats
 
 __all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
 
@@ -43,7 +42,7 @@ def mean_speeds(lanes: Lanes, curves: Curves) -> None:
 
     The mean of X is 0; what it is over the coarse nodes is taken away again.
     """
-    total, nodes = 0.0 * read(lanes.high, 0), curves.missed.shape[0]
+    total, nodes = 0.0 * read(lanes.high, 0), curves.missed.rows
     for i in range(nodes):
         work = read(curves.work, HALO + i)
         total = total + (root(1.0 + read(curves.u, HALO + i)) - 0.5 * work)
@@ -64,7 +63,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     tops, bottoms = 0.0 * high, 0.0 * high
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
-    for i in range(curves.missed.shape[0]):
+    for i in range(curves.missed.rows):
         after = read(curves.u, HALO + i + 1)
         reach = 1.5 * u - 0.25 * (before + after)
         top = (reach >= high) & (u >= before) & (u > after)
@@ -78,7 +77,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
 
 @inlined
 def begin_peaks(
-    side: int, sign: float, stride: int, found: Floats, u: Floats, peaks: Peaks
+    side: int, sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks
 ) -> None:
     """Guess the fine nodes nearest to the extremes of lanes that have one candidate only.
 
@@ -95,12 +94,12 @@ def begin_peaks(
     write(windows, 0, summit_at(b, c, d, read(windows, 3), read(windows, 4)))
     for k in range(LANES):
         node = stride * peaks.node[k] + int(math.floor(stride * windows[0, k] + 0.5))
-        peaks.node[k] = node % (stride * (u.shape[0] - 2 * HALO))
+        peaks.node[k] = node % (stride * (u.rows - 2 * HALO))
 
 
 @inlined
 def may_hold(
-    i: int, k: int, sign: float, highest: float, hidden: float, u: Floats
+    i: int, k: int, sign: float, highest: float, hidden: float, u: Rows
 ) -> tuple[bool, float]:
     """Whether the largest u may lie beside a coarse node, and where from it.
 
@@ -119,13 +118,13 @@ def may_hold(
 
 @inlined
 def next_starts(
-    number: int, sign: float, stride: int, high: Floats, u: Floats, peaks: Peaks
+    number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks
 ) -> bool:
     """Fine nodes from which to climb next, in `peaks.node`; whether any lane has one.
 
     Of jagged work, every fine node of an interval is one that may hold the largest u.
     """
-    size = stride * (u.shape[0] - 2 * HALO)
+    size = stride * (u.rows - 2 * HALO)
     busy = False
     for k in range(LANES):
         start, hidden = peaks.cursor[k], peaks.hidden[0, k]
@@ -194,7 +193,7 @@ def climb(
 
     Returns it, and the correction by the middle in it.
     """
-    peaks, stride = scratch.peaks, scratch.table.weights.shape[0]
+    peaks, stride = scratch.peaks, scratch.table.weights.rows
     step = 0.0 * read(weights.beta, first)
     going = step >= 0.0
     last = now = Ends(step, step, step, step, step, step)
@@ -247,7 +246,7 @@ def fill_extremes(
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
-    stride = scratch.table.weights.shape[0]
+    stride = scratch.table.weights.rows
     fill_hidden(first, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0

@@ -67,7 +67,7 @@ def closing_function(q: float, closure: int) -> float:
 
 @inlined
 def fit_law(
-    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Floats,
+    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Rows,
     values: Floats,
 ) -> tuple[int, float, float]:  # fmt: skip
     """Polynomial for F - 1 over u from `low` to `high`, and somewhat beyond.
@@ -80,7 +80,7 @@ def fit_law(
     half = max((0.5 + MARGIN) * (high - low), NARROWEST)
     if not (1.0 + centre - half > SLOWEST):
         return 0, 0.0, 1.0
-    for n in range(terms.shape[0]):
+    for n in range(MOST_TERMS):
         terms[n, lane] = 0.0
     for i in range(len(SIZES)):
         size = SIZES[i]

@@ -55,8 +55,8 @@ def look_at_nodes(first: int, columns: Columns, designs: Designs, scratch: Scrat
     load, rest, steep = curves.load, curves.rest, curves.steep
     seen, nodes = scratch.peaks.seen, scratch.peaks.node
     fine, factor, number = columns.fine, designs.factor, designs.table
-    part, share, terms = designs.part, designs.share, mixed.shape[1]
-    stride = weights.shape[0]
+    part, share, terms = designs.part, designs.share, mixed.columns
+    stride = weights.rows
     for k in range(LANES):
         which, node = first + k, nodes[k]
         if known[node] != number[which]:

@@ -41,6 +41,7 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.vectors import (
     LANES,
+    Rows,
     any_of,
     largest,
     least,
@@ -75,7 +76,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, curves: Curves) -> Any:
     e = read(work, HALO + 2) + read(rest, HALO + 2)
     y = 0.0 * decay
     write(load, HALO, y)
-    for i in range(missed.shape[0]):
+    for i in range(missed.rows):
         f = read(work, HALO + i + 3) + read(rest, HALO + i + 3)
         # Mean over the interval by six nodes, `MEAN_BY_PAIRS`, and first moment by four.
         sums = 802.0 * (c + d) - 93.0 * (b + e) + 11.0 * (a + f)
@@ -91,7 +92,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, curves: Curves) -> Any:
 def close_period(variable: bool, start: Any, decay: Any, curves: Curves) -> tuple[Any, Any]:
     """Add the start that makes y periodic, docs/method.md (74), and find u; return its range."""
     high, low = 0.0 * start - 1e300, 0.0 * start + 1e300
-    for i in range(curves.missed.shape[0]):
+    for i in range(curves.missed.rows):
         y = read(curves.load, HALO + i) + start
         start = start * decay
         u = read(curves.work, HALO + i) - y
@@ -104,7 +105,7 @@ def close_period(variable: bool, start: Any, decay: Any, curves: Curves) -> tupl
 
 
 @inlined
-def law_at(t: Any, terms: int, law: Floats) -> tuple[Any, Any]:
+def law_at(t: Any, terms: int, law: Rows) -> tuple[Any, Any]:
     """Polynomial of the law, and its slope."""
     value = read(law, terms - 1)
     slope = 0.0 * value
@@ -116,7 +117,7 @@ def law_at(t: Any, terms: int, law: Floats) -> tuple[Any, Any]:
 
 @inlined
 def fill_rest(
-    variable: bool, terms: int, law: Floats, going: Any, mu: Any, lanes: Lanes, curves: Curves
+    variable: bool, terms: int, law: Rows, going: Any, mu: Any, lanes: Lanes, curves: Curves
 ) -> Any:
     """Remainder of the law at the nodes, docs/method.md (68), of lanes that go on.
 
@@ -125,7 +126,7 @@ def fill_rest(
     centre, half = read(lanes.centre, 0), read(lanes.half, 0)
     gain = 1.0 / (mu * read(lanes.slope, 0))
     shift, change = (1.0 - mu) * gain, 0.0 * mu
-    for i in range(curves.missed.shape[0]):
+    for i in range(curves.missed.rows):
         u, old = read(curves.u, HALO + i), read(curves.rest, HALO + i)
         force, _ = law_at((u - centre) * half, terms, law)
         if variable:
@@ -139,14 +140,14 @@ def fill_rest(
 
 @inlined
 def add_missed(
-    variable: bool, terms: int, law: Floats, going: Any, lanes: Lanes, curves: Curves
+    variable: bool, terms: int, law: Rows, going: Any, lanes: Lanes, curves: Curves
 ) -> None:
     """Turn what six nodes miss of the mean of X into what they miss of that of X + r.
 
     Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (72).
     """
     centre, half, slope = read(lanes.centre, 0), read(lanes.half, 0), read(lanes.slope, 0)
-    last = curves.missed.shape[0] - 1
+    last = curves.missed.rows - 1
     for i in range(last + 1):
         _, steep = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
         steep = steep * half / slope
@@ -200,7 +201,7 @@ def lateness(curves: Curves) -> Any:
     The mean of X is 0; what it is over the coarse nodes is taken away again.
     """
     total = 0.0 * read(curves.u, HALO)
-    nodes = curves.missed.shape[0]
+    nodes = curves.missed.rows
     for i in range(nodes):
         slow = 1.0 / root(1.0 + read(curves.u, HALO + i))
         total = total + (slow - 1.0 + 0.5 * read(curves.work, HALO + i))
@@ -239,7 +240,7 @@ def solve_curves(
     of_mass, of_tilt = read(weights.of_mass, first), read(weights.of_tilt, first)
     write(lanes.slope, 0, read(weights.slope, first))
     write(lanes.passes, 0, 1.0)
-    for j in range(curves.rest.shape[0]):
+    for j in range(curves.rest.rows):
         write(curves.rest, j, 0.0)
     timed, terms, mu = closure == CYCLE_TIME, 0, 0.0 * decay + 1.0
     going, change = decay > 0.0, 0.0 * decay
@@ -262,7 +263,7 @@ def solve_curves(
             terms = begin_rest(first, linear, closure, form, designs, scratch)
             going = read(lanes.state, 0) > 0.0
             if terms == 0:
-                for i in range(curves.steep.shape[0]):
+                for i in range(curves.steep.rows):
                     write(curves.steep, i, 1.0)
                 break
             add_missed(variable, terms, law, going, lanes, curves)

@@ -6,7 +6,7 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.vectors import LANES, least, read, where, write
+from engine_dyn.speed.vectors import LANES, Rows, least, read, where, write
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
@@ -18,14 +18,14 @@ LIGHTEST = 0.4
 
 
 @inlined
-def add_columns(column: Floats, table: Table, curve: Floats, missed: Floats) -> None:
+def add_columns(column: Floats, table: Table, curve: Rows, missed: Rows) -> None:
     """Add the columns of a part (node, 2, term), times `table.share` and the factors."""
     shared, share = table.shared, read(table.share, 0)
-    for t in range(shared.shape[0]):
+    for t in range(shared.rows):
         write(shared, t, share * read(table.factor, t))
-    for i in range(curve.shape[0]):
+    for i in range(curve.rows):
         value, rough = read(curve, i), read(missed, i)
-        for t in range(shared.shape[0]):
+        for t in range(shared.rows):
             factor = read(shared, t)
             value = value + factor * column[i, 0, t]
             rough = rough + factor * column[i, 1, t]
@@ -37,10 +37,10 @@ def add_columns(column: Floats, table: Table, curve: Floats, missed: Floats) -> 
 def fill_tables(first: int, columns: Columns, designs: Designs, table: Table) -> None:
     """Work tables of the block of designs from `first` on."""
     coarse, part, share = columns.coarse, designs.part, designs.share
-    for t in range(table.factor.shape[0]):
+    for t in range(table.factor.rows):
         for lane in range(LANES):
             table.factor[t, lane] = designs.factor[first + lane, t]
-    for i in range(table.gas.shape[0]):
+    for i in range(table.gas.rows):
         write(table.gas, i, 0.0)
         write(table.gas_missed, i, 0.0)
         write(table.square, i, 0.0)
@@ -73,7 +73,7 @@ def fill_work(
     table, curves, state = scratch.table, scratch.curves, read(weights.state, first)
     gas, eta = read(designs.gas, first), read(designs.eta, first)
     lightest = 1.0 + 0.0 * eta
-    for i in range(table.gas.shape[0]):
+    for i in range(table.gas.rows):
         v = eta * read(table.square, i)
         write(curves.work, HALO + i, gas * read(table.gas, i) - v)
         write(

@@ -27,7 +27,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import Box
-from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 from engine_dyn.speed.work.parts import (
     FIRST_GAS,
     FRICTION_PARTS,
@@ -205,7 +205,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     coarse = np.empty((parts.number, nodes // stride, 2, terms))
     arrange(
         work, halves, rates, source.width, fine, weights_between(stride), coarse,
-        np.empty(nodes // stride),
+        np.empty(nodes // stride + STENCIL),
     )  # fmt: skip
     curve = _in_the_middle(source.box, work)
     return fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride)

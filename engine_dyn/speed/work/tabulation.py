@@ -112,7 +112,7 @@ def arrange(
         the work, docs/method.md (63).
     weights : ndarray, shape (stride, stencil)
         Of that polynomial at the nodes of a coarse interval.
-    integral : ndarray, shape (coarse nodes,)
+    integral : ndarray, shape (coarse nodes + stencil,)
         Scratch.
     coarse : ndarray, shape (parts, coarse nodes, 2, terms)
         Gets the work at the coarse nodes, and what six of them miss of its mean over the coarse
@@ -120,6 +120,7 @@ def arrange(
     """
     parts, terms, nodes = work.shape
     stride, many = nodes // coarse.shape[1], coarse.shape[1]
+    before = weights.shape[1] // 2 - 1
     for part in range(parts):
         for term in range(terms):
             w, half, slope = work[part, term], halves[part, term], rates[part, term]
@@ -130,7 +131,7 @@ def arrange(
                 fine[part, i, 2, term] = half[i] - cubic
             total = 0.0
             for j in range(many):
-                integral[j] = total
+                integral[before + j] = total
                 for i in range(j * stride, (j + 1) * stride):
                     total += simpson(i, w, half)
                 pairs = 0.0
@@ -138,17 +139,18 @@ def arrange(
                     pair = w[(j - m) % many * stride] + w[(j + m + 1) % many * stride]
                     pairs += MEAN_BY_PAIRS[m] * pair
                 coarse[part, j, 0, term] = w[j * stride]
-                coarse[part, j, 1, term] = (total - integral[j]) / stride - pairs
+                coarse[part, j, 1, term] = (total - integral[before + j]) / stride - pairs
             # `total` is nearly 0: the work has no mean.
+            for m in range(before):
+                integral[m] = integral[many + m] - total
+            for m in range(before + many, integral.size):
+                integral[m] = integral[m - many] + total
             for j in range(many):
-                running = integral[j]
+                running = integral[before + j]
                 for k in range(stride):
                     i = j * stride + k
                     smooth = 0.0
                     for m in range(weights.shape[1]):
-                        there = j + m - (weights.shape[1] // 2 - 1)
-                        turns = 1 if there >= many else (-1 if there < 0 else 0)
-                        there -= turns * many
-                        smooth += weights[k, m] * (integral[there] + turns * total)
+                        smooth += weights[k, m] * integral[j + m]
                     fine[part, i, 3, term] = width * (running - smooth)
                     running += simpson(i, w, half)
