@@ -209,17 +209,19 @@ def lateness(curves: Curves) -> Any:
 
 
 @inlined
-def settle_lanes(tolerance: float, going: Any, change: Any, lanes: Lanes) -> bool:
-    """End the lanes that changed little in the last pass, or left their range; whether any go on.
+def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: Lanes) -> bool:
+    """End the lanes that hardly change any more, or left their range; whether any go on.
 
-    What further passes would change is a fraction of the last change.
+    Changes shrink by a factor from pass to pass, so the last two tell what all further ones add up
+    to.
     """
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, largest(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    found = where(tolerance * span + ROUNDING >= change, SETTLED, where(going, SOLVING, SETTLED))
-    state = where(going, where(fits, found, LEFT), state)
+    ahead = where(change < last, change * change / (last - change), 1e300)
+    done = where(change <= ROUNDING, SETTLED, where(ahead <= tolerance * span, SETTLED, SOLVING))
+    state = where(going, where(fits, done, LEFT), state)
     write(lanes.state, 0, state)
     write(lanes.passes, 0, read(lanes.passes, 0) + where(going, 1.0, 0.0 * span))
     return any_of(state > 0.0)
@@ -243,7 +245,7 @@ def solve_curves(
     for j in range(curves.rest.rows):
         write(curves.rest, j, 0.0)
     timed, terms, mu = closure == CYCLE_TIME, 0, 0.0 * decay + 1.0
-    going, change = decay > 0.0, 0.0 * decay
+    going, change, last = decay > 0.0, 0.0 * decay, 0.0 * decay
     # Each function is called in one place, because the compiler copies it to each.
     for number in range(MOST_PASSES + 1):
         if number > 0:
@@ -261,16 +263,16 @@ def solve_curves(
         if number == 0:
             linear = not (variable or timed)
             terms = begin_rest(first, linear, closure, form, designs, scratch)
-            going = read(lanes.state, 0) > 0.0
+            going, last = read(lanes.state, 0) > 0.0, high - low
             if terms == 0:
                 for i in range(curves.steep.rows):
                     write(curves.steep, i, 1.0)
                 break
             add_missed(variable, terms, law, going, lanes, curves)
         else:
-            if not settle_lanes(tolerance, going, change, lanes):
+            if not settle_lanes(tolerance, going, last, change, lanes):
                 break
-            going = read(lanes.state, 0) > 0.0
+            going, last = read(lanes.state, 0) > 0.0, change
     write(lanes.mu, 0, mu)
     for k in range(LANES):
         if lanes.state[0, k] == SOLVING:
