@@ -27,8 +27,6 @@ from numba.extending import (
     unbox,
 )
 
-from engine_dyn.types import Floats
-
 __all__ = [
     "LANES",
     "Rows",
@@ -39,6 +37,7 @@ __all__ = [
     "new_rows",
     "read",
     "root",
+    "rows_of",
     "where",
     "write",
 ]
@@ -99,9 +98,9 @@ def any_of(truths: Any) -> bool:
     return bool(np.any(truths))
 
 
-def read(array: Rows | Floats, row: int) -> Any:
-    """Vector of a row of `Rows` (row, lane), or of an array of designs from a place on."""
-    return (array[row : row + LANES] if array.ndim == 1 else array[row]).copy()
+def read(array: Rows, row: int) -> Any:
+    """Vector of a row of `Rows` (row, lane)."""
+    return array[row].copy()
 
 
 def write(array: Rows, row: int, value: Any) -> None:
@@ -199,7 +198,7 @@ def _any(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 
 
 class Rows(np.ndarray):
-    """Numbers (row, column) whose references kernels do not count.
+    """Numbers, or whole numbers, (row, column) whose references kernels do not count.
 
     Where a block takes an array out of a named tuple, Numba counts a reference, with an instruction
     that stops all others: that took 40 % of the time of designs with one table.
@@ -216,6 +215,11 @@ class Rows(np.ndarray):
         return self.shape[1]
 
 
+def rows_of(array: Any, columns: int = LANES) -> Rows:
+    """The same numbers, in rows of so many; a row of LANES is a vector."""
+    return np.ascontiguousarray(array).reshape(-1, columns).view(Rows)
+
+
 def new_rows(rows: int, columns: int = LANES) -> Rows:
     """Rows of zeros."""
     return np.zeros((rows, columns)).view(Rows)
@@ -224,15 +228,20 @@ def new_rows(rows: int, columns: int = LANES) -> Rows:
 class RowsType(types.Type):  # type: ignore[misc]
     """What kernels see of `Rows`."""
 
+    def __init__(self, item: Any) -> None:
+        super().__init__(name=f"Rows({item})")
+        self.item = item
 
-ROWS = RowsType("Rows")
-typeof_impl.register(Rows)(lambda rows, context: ROWS)
+
+typeof_impl.register(Rows)(
+    lambda rows, context: RowsType(types.float64 if rows.dtype == np.float64 else types.int64)
+)
 
 
 @register_model(RowsType)
 class _RowsModel(models.StructModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: RowsType) -> None:
-        data = types.CPointer(NUMBER)
+        data = types.CPointer(kind.item)
         super().__init__(
             manager, kind, [("data", data), ("rows", types.intp), ("columns", types.intp)]
         )
@@ -258,7 +267,7 @@ def _unbox(kind: Any, rows: Any, c: Any) -> Any:
 
 
 def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """Address of a number (row, column) of rows, of a row, or of a place in an array of designs."""
+    """Address of a number (row, column) of rows, or of a row."""
     index = values[1]
     if isinstance(signature.args[1], types.BaseTuple):
         index, column = (
@@ -268,12 +277,8 @@ def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     else:
         index = context.cast(builder, index, signature.args[1], types.intp)
         column = ir.Constant(index.type, 0)
-    if isinstance(signature.args[0], RowsType):
-        array = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
-        index = builder.add(builder.mul(index, array.columns), column)
-    else:
-        array = context.make_array(signature.args[0])(context, builder, values[0])
-    return builder.gep(array.data, [index])
+    rows = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
+    return builder.gep(rows.data, [builder.add(builder.mul(index, rows.columns), column)])
 
 
 def _vector_at(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -299,7 +304,7 @@ def _write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 
 
 def _put(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    number = context.cast(builder, values[2], signature.args[2], NUMBER)
+    number = context.cast(builder, values[2], signature.args[2], signature.args[0].item)
     builder.store(number, _place(context, builder, signature, values))
     return context.get_dummy_value()
 
@@ -307,14 +312,13 @@ def _put(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 type_callable(read)(lambda context: lambda array, row: VECTOR)
 type_callable(write)(lambda context: lambda array, row, value: types.void)
 lower_builtin(read, RowsType, types.Integer)(_read)
-lower_builtin(read, types.Array, types.Integer)(_read)
 lower_builtin(write, RowsType, types.Integer, VectorType)(_write)
 lower_builtin(write, RowsType, types.Integer, types.Number)(_write)
 
 
 @type_callable(operator.getitem)
 def _item_kind(context: Any) -> Any:
-    return lambda rows, place: NUMBER if isinstance(rows, RowsType) else None
+    return lambda rows, place: rows.item if isinstance(rows, RowsType) else None
 
 
 @type_callable(operator.setitem)

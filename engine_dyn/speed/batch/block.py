@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, write
+from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, rows_of, write
+from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 from engine_dyn.speed.work.summit import WINDOW
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Floats
 
 __all__ = [
     "HALO",
@@ -28,7 +29,9 @@ __all__ = [
     "Lanes",
     "Scratch",
     "Table",
+    "Tables",
     "make_scratch",
+    "tables_of",
     "repeat_ends",
 ]
 
@@ -43,6 +46,24 @@ MOST_TERMS = 24
 
 SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 """States of a lane: passes go on, they are done, or the design is left to the general solver."""
+
+
+class Tables(NamedTuple):
+    """Columns as the kernels of the batch solver take them, see `Columns`.
+
+    Attributes
+    ----------
+    fine : Rows ((part, fine node, kind), term)
+        The work at the fine nodes, and what goes with it: `KINDS` of them.
+    coarse : Rows ((part, coarse node, 2), term)
+        The work at the coarse nodes, and what six of them miss of its mean.
+    jagged : Rows (1, part)
+        By how much the work rises above what coarse nodes tell.
+    """
+
+    fine: Rows
+    coarse: Rows
+    jagged: Rows
 
 
 class Table(NamedTuple):
@@ -60,7 +81,7 @@ class Table(NamedTuple):
         Scratch: shares of a part, and these times the factors.
     fine : Rows (fine node, 2 * 4)
         What `Columns.fine` has, of P and then of V of one design, at the fine nodes that were asked for.
-    known : ndarray of int, shape (fine node,)
+    known : Rows (1, fine node) of int
         Number of the table that it is of, -1 where it was not asked for.
     mixed : Rows (4, term)
         Scratch: columns of P.
@@ -76,7 +97,7 @@ class Table(NamedTuple):
     share: Rows
     shared: Rows
     fine: Rows
-    known: Integers
+    known: Rows
     mixed: Rows
     weights: Rows
 
@@ -146,7 +167,7 @@ class Peaks(NamedTuple):
         Values, and how much they may miss.
     hidden : Rows (1, lane)
         How far u may rise between coarse nodes above what their values tell.
-    node, cursor : ndarray of int, shape (lane,)
+    node, cursor : Rows (1, lane) of int
         Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
     step : Rows (1, lane)
         To the next node.
@@ -159,8 +180,8 @@ class Peaks(NamedTuple):
     value: Rows
     missed: Rows
     hidden: Rows
-    node: Integers
-    cursor: Integers
+    node: Rows
+    cursor: Rows
     step: Rows
     windows: Rows
     seen: Rows
@@ -181,26 +202,36 @@ class Scratch(NamedTuple):
     width: float
 
 
-def make_scratch(coarse: int, fine: int, terms: int, width: float) -> Scratch:
-    """Memory for blocks with so many coarse and fine nodes of this width [rad], and columns."""
-    stride = fine // coarse
-    weights = new_rows(stride, STENCIL)
-    weights[:] = weights_between(stride)
+def tables_of(columns: Columns) -> Tables:
+    """Columns in rows."""
+    terms = len(columns.degrees)
+    return Tables(
+        rows_of(columns.fine, terms), rows_of(columns.coarse, terms),
+        rows_of(columns.jagged, columns.jagged.size),
+    )  # fmt: skip
+
+
+def make_scratch(columns: Columns) -> Scratch:
+    """Memory of a block."""
+    _, fine, kinds, terms = columns.fine.shape
+    coarse = columns.coarse.shape[1]
     table = Table(
         *(new_rows(coarse) for _ in range(4)),
-        new_rows(terms), new_rows(1), new_rows(terms), new_rows(fine, 8), np.full(fine, -1),
-        new_rows(4, terms), weights,
+        new_rows(terms), new_rows(1), new_rows(terms), new_rows(fine, 2 * kinds),
+        rows_of(np.full(fine, -1), fine), new_rows(kinds, terms),
+        rows_of(weights_between(fine // coarse), STENCIL),
     )  # fmt: skip
     curves = Curves(
         *(new_rows(coarse) for _ in range(3)), *(new_rows(coarse + 2 * HALO) for _ in range(4))
     )
-    whole = [np.zeros(LANES, dtype=np.int64) for _ in range(2)]
+    whole = [rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2)]
     peaks = Peaks(
-        new_rows(2), new_rows(2), new_rows(1), *whole, new_rows(1), new_rows(WINDOW), new_rows(11)
+        new_rows(2), new_rows(2), new_rows(1), *whole, new_rows(1), new_rows(WINDOW),
+        new_rows(2 * kinds + 3),
     )
     return Scratch(
         curves, Lanes(*(new_rows(1) for _ in Lanes._fields)), new_rows(MOST_TERMS), table, peaks,
-        np.zeros(MOST_TERMS), width,
+        np.zeros(MOST_TERMS), columns.width,
     )  # fmt: skip
 
 

@@ -20,13 +20,13 @@ from engine_dyn.speed.batch.block import (
     Lanes,
     Peaks,
     Scratch,
+    Tables,
     repeat_ends,
 )
 from engine_dyn.speed.batch.nodes import look_at_nodes, seen_by
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
-from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.summit import WINDOW, cubic_in_middle, peak_between, summit_at
 
 __all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
@@ -87,14 +87,14 @@ def begin_peaks(
     for k in range(LANES):
         alone = MANY <= found[0, k] < 2.0 * MANY and peaks.hidden[0, k] == 0.0
         node = int(found[0, k] - MANY) if alone else 0
-        peaks.node[k], peaks.cursor[k] = node, -1 if alone else 0
+        peaks.node[0, k], peaks.cursor[0, k] = node, -1 if alone else 0
         for i in range(WINDOW):
             windows[i, k] = sign * u[HALO + node + i - WINDOW // 2, k]
     b, c, d = read(windows, 0), read(windows, 1), read(windows, 2)
     write(windows, 0, summit_at(b, c, d, read(windows, 3), read(windows, 4)))
     for k in range(LANES):
-        node = stride * peaks.node[k] + int(math.floor(stride * windows[0, k] + 0.5))
-        peaks.node[k] = node % (stride * (u.rows - 2 * HALO))
+        node = stride * peaks.node[0, k] + int(math.floor(stride * windows[0, k] + 0.5))
+        peaks.node[0, k] = node % (stride * (u.rows - 2 * HALO))
 
 
 @inlined
@@ -127,19 +127,19 @@ def next_starts(
     size = stride * (u.rows - 2 * HALO)
     busy = False
     for k in range(LANES):
-        start, hidden = peaks.cursor[k], peaks.hidden[0, k]
+        start, hidden = peaks.cursor[0, k], peaks.hidden[0, k]
         if start < 0:
             busy = busy or number == 0
             continue
         while start < size:
             held, place = may_hold(start // stride, k, sign, sign * high[0, k], hidden, u)
             if held:
-                peaks.node[k] = (start + int(math.floor(stride * place + 0.5))) % size
+                peaks.node[0, k] = (start + int(math.floor(stride * place + 0.5))) % size
                 busy = True
                 start += 1 if hidden > 0.0 else stride
                 break
             start += stride - start % stride
-        peaks.cursor[k] = start
+        peaks.cursor[0, k] = start
     return busy
 
 
@@ -186,7 +186,7 @@ def middle_of(variable: bool, left: Ends, right: Ends) -> Any:
 
 @inlined
 def climb(
-    first: int, sign: float, variable: bool, columns: Columns, weights: Weights, designs: Designs,
+    block: int, sign: float, variable: bool, columns: Tables, weights: Weights, designs: Designs,
     scratch: Scratch,
 ) -> tuple[Any, Any]:  # fmt: skip
     """From the fine nodes `peaks.node` up to the next maximum of `sign` times u.
@@ -194,12 +194,12 @@ def climb(
     Returns it, and the correction by the middle in it.
     """
     peaks, stride = scratch.peaks, scratch.table.weights.rows
-    step = 0.0 * read(weights.beta, first)
+    step = 0.0 * read(weights.beta, block)
     going = step >= 0.0
     last = now = Ends(step, step, step, step, step, step)
     for number in range(2 * stride + 2):
-        look_at_nodes(first, columns, designs, scratch)
-        seen = seen_by(first, variable, weights, designs, scratch)
+        look_at_nodes(block, columns, designs, scratch)
+        seen = seen_by(block, variable, weights, designs, scratch)
         here = Ends(
             seen.u, scratch.width * seen.slope, seen.middle, seen.tau,
             scratch.width * seen.turning, seen.tau_middle,
@@ -217,8 +217,8 @@ def climb(
             break
         write(peaks.step, 0, where(going, step, 0.0))
         for k in range(LANES):
-            node = peaks.node[k] + int(peaks.step[0, k])
-            peaks.node[k] = node % scratch.table.known.size
+            node = peaks.node[0, k] + int(peaks.step[0, k])
+            peaks.node[0, k] = node % scratch.table.known.columns
     left, right = chosen(step > 0.0, last, now), chosen(step > 0.0, now, last)
     middle = middle_of(variable, left, right)
     value, bump = peak_between(
@@ -229,35 +229,36 @@ def climb(
 
 
 @inlined
-def fill_hidden(first: int, columns: Columns, designs: Designs, peaks: Peaks) -> None:
+def fill_hidden(block: int, columns: Tables, designs: Designs, peaks: Peaks) -> None:
     """How far u may rise between coarse nodes above what their values tell."""
     part, share, jagged = designs.part, designs.share, columns.jagged
     for k in range(LANES):
         total = 0.0
-        for piece in range(part.shape[0]):
-            total += abs(share[piece, first + k]) * jagged[part[piece, first + k]]
-        peaks.hidden[0, k] = JAGGED * designs.gas[first + k] * total
+        for piece in range(part.rows):
+            which = block * LANES + k
+            total += abs(share[piece, which]) * jagged[0, part[piece, which]]
+        peaks.hidden[0, k] = JAGGED * designs.gas[block, k] * total
 
 
 @inlined
 def fill_extremes(
-    first: int, variable: bool, columns: Columns, weights: Weights, designs: Designs,
+    block: int, variable: bool, columns: Tables, weights: Weights, designs: Designs,
     scratch: Scratch,
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
     stride = scratch.table.weights.rows
-    fill_hidden(first, columns, designs, peaks)
+    fill_hidden(block, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         found = lanes.tops if side == 0 else lanes.bottoms
         high = lanes.high if side == 0 else lanes.low
         begin_peaks(side, sign, stride, found, curves.u, peaks)
         best, missed = -1e300 + 0.0 * read(high, 0), 0.0 * read(high, 0)
-        for number in range(scratch.table.known.size + 1):
+        for number in range(scratch.table.known.columns + 1):
             if not next_starts(number, sign, stride, high, curves.u, peaks):
                 break
-            value, bump = climb(first, sign, variable, columns, weights, designs, scratch)
+            value, bump = climb(block, sign, variable, columns, weights, designs, scratch)
             better = value > best
             best, missed = where(better, value, best), where(better, bump, missed)
         write(peaks.value, side, best)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine_dyn.speed.batch.block import make_scratch
+from engine_dyn.speed.batch.block import make_scratch, tables_of
 from engine_dyn.speed.batch.driver import solve_blocks
-from engine_dyn.speed.batch.weights import weights_of
+from engine_dyn.speed.batch.weights import Weights, weights_of
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.task import Task
-from engine_dyn.speed.vectors import LANES
+from engine_dyn.speed.vectors import LANES, rows_of
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.types import Booleans
 
@@ -25,10 +25,21 @@ def solve_in_blocks(
     `left` has as many entries as there are designs; the arrays of `designs` are filled up to whole
     blocks.
     """
-    nodes = columns.fine.shape[1]
-    coarse = columns.coarse.shape[1]
+    nodes, coarse = columns.fine.shape[1], columns.coarse.shape[1]
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
+    curves = task.angles.node.size > 0
     solve_blocks(
-        left.size, task, columns, weights, designs, results, left,
-        make_scratch(coarse, nodes, len(columns.degrees), columns.width), np.empty((LANES, nodes)), np.empty((LANES, nodes)),
+        left.size, task, tables_of(columns), Weights(*(rows_of(array) for array in weights)),
+        in_blocks(designs), results, left, make_scratch(columns),
+        np.empty((2, LANES, nodes if curves else 0)),
     )  # fmt: skip
+
+
+def in_blocks(designs: Designs) -> Designs:
+    """Designs as kernels take them: numbers in rows (block, lane)."""
+    found = [rows_of(array) for array in designs]
+    return Designs(*found)._replace(
+        factor=rows_of(designs.factor, designs.factor.shape[1]),
+        part=rows_of(designs.part, designs.target.size),
+        share=rows_of(designs.share, designs.target.size),
+    )

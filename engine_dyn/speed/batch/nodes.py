@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Form, law_of, load_terms
-from engine_dyn.speed.batch.block import HALO, Scratch
+from engine_dyn.speed.batch.block import HALO, Scratch, Tables
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, read, write
-from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE, Columns
+from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE
 from engine_dyn.speed.work.interpolation import STENCIL
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
@@ -45,7 +45,7 @@ class Seen(NamedTuple):
 # One function, though longer than usual: arrays that are handed on are counted at every call, which
 # would cost more than what is computed here.
 @inlined
-def look_at_nodes(first: int, columns: Columns, designs: Designs, scratch: Scratch) -> None:
+def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratch) -> None:
     """Work and load of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
 
     Work tables are kept while designs have them in common.
@@ -58,22 +58,24 @@ def look_at_nodes(first: int, columns: Columns, designs: Designs, scratch: Scrat
     part, share, terms = designs.part, designs.share, mixed.columns
     stride = weights.rows
     for k in range(LANES):
-        which, node = first + k, nodes[k]
-        if known[node] != number[which]:
-            known[node] = number[which]
+        which, node = block * LANES + k, nodes[0, k]
+        if known[0, node] != number[block, k]:
+            known[0, node] = number[block, k]
             for kind in range(KINDS):
                 for t in range(terms):
                     mixed[kind, t] = 0.0
-            for piece in range(part.shape[0]):
-                here, of_part = part[piece, which], share[piece, which]
+            for piece in range(part.rows):
+                here = KINDS * (part[piece, which] * known.columns + node)
+                of_part = share[piece, which]
                 for kind in range(KINDS):
                     for t in range(terms):
-                        mixed[kind, t] += of_part * fine[here, node, kind, t]
+                        mixed[kind, t] += of_part * fine[here + kind, t]
+            here = KINDS * (SQUARE * known.columns + node)
             for kind in range(KINDS):
                 gas = square = 0.0
                 for t in range(terms):
                     gas += factor[which, t] * mixed[kind, t]
-                    square += factor[which, t] * fine[SQUARE, node, kind, t]
+                    square += factor[which, t] * fine[here + kind, t]
                 values[node, kind], values[node, KINDS + kind] = gas, square
         for kind in range(2 * KINDS):
             seen[kind, k] = values[node, kind]
@@ -89,7 +91,7 @@ def look_at_nodes(first: int, columns: Columns, designs: Designs, scratch: Scrat
 
 @inlined
 def seen_by(
-    first: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
+    block: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
 ) -> Seen:
     """U and its slope at the nodes that were looked at, docs/method.md (48) and (86).
 
@@ -97,7 +99,7 @@ def seen_by(
     beta (u tau + r).
     """
     seen = scratch.peaks.seen
-    gas, eta, beta = read(designs.gas, first), read(designs.eta, first), read(weights.beta, first)
+    gas, eta, beta = read(designs.gas, block), read(designs.eta, block), read(weights.beta, block)
     moving, turning = eta * read(seen, KINDS + VALUE), eta * read(seen, KINDS + SLOPE)
     rough = gas * read(seen, BETWEEN) - eta * read(seen, KINDS + BETWEEN)
     energy = gas * read(seen, VALUE) - moving
@@ -114,25 +116,26 @@ def seen_by(
 
 @inlined
 def fill_curves(
-    first: int, variable: bool, form: Form, columns: Columns, weights: Weights, designs: Designs,
-    scratch: Scratch, q: Floats, rate: Floats,
+    block: int, variable: bool, form: Form, columns: Tables, weights: Weights, designs: Designs,
+    scratch: Scratch, curves: Floats,
 ) -> None:  # fmt: skip
-    """Q of the designs of a block at all fine nodes, (lane, node), and its slope (48)."""
+    """Q of the designs of a block at all fine nodes, and its slope (48): (2, lane, node)."""
     nodes, seen, lanes = scratch.peaks.node, scratch.peaks.seen, scratch.lanes
-    for node in range(q.shape[1]):
+    for node in range(curves.shape[2]):
         for k in range(LANES):
-            nodes[k] = node
-        look_at_nodes(first, columns, designs, scratch)
-        write(scratch.peaks.value, 0, seen_by(first, variable, weights, designs, scratch).u)
+            nodes[0, k] = node
+        look_at_nodes(block, columns, designs, scratch)
+        write(scratch.peaks.value, 0, seen_by(block, variable, weights, designs, scratch).u)
         for k in range(LANES):
-            i, u = first + k, scratch.peaks.value[0, k]
+            u = scratch.peaks.value[0, k]
             law, _ = law_of(
-                designs.speed[i], designs.first[i], designs.second[i], designs.gear[i], form
-            )
+                designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+                designs.gear[block, k], form,
+            )  # fmt: skip
             force, _ = load_terms(1.0 + u, law)
-            turning = designs.eta[i] * seen[KINDS + SLOPE, k]
-            slope = designs.gas[i] * seen[SLOPE, k] - turning
-            slope -= designs.kappa[i] * (force / lanes.mu[0, k] - 1.0)
+            turning = designs.eta[block, k] * seen[KINDS + SLOPE, k]
+            slope = designs.gas[block, k] * seen[SLOPE, k] - turning
+            slope -= designs.kappa[block, k] * (force / lanes.mu[0, k] - 1.0)
             if variable:
-                slope = (slope - u * turning) / (1.0 + designs.eta[i] * seen[KINDS + VALUE, k])
-            q[k, node], rate[k, node] = 1.0 + u, slope
+                slope = (slope - u * turning) / (1.0 + designs.eta[block, k] * seen[KINDS + VALUE, k])
+            curves[0, k, node], curves[1, k, node] = 1.0 + u, slope

@@ -51,7 +51,6 @@ from engine_dyn.speed.vectors import (
     where,
     write,
 )
-from engine_dyn.types import Floats
 
 __all__ = ["solve_curves"]
 
@@ -163,7 +162,7 @@ def add_missed(
 
 @inlined
 def begin_rest(
-    first: int, linear: bool, closure: int, form: Form, designs: Designs, scratch: Scratch
+    block: int, linear: bool, closure: int, form: Form, designs: Designs, scratch: Scratch
 ) -> int:
     """Polynomials of the laws of a block; returns how many terms the longest has.
 
@@ -172,8 +171,7 @@ def begin_rest(
     """
     lanes, longest = scratch.lanes, 0
     for k in range(LANES):
-        i = first + k
-        proportional = form.kind == POWER and designs.first[i] == 2.0
+        proportional = form.kind == POWER and designs.first[block, k] == 2.0
         if lanes.state[0, k] == SOLVING and linear and proportional:
             lanes.state[0, k] = SETTLED
         flat = lanes.slope[0, k] == 0.0
@@ -183,8 +181,9 @@ def begin_rest(
         if lanes.state[0, k] != SOLVING:
             continue
         law, _ = law_of(
-            designs.speed[i], designs.first[i], designs.second[i], designs.gear[i], form
-        )
+            designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+            designs.gear[block, k], form,
+        )  # fmt: skip
         terms, lanes.centre[0, k], lanes.half[0, k] = fit_law(
             law, flat, closure, lanes.low[0, k], lanes.high[0, k], k, scratch.law, scratch.values
         )
@@ -229,7 +228,7 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
 
 @inlined
 def solve_curves(
-    first: int, variable: bool, closure: int, tolerance: float, form: Form, weights: Weights,
+    block: int, variable: bool, closure: int, tolerance: float, form: Form, weights: Weights,
     designs: Designs, scratch: Scratch,
 ) -> None:  # fmt: skip
     """Solve a block, whose X is in `scratch`.
@@ -238,9 +237,9 @@ def solve_curves(
     over the range of u.
     """
     lanes, curves, law = scratch.lanes, scratch.curves, scratch.law
-    decay, end = read(weights.decay, first), read(weights.end, first)
-    of_mass, of_tilt = read(weights.of_mass, first), read(weights.of_tilt, first)
-    write(lanes.slope, 0, read(weights.slope, first))
+    decay, end = read(weights.decay, block), read(weights.end, block)
+    of_mass, of_tilt = read(weights.of_mass, block), read(weights.of_tilt, block)
+    write(lanes.slope, 0, read(weights.slope, block))
     write(lanes.passes, 0, 1.0)
     for j in range(curves.rest.rows):
         write(curves.rest, j, 0.0)
@@ -262,7 +261,7 @@ def solve_curves(
         write(lanes.low, 0, low)
         if number == 0:
             linear = not (variable or timed)
-            terms = begin_rest(first, linear, closure, form, designs, scratch)
+            terms = begin_rest(block, linear, closure, form, designs, scratch)
             going, last = read(lanes.state, 0) > 0.0, high - low
             if terms == 0:
                 for i in range(curves.steep.rows):

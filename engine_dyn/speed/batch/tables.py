@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, repeat_ends
+from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, Tables, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, least, read, where, write
-from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.parts import SQUARE
-from engine_dyn.types import Floats
 
 __all__ = ["fill_tables", "fill_work"]
 
@@ -18,25 +16,26 @@ LIGHTEST = 0.4
 
 
 @inlined
-def add_columns(column: Floats, table: Table, curve: Rows, missed: Rows) -> None:
-    """Add the columns of a part (node, 2, term), times `table.share` and the factors."""
+def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows) -> None:
+    """Add the columns of a part, times `table.share` and the factors."""
     shared, share = table.shared, read(table.share, 0)
     for t in range(shared.rows):
         write(shared, t, share * read(table.factor, t))
     for i in range(curve.rows):
+        place = 2 * (part * curve.rows + i)
         value, rough = read(curve, i), read(missed, i)
         for t in range(shared.rows):
             factor = read(shared, t)
-            value = value + factor * column[i, 0, t]
-            rough = rough + factor * column[i, 1, t]
+            value = value + factor * coarse[place, t]
+            rough = rough + factor * coarse[place + 1, t]
         write(curve, i, value)
         write(missed, i, rough)
 
 
 @inlined
-def fill_tables(first: int, columns: Columns, designs: Designs, table: Table) -> None:
-    """Work tables of the block of designs from `first` on."""
-    coarse, part, share = columns.coarse, designs.part, designs.share
+def fill_tables(block: int, columns: Tables, designs: Designs, table: Table) -> None:
+    """Work tables of the designs of a block."""
+    coarse, part, share, first = columns.coarse, designs.part, designs.share, block * LANES
     for t in range(table.factor.rows):
         for lane in range(LANES):
             table.factor[t, lane] = designs.factor[first + lane, t]
@@ -46,8 +45,8 @@ def fill_tables(first: int, columns: Columns, designs: Designs, table: Table) ->
         write(table.square, i, 0.0)
         write(table.square_missed, i, 0.0)
     write(table.share, 0, 1.0)
-    add_columns(coarse[SQUARE], table, table.square, table.square_missed)
-    for piece in range(part.shape[0]):
+    add_columns(SQUARE, coarse, table, table.square, table.square_missed)
+    for piece in range(part.rows):
         # Designs that have a part in common follow each other; others get 0 of it.
         begin = 0
         while begin < LANES:
@@ -58,20 +57,20 @@ def fill_tables(first: int, columns: Columns, designs: Designs, table: Table) ->
                 some = some or share[piece, first + end] != 0.0
                 end += 1
             if some:
-                add_columns(coarse[which], table, table.gas, table.gas_missed)
+                add_columns(which, coarse, table, table.gas, table.gas_missed)
             begin = end
 
 
 @inlined
 def fill_work(
-    first: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
+    block: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
 ) -> None:
     """X of a block, docs/method.md (55), what six nodes miss of it, and 1/tau.
 
     Designs whose variable inertia falls too low somewhere are left to the general solver.
     """
-    table, curves, state = scratch.table, scratch.curves, read(weights.state, first)
-    gas, eta = read(designs.gas, first), read(designs.eta, first)
+    table, curves, state = scratch.table, scratch.curves, read(weights.state, block)
+    gas, eta = read(designs.gas, block), read(designs.eta, block)
     lightest = 1.0 + 0.0 * eta
     for i in range(table.gas.rows):
         v = eta * read(table.square, i)
