@@ -330,15 +330,15 @@ def _add_gas(
     `halves` gets the part of the first half of each interval.
     """
     inside, at_node = _angles(member, source.nodes, source.family.period)
-    one = np.ones(1)
+    half = inside.size // 2
+    early, late = (np.ascontiguousarray(part) for part in np.split(curve.inside, [half], axis=1))
+    weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
 
     def add(pressure: Floats, here: slice) -> None:
-        within = np.ascontiguousarray(pressure[:, : inside.size])
-        first = np.ascontiguousarray(within[:, : inside.size // 2])
-        add_products(within, curve.inside, WEIGHTS, work[here])
-        add_products(first, curve.inside, WEIGHTS[: WEIGHTS.size // 2], halves[here])
-        at = np.ascontiguousarray(pressure[:, inside.size :])
-        add_products(at, curve.at_node, one, rates[here])
+        for each in (halves[here], work[here]):
+            add_products(pressure, 0, early, weights, each)
+        add_products(pressure, half, late, weights, work[here])
+        add_products(pressure, inside.size, curve.at_node, one, rates[here])
 
     add(np.ones((1, inside.size + at_node.size)), slice(UNIT, UNIT + 1))
     for begin in range(0, rows.size, ROWS_AT_ONCE):

@@ -19,27 +19,30 @@ WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0
 
 
 @kernel
-def add_products(pressure: Floats, velocity: Floats, weights: Floats, total: Floats) -> None:
+def add_products(
+    pressure: Floats, begin: int, velocity: Floats, weights: Floats, total: Floats
+) -> None:
     """Add weight times pressure times velocity at the points of every interval, folded.
 
     Parameters
     ----------
-    pressure : ndarray, shape (rows, points * steps)
-        The first point of all intervals of the cycle, then the second one, and so on.
+    pressure : ndarray, shape (rows, at least begin + points * steps)
+        From `begin` on: the first point of all intervals of the cycle, then the second one, and so
+        on.
     velocity : ndarray, shape (terms, points * steps)
     weights : ndarray, shape (points,)
     total : ndarray, shape (rows, terms, nodes)
         What is added to; the cycle is folded at the period of `nodes` intervals.
     """
     rows, terms, nodes = total.shape
-    steps = pressure.shape[1] // weights.size
+    steps = velocity.shape[1] // weights.size
     for row in range(rows):
         for term in range(terms):
             sums = total[row, term]
             for point in range(weights.size):
                 weight = weights[point]
                 for first in range(point * steps, (point + 1) * steps, nodes):
-                    here = pressure[row, first : first + nodes]
+                    here = pressure[row, begin + first : begin + first + nodes]
                     speed = velocity[term, first : first + nodes]
                     for i in range(nodes):
                         sums[i] += weight * here[i] * speed[i]
