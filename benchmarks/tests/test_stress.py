@@ -362,9 +362,7 @@ def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float) -> None:
     np.testing.assert_allclose(found[1][both], found[0][both], rtol=1e-8 + exponent)
 
 
-@pytest.mark.parametrize(
-    "group", [2, pytest.param(4, marks=open_defect("outcome with a table of a driver"))]
-)
+@pytest.mark.parametrize("group", [2, 4])
 def test_driven_machines(group: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A motor, and a driver table: deviations shrink by up to e^-9000 in a cycle."""
     monkeypatch.setattr(driven, "GROUP", 4)

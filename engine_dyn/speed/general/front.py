@@ -11,7 +11,13 @@ from engine_dyn.speed.general.driver import follow_designs, solve_designs
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.status import NO_STEADY_STATE, NOT_CONVERGED, STALLED, TOLERANCE_NOT_MET
+from engine_dyn.status import (
+    INVALID_INPUT,
+    NO_STEADY_STATE,
+    NOT_CONVERGED,
+    STALLED,
+    TOLERANCE_NOT_MET,
+)
 from engine_dyn.types import Integers
 
 __all__ = ["solve_one_by_one"]
@@ -37,8 +43,10 @@ def solve_one_by_one(
 def followed(task: Task, last: bool) -> tuple[int, ...]:
     """Outcomes of Newton's method after which cycles are followed.
 
-    With a power of the speed its stalls are certain. The last number of nodes is where a missed
-    tolerance counts: the load may be so strong that no number of nodes resolves it.
+    With a power of the speed its stalls are certain. With other laws it may find a false solution,
+    such as one beyond the ends of a table. The last number of nodes is where a missed tolerance
+    counts: the load may be so strong that no number of nodes resolves it.
     """
-    of_law = () if task.form.kind == POWER else (NOT_CONVERGED, STALLED, NO_STEADY_STATE)
+    doubtful = (NOT_CONVERGED, STALLED, NO_STEADY_STATE, INVALID_INPUT)
+    of_law = () if task.form.kind == POWER else doubtful
     return (*of_law, NOT_CONVERGED, TOLERANCE_NOT_MET) if last else of_law
