@@ -15,7 +15,7 @@ from engine_dyn.speed.general.curve import (
     pulls_back,
 )
 from engine_dyn.speed.general.newton import fill_force, newton
-from engine_dyn.speed.general.speeds import fill_rate, speeds_of, take_slope
+from engine_dyn.speed.general.speeds import STRONG_LOAD, fill_rate, speeds_of, take_slope
 from engine_dyn.speed.general.stable_cycle import stable_cycle
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.results import Results
@@ -165,19 +165,15 @@ def follow_designs(
         design, code = begin_design(which, task, designs, curve)
         if code != CONVERGED or design.kappa == 0.0 or design.flat or not pulls_back(design):
             continue
+        missed_tolerance = results.status[designs.target[which]] == TOLERANCE_NOT_MET
+        # Cycles improve on Newton's steps along a strong load only. With a weak one deviations
+        # shrink so slowly that rounding blurs the speed, which Newton's method has of the closure.
+        if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
+            continue
         code, cycles, mu, missed = stable_cycle(task.closure, width, design, curve)
-        if results.status[designs.target[which]] == TOLERANCE_NOT_MET and code != CONVERGED:
+        if missed_tolerance and code != CONVERGED:
             continue
         _write(
-            which,
-            code,
-            mu,
-            max(missed, 1e-15),
-            cycles,
-            width,
-            task,
-            design,
-            designs,
-            curve,
+            which, code, mu, max(missed, 1e-15), cycles, width, task, design, designs, curve,
             results,
-        )
+        )  # fmt: skip

@@ -15,7 +15,7 @@ from engine_dyn.speed.results import CANCELLED, ROUNDING
 from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
 from engine_dyn.types import Floats
 
-__all__ = ["fill_rate", "speeds_of", "take_slope"]
+__all__ = ["STRONG_LOAD", "fill_rate", "speeds_of", "take_slope"]
 
 STRONG_LOAD = 1e-3
 """Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
