@@ -26,14 +26,6 @@ SEED = 5
 SIZE = 3000
 
 
-def open_defect(what: str) -> pytest.MarkDecorator:
-    """Mark a case that the batch solver of docs/method.md, chapter 10, does not pass yet.
-
-    Not strict: which single design of thousands is concerned depends on the processor.
-    """
-    return pytest.mark.xfail(reason=f"open defect of the batch solver: {what}", strict=False)
-
-
 @pytest.mark.parametrize("number", [1, 10, 3, 11, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
@@ -45,7 +37,6 @@ def test_absurd_designs_break_no_rule(number: int) -> None:
     assert not report["unlike"]  # bit for bit
 
 
-@open_defect("one of 60 absurd designs")
 def test_sample_agrees_with_the_independent_solver() -> None:
     total = sample.Agreement()
     for number in (1, 2, 5):

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.loads.laws import LawFacts
+from engine_dyn.speed.results import CANCELLED, ROUNDING
 from engine_dyn.speed.work.boxes import Box
 from engine_dyn.speed.work.columns import ATMOSPHERE
 from engine_dyn.speed.work.parts import FIRST_GAS, FRICTION_PARTS, UNIT, Parts, RubbedDiagram
@@ -39,6 +40,8 @@ class Designs(NamedTuple):
     ----------
     gas, eta, kappa : ndarray, shape (designs,)
         g [1/Pa], eta [1] and kappa [1/rad].
+    unsure : ndarray, shape (designs,)
+        Error of the speed over the nominal one by rounding and by the columns.
     speed, first, second, gear : ndarray, shape (designs,)
         Nominal speed [rad/s], and the numbers of the law over speed, see `laws.law_of`.
     factor : ndarray, shape (designs, term)
@@ -54,6 +57,7 @@ class Designs(NamedTuple):
     gas: Floats
     eta: Floats
     kappa: Floats
+    unsure: Floats
     speed: Floats
     first: Floats
     second: Floats
@@ -218,10 +222,10 @@ def _factors(degrees: Integers, place: Sequence[Floats]) -> Floats:
     return found
 
 
-def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
+def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts) -> Designs:
     """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
-    Results go to their places among all designs.
+    Results go to their places among all designs. `missed` is what the columns miss of V.
     """
     speed, inertia = chosen.take("speed"), chosen.take("inertia")
     radius = 0.5 * chosen.take("double_radius")
@@ -230,6 +234,7 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
     part, share = _pieces(chosen, needs, lever)
     numbers = [chosen.take(name) for name in law.numbers] + [np.zeros(1)] * 2
     surplus = chosen.take("mean_torque") - chosen.take("offset")
+    eta = chosen.take("mass") * radius * radius / inertia
 
     def whole(value: Any) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(value, chosen.places.shape), dtype=np.float64)
@@ -240,8 +245,9 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, law: LawFacts) -> Designs:
     changes = (same[:, 1:] != same[:, :-1]).any(axis=0)
     return Designs(
         gas=whole(lever / energy),
-        eta=whole(chosen.take("mass") * radius * radius / inertia),
+        eta=whole(eta),
         kappa=whole(surplus / energy),
+        unsure=whole(ROUNDING * (1.0 + CANCELLED * eta) + missed * eta),
         speed=whole(speed),
         first=whole(numbers[0]),
         second=whole(numbers[1]),

@@ -233,7 +233,7 @@ def _solve_and_repeat(
             break
         finer *= FINER
         all_missed = np.union1d(all_missed, missed)
-        _solve_once(sweep, missed, finer, True, None)
+        _solve_once(sweep, missed, finer, True, None, alone=True)
     return all_missed
 
 
@@ -264,12 +264,14 @@ def _estimate_errors(
 
 
 def _solve_once(
-    sweep: Sweep, places: Integers | None, finer: int, general: bool, progress: Progress | None
-) -> None:
+    sweep: Sweep, places: Integers | None, finer: int, general: bool, progress: Progress | None,
+    alone: bool = False,
+) -> None:  # fmt: skip
     """Solve the designs at some flat places, or all, on threads."""
     run_on_threads(
-        sweep.grouping.works(places, finer), lambda work: _solve_work(sweep, work, finer, general),
-        lambda work: work.size, sweep.threads, progress,
+        sweep.grouping.works(places, finer, alone),
+        lambda work: _solve_work(sweep, work, finer, general), lambda work: work.size,
+        sweep.threads, progress,
     )  # fmt: skip
 
 

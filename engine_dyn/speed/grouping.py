@@ -71,7 +71,9 @@ class Work:
 
         needs = self.needs._replace(rubbed=filled(self.needs.rubbed), load=filled(self.needs.load))
         whole = Chosen(self.chosen.inputs, filled(self.chosen.places))
-        return reduced(whole, needs, self.source.box, LAWS[self.driven.form.kind])
+        return reduced(
+            whole, needs, self.source.box, float(self.columns.missed), LAWS[self.driven.form.kind]
+        )
 
 
 @dataclass(frozen=True)
@@ -106,19 +108,20 @@ class Grouping:
         """Whether the torque over speed may be steep: it is a table, or that of a motor."""
         return self.driven.motor or self.driven.over_speed is not None
 
-    def works(self, places: Integers | None, finer: int) -> Iterator[Work]:
+    def works(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Work]:
         """Designs at some flat places, or all, in groups and pieces, with their columns.
 
-        `finer` is a factor on the number of nodes.
+        `finer` is a factor on the number of nodes; where `alone`, each crank ratio and offset gets
+        columns of its own, which miss nothing.
         """
         size = self.inputs.size if places is None else places.size
         for begin in range(0, size, SLAB):
             end = min(begin + SLAB, size)
             slab = np.arange(begin, end) if places is None else places[begin:end]
-            for chosen, source in self._groups(self.inputs.at(slab), finer):
+            for chosen, source in self._groups(self.inputs.at(slab), finer, alone):
                 yield from self._pieces(chosen, source, finer)
 
-    def _groups(self, chosen: Chosen, finer: int) -> Iterator[tuple[Chosen, Source]]:
+    def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
         keys = [chosen.take(name) for name in self.keys]
         load = self.driven.over_angle
@@ -130,7 +133,7 @@ class Grouping:
             )
             radius = max(cylinders.radius_factors)
             ratio, offset = same.take("crank_ratio"), same.take("offset_ratio")
-            box = boxes_of(ratio, offset, radius)
+            box = np.full(1, ALONE) if alone else boxes_of(ratio, offset, radius)
             repeats = 0
             if load is not None:
                 gear = same.take("gear_ratio").flat[:1]
@@ -140,10 +143,9 @@ class Grouping:
             )
             source = Source(self.family, cylinders, box_of(0), nodes, load)
             for alike in _split(same, [box]):
-                mine = boxes_of(alike.take("crank_ratio"), alike.take("offset_ratio"), radius).flat[
-                    0
-                ]
-                if mine != ALONE:
+                ratio, offset = alike.take("crank_ratio"), alike.take("offset_ratio")
+                mine = boxes_of(ratio, offset, radius).flat[0]
+                if not alone and mine != ALONE:
                     yield alike, replace(source, box=box_of(int(mine), radius))
                     continue
                 # No box has such cranks: each gets columns of its own.

@@ -17,7 +17,7 @@ from engine_dyn.speed.batch.solution import solve_curves
 from engine_dyn.speed.batch.tables import fill_tables, fill_work
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.results import CANCELLED, ROUNDING, Results
+from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import store, store_curves
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.vectors import LANES
@@ -39,7 +39,7 @@ def finish_block(
     value, missed = scratch.peaks.value, scratch.peaks.missed
     lanes = scratch.lanes
     mean, mu, passes = lanes.mean, lanes.mu, lanes.passes
-    speeds, eta, gears, target = designs.speed, designs.eta, designs.gear, designs.target
+    speeds, unsure, gears, target = designs.speed, designs.unsure, designs.gear, designs.target
     wanted, scalars, status, form = results.wanted, results.scalars, results.status, task.form
     for lane in range(here):
         which = block * LANES + lane
@@ -56,7 +56,7 @@ def finish_block(
             left[which] = True
             continue
         error = 0.5 * (missed[0, lane] / fast + missed[1, lane] / slow)
-        error += ROUNDING * (1.0 + CANCELLED * eta[block, lane]) / slow
+        error += unsure[block, lane] / slow
         error *= max(1.0, span / slow) / span
         place = target[block, lane]
         status[place] = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET

@@ -22,13 +22,13 @@ __all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "pulls
 
 
 class Design(NamedTuple):
-    """Reduced numbers of one design, docs/method.md (22) and (51).
+    """Reduced numbers of one design, docs/method.md (51).
 
-    `slope` is F'(1), `flat` says that the law does not depend on the speed, `nominal` is omega_n
-    [rad/s].
+    `unsure` is that of `Designs`, `slope` is F'(1), `flat` says that the law does not depend on the
+    speed, `nominal` is omega_n [rad/s].
     """
 
-    eta: float
+    unsure: float
     kappa: float
     law: Law
     slope: float
@@ -141,7 +141,7 @@ def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tupl
         designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
         task.form,
     )  # fmt: skip
-    eta, kappa = designs.eta[which], designs.kappa[which]
+    kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
     for j in range(curve.w.size):
         # Of the torque at nominal speed; with variable inertia, that of the masses is in tau.
@@ -160,7 +160,7 @@ def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tupl
     if task.method == CLOSED and not closed:
         code = INVALID_INPUT
     slope, flat = _slope_of(law)
-    return Design(eta, kappa, law, slope, flat, designs.speed[which]), code
+    return Design(designs.unsure[which], kappa, law, slope, flat, designs.speed[which]), code
 
 
 @inlined

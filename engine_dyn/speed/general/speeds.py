@@ -11,7 +11,6 @@ from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.curve import Curve, Design
 from engine_dyn.speed.general.newton import closure_terms
-from engine_dyn.speed.results import CANCELLED, ROUNDING
 from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
 from engine_dyn.types import Floats
 
@@ -159,8 +158,8 @@ def speeds_of(
     span = range_of_q / (high + low)
     error = 0.0
     if span > 0.0:
-        rounding = ROUNDING * (1.0 + CANCELLED * design.eta)
-        error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low) + rounding / low
+        error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
+        error += design.unsure / low
         error /= span
     elif _acts(curve):
         error = 1.0  # the fluctuation is below rounding, so 0 misses all of it

@@ -16,7 +16,7 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["ALONE", "Box", "box_of", "boxes_of", "factor_of"]
+__all__ = ["ALONE", "DEGREE", "Box", "box_of", "boxes_of", "factor_of"]
 
 DEGREE = 8
 """Chebyshev points of ratio and offset; products of polynomials are kept up to below this total

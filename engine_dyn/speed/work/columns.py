@@ -26,7 +26,7 @@ from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
-from engine_dyn.speed.work.boxes import Box
+from engine_dyn.speed.work.boxes import DEGREE, Box
 from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 from engine_dyn.speed.work.parts import (
     FIRST_GAS,
@@ -89,6 +89,8 @@ class Columns(NamedTuple):
         What every other node misses of the work between them, over its range.
     jagged : ndarray, shape (part,)
         By how much the work rises between coarse nodes above what their values tell.
+    missed : ndarray, shape ()
+        What polynomials in crank ratio and offset miss of the squared velocity, about.
     width : float
         Of a fine interval [rad].
     """
@@ -99,6 +101,7 @@ class Columns(NamedTuple):
     degrees: Integers
     rough: Floats
     jagged: Floats
+    missed: Floats
     width: float
 
 
@@ -208,13 +211,27 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         np.empty(nodes // stride + STENCIL),
     )  # fmt: skip
     curve = _in_the_middle(source.box, work)
-    return fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride)
+    return (
+        fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride),
+        _missed(source.box, work[SQUARE]),
+    )  # fmt: skip
 
 
 def _in_the_middle(box: Box, work: Floats) -> Floats:
     """Work in the middle of a box, shape (parts, nodes)."""
     middle = np.cos(0.5 * np.pi * box.degrees).prod(axis=1)
     return np.asarray(np.einsum("t,ptn->pn", middle, work))
+
+
+def _missed(box: Box, columns: Floats) -> Floats:
+    """What the polynomials of a box miss: the ratio of the last degrees, continued by one degree.
+
+    Where cylinders nearly balance each other, this is not little beside the curve itself. With an
+    offset it is not counted: docs/limits.md.
+    """
+    total = box.degrees[:, 0] if box.offset[1] == 0.0 else np.zeros(len(columns))
+    before, last = (np.abs(columns[total == n]).sum(axis=0).max() for n in (DEGREE - 2, DEGREE - 1))
+    return np.asarray(last * last / before if before > 0.0 else 0.0)
 
 
 def _roughness(curve: Floats) -> Floats:
