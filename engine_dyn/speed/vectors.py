@@ -46,7 +46,7 @@ LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
 
 
-class VectorType(types.Type):  # type: ignore[misc]  # Numba has no types
+class VectorType(types.Type):  # Numba has no types
     """What kernels see of a vector of numbers, or of truths."""
 
     def __init__(self, name: str, element: Any) -> None:
@@ -60,7 +60,7 @@ VECTOR, TRUTHS = (
 
 
 @register_model(VectorType)
-class _Model(models.PrimitiveModel):  # type: ignore[misc]
+class _Model(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: VectorType) -> None:
         super().__init__(manager, kind, ir.VectorType(kind.element, LANES))
 
@@ -98,14 +98,14 @@ def any_of(truths: Any) -> bool:
     return bool(np.any(truths))
 
 
-def read(array: Rows, row: int) -> Any:
+def read(rows: Any, row: int) -> Any:
     """Vector of a row of `Rows` (row, lane)."""
-    return array[row].copy()
+    return rows[row].copy()
 
 
-def write(array: Rows, row: int, value: Any) -> None:
+def write(rows: Rows, row: int, value: Any) -> None:
     """Put a vector, or one number for all lanes, into a row of `Rows` (row, lane)."""
-    array[row] = value
+    rows[row] = value
 
 
 # --- what the compiler makes of them --------------------------------------------------------------
@@ -225,7 +225,7 @@ def new_rows(rows: int, columns: int = LANES) -> Rows:
     return np.zeros((rows, columns)).view(Rows)
 
 
-class RowsType(types.Type):  # type: ignore[misc]
+class RowsType(types.Type):
     """What kernels see of `Rows`."""
 
     def __init__(self, item: Any) -> None:
@@ -239,7 +239,7 @@ typeof_impl.register(Rows)(
 
 
 @register_model(RowsType)
-class _RowsModel(models.StructModel):  # type: ignore[misc]
+class _RowsModel(models.StructModel):
     def __init__(self, manager: Any, kind: RowsType) -> None:
         data = types.CPointer(kind.item)
         super().__init__(
@@ -268,17 +268,15 @@ def _unbox(kind: Any, rows: Any, c: Any) -> Any:
 
 def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Address of a number (row, column) of rows, or of a row."""
-    index = values[1]
-    if isinstance(signature.args[1], types.BaseTuple):
-        index, column = (
-            context.cast(builder, one, kind, types.intp)
-            for one, kind in zip(cgutils.unpack_tuple(builder, index), signature.args[1], strict=True)
-        )
-    else:
-        index = context.cast(builder, index, signature.args[1], types.intp)
-        column = ir.Constant(index.type, 0)
+    several, given = isinstance(signature.args[1], types.BaseTuple), signature.args[1]
+    indices = cgutils.unpack_tuple(builder, values[1]) if several else [values[1]]
+    row, *column = (
+        context.cast(builder, index, kind, types.intp)
+        for index, kind in zip(indices, given if several else [given], strict=True)
+    )
     rows = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
-    return builder.gep(rows.data, [builder.add(builder.mul(index, rows.columns), column)])
+    place = builder.mul(row, rows.columns)
+    return builder.gep(rows.data, [builder.add(place, column[0]) if column else place])
 
 
 def _vector_at(context: Any, builder: Any, signature: Any, values: Any) -> Any:

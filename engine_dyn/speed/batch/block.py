@@ -80,9 +80,9 @@ class Table(NamedTuple):
     share, shared : Rows (1, lane), (term, lane)
         Scratch: shares of a part, and these times the factors.
     fine : Rows (fine node, 2 * 4)
-        What `Columns.fine` has, of P and then of V of one design, at the fine nodes that were asked for.
+        What `Columns.fine` has, of P and then of V of one design, where it was asked for.
     known : Rows (1, fine node) of int
-        Number of the table that it is of, -1 where it was not asked for.
+        Number of the table that it is of, -1 for none.
     mixed : Rows (4, term)
         Scratch: columns of P.
     weights : Rows (stride, STENCIL)
@@ -215,20 +215,20 @@ def make_scratch(columns: Columns) -> Scratch:
     """Memory of a block."""
     _, fine, kinds, terms = columns.fine.shape
     coarse = columns.coarse.shape[1]
+    gas, square, gas_missed, square_missed = (new_rows(coarse) for _ in range(4))
     table = Table(
-        *(new_rows(coarse) for _ in range(4)),
-        new_rows(terms), new_rows(1), new_rows(terms), new_rows(fine, 2 * kinds),
-        rows_of(np.full(fine, -1), fine), new_rows(kinds, terms),
+        gas, square, gas_missed, square_missed, new_rows(terms), new_rows(1), new_rows(terms),
+        new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine), new_rows(kinds, terms),
         rows_of(weights_between(fine // coarse), STENCIL),
     )  # fmt: skip
     curves = Curves(
         *(new_rows(coarse) for _ in range(3)), *(new_rows(coarse + 2 * HALO) for _ in range(4))
     )
-    whole = [rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2)]
+    node, cursor = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2))
     peaks = Peaks(
-        new_rows(2), new_rows(2), new_rows(1), *whole, new_rows(1), new_rows(WINDOW),
+        new_rows(2), new_rows(2), new_rows(1), node, cursor, new_rows(1), new_rows(WINDOW),
         new_rows(2 * kinds + 3),
-    )
+    )  # fmt: skip
     return Scratch(
         curves, Lanes(*(new_rows(1) for _ in Lanes._fields)), new_rows(MOST_TERMS), table, peaks,
         np.zeros(MOST_TERMS), columns.width,

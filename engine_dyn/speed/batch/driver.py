@@ -94,9 +94,7 @@ def solve_blocks(
         here = min(LANES, count - block * LANES)
         finish_block(block, here, task, designs, results, left, scratch)
         if task.angles.node.size > 0:
-            fill_curves(
-                block, task.variable, task.form, columns, weights, designs, scratch, fine
-            )
+            fill_curves(block, task.variable, task.form, columns, weights, designs, scratch, fine)
             for lane in range(here):
                 if not left[block * LANES + lane]:
                     store_curves(

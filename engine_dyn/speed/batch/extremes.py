@@ -76,9 +76,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
 
 
 @inlined
-def begin_peaks(
-    side: int, sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks
-) -> None:
+def begin_peaks(side: int, sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks) -> None:
     """Guess the fine nodes nearest to the extremes of lanes that have one candidate only.
 
     Lanes that have several begin their search at the first node.
@@ -117,9 +115,7 @@ def may_hold(
 
 
 @inlined
-def next_starts(
-    number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks
-) -> bool:
+def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks) -> bool:
     """Fine nodes from which to climb next, in `peaks.node`; whether any lane has one.
 
     Of jagged work, every fine node of an interval is one that may hold the largest u.
@@ -231,7 +227,8 @@ def climb(
 @inlined
 def fill_hidden(block: int, columns: Tables, designs: Designs, peaks: Peaks) -> None:
     """How far u may rise between coarse nodes above what their values tell."""
-    part, share, jagged = designs.part, designs.share, columns.jagged
+    part: Any = designs.part
+    share, jagged = designs.share, columns.jagged
     for k in range(LANES):
         total = 0.0
         for piece in range(part.rows):

@@ -7,6 +7,7 @@ polynomials, which are vectors over its designs. docs/method.md (76).
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def closing_function(q: float, closure: int) -> float:
 
 @inlined
 def fit_law(
-    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Rows,
+    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Any,
     values: Floats,
 ) -> tuple[int, float, float]:  # fmt: skip
     """Polynomial for F - 1 over u from `low` to `high`, and somewhat beyond.

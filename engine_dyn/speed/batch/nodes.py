@@ -55,7 +55,8 @@ def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
     load, rest, steep = curves.load, curves.rest, curves.steep
     seen, nodes = scratch.peaks.seen, scratch.peaks.node
     fine, factor, number = columns.fine, designs.factor, designs.table
-    part, share, terms = designs.part, designs.share, mixed.columns
+    part: Any = designs.part
+    share, terms = designs.share, mixed.columns
     stride = weights.rows
     for k in range(LANES):
         which, node = block * LANES + k, nodes[0, k]
@@ -137,5 +138,6 @@ def fill_curves(
             slope = designs.gas[block, k] * seen[SLOPE, k] - turning
             slope -= designs.kappa[block, k] * (force / lanes.mu[0, k] - 1.0)
             if variable:
-                slope = (slope - u * turning) / (1.0 + designs.eta[block, k] * seen[KINDS + VALUE, k])
+                moving = designs.eta[block, k] * seen[KINDS + VALUE, k]
+                slope = (slope - u * turning) / (1.0 + moving)
             curves[0, k, node], curves[1, k, node] = 1.0 + u, slope

@@ -15,8 +15,8 @@ a polynomial through r: docs/method.md (70) to (74). Passes are repeated with th
 results. The equation contains the closure <F> = mu, because y is periodic, so an idle engine is one
 with a tiny beta.
 
-Along the period all is a recurrence; the designs of a block go through it side by side, as the lanes
-of vectors.
+Along the period all is a recurrence; the designs of a block go through it side by side, as lanes of
+vectors.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, Tables, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
@@ -35,7 +37,8 @@ def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows
 @inlined
 def fill_tables(block: int, columns: Tables, designs: Designs, table: Table) -> None:
     """Work tables of the designs of a block."""
-    coarse, part, share, first = columns.coarse, designs.part, designs.share, block * LANES
+    coarse, share, first = columns.coarse, designs.share, block * LANES
+    part: Any = designs.part
     for t in range(table.factor.rows):
         for lane in range(LANES):
             table.factor[t, lane] = designs.factor[first + lane, t]

@@ -64,8 +64,8 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))
     return Weights(
-        np.ascontiguousarray(slope), x / width, np.where(solvable, SOLVING, LEFT), np.exp(-x), -np.expm1(-x), of_tilt,
-        -np.expm1(-x * nodes),
+        np.ascontiguousarray(slope), x / width, np.where(solvable, SOLVING, LEFT), np.exp(-x),
+        -np.expm1(-x), of_tilt, -np.expm1(-x * nodes),
     )  # fmt: skip
 
 

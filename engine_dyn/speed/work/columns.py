@@ -171,9 +171,8 @@ def columns_of(source: Source, parts: Parts) -> Columns:
         "columns", source.members, source.box, source.nodes, load, parts.rows.tobytes(),
         parts.rubbed, parts.loads,
     )  # fmt: skip
-    return Columns(
-        *remembered(source.family, key, lambda: _make(source, parts)), width=source.width
-    )
+    made = remembered(source.family, key, lambda: _make(source, parts))
+    return Columns._make((*made, source.width))
 
 
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
@@ -210,9 +209,9 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work, halves, rates, source.width, fine, weights_between(stride), coarse,
         np.empty(nodes // stride + STENCIL),
     )  # fmt: skip
-    curve = _in_the_middle(source.box, work)
+    middle = _in_the_middle(source.box, work)
     return (
-        fine, coarse, mean, source.box.degrees, _roughness(curve), _jaggedness(curve, stride),
+        fine, coarse, mean, source.box.degrees, _roughness(middle), _jaggedness(middle, stride),
         _missed(source.box, work[SQUARE]),
     )  # fmt: skip
 
