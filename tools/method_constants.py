@@ -27,7 +27,8 @@ WHERE = {
     "roughness": "engine_dyn.speed.work.columns",
     "extrema": "engine_dyn.speed.work.summit",
     "block": "engine_dyn.speed.batch.block",
-    "tables": "engine_dyn.speed.batch.tables",
+    "interpolation": "engine_dyn.speed.work.interpolation",
+    "vectors": "engine_dyn.speed.vectors",
     "weights": "engine_dyn.speed.batch.weights",
     "solution": "engine_dyn.speed.batch.solution",
     "speeds": "engine_dyn.speed.general.speeds",
@@ -174,30 +175,31 @@ def recurrence() -> list[Row]:
 
 
 def stencils() -> list[Row]:
-    """Mean and first moment of an interval by nodes around it, as both kernels take them."""
+    """Mean and first moment of an interval by nodes around it, as the kernels take them."""
     mean, moment = stencil(range(-2, 4), mean_of), stencil(range(-1, 3), moment_of)
-    nodes, rows = 12, []
-    scratch = of_code("block", "make_scratch")(nodes, 10 * nodes, 0.01)
-    halo, lanes, curves = of_code("block", "HALO"), scratch.lanes, scratch.curves
+    pairs = of_code("interpolation", "MEAN_BY_PAIRS")
+    nodes, rows, new_rows = 12, [], of_code("vectors", "new_rows")
+    halo = of_code("block", "HALO")
+    long = nodes + 2 * halo
+    curves = of_code("block", "Curves")(
+        *(new_rows(nodes) for _ in range(3)), *(new_rows(long) for _ in range(4))
+    )
     for place in range(-2, 4):
-        curve = np.zeros((4, nodes))
-        curve[0, place] = 1.0  # seen from the interval behind node 0
-        of_code("tables", "add_moments")(curve)
-        curves.rest[:] = 0.0
-        curves.rest[halo + place] = 1.0
-        by_pass = []
+        curves.work[:] = 0.0
+        curves.work[halo + place] = 1.0  # seen from the interval behind node 0
+        found = []
         for of_mass, of_tilt in ((1.0, 0.0), (0.0, 1.0)):
-            lanes.decay[:], lanes.of_mass[:], lanes.of_tilt[:] = 0.0, of_mass, of_tilt
-            of_code("solution", "run_load")(True, lanes, curves)
-            by_pass.append(curves.load[halo + 1, 0])
+            weights = np.broadcast_to([[0.0], [of_mass], [of_tilt]], (3, curves.work.columns))
+            of_code("solution", "run_load")(*weights, curves)
+            found.append(curves.load[halo + 1, 0])
         of_mean = float(mean[place + 2])
         of_moment = float(moment[place + 1]) if -1 <= place <= 2 else 0.0
         rows += [
-            ("(72)", f"mean, node {place}, of the work", of_mean, -curve[3, 0], 1e-15),
-            ("(72)", f"mean, node {place}, of the remainder", of_mean, by_pass[0], 1e-15),
-            ("(72)", f"moment, node {place}, of the work", of_moment, curve[2, 0], 1e-15),
-            ("(72)", f"moment, node {place}, of the remainder", of_moment, by_pass[1], 1e-15),
-        ]
+            ("(72)", f"mean, node {place}, of the columns", of_mean, pairs[max(-place, place - 1)],
+             1e-15),
+            ("(72)", f"mean, node {place}, of the block", of_mean, found[0], 1e-15),
+            ("(72)", f"moment, node {place}, of the block", of_moment, found[1], 1e-15),
+        ]  # fmt: skip
     return rows
 
 
