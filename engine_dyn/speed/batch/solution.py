@@ -57,6 +57,9 @@ __all__ = ["solve_curves"]
 MOST_PASSES = 40
 """Designs that need more are left to the general solver."""
 
+SHRINKS = 0.1
+"""Least factor from change to change that is believed: one change may be small by chance."""
+
 ROUNDING = 2e-15
 """Change of the remainder that is nothing but rounding."""
 
@@ -212,13 +215,14 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     """End the lanes that hardly change any more, or left their range; whether any go on.
 
     Changes shrink by a factor from pass to pass, so the last two tell what all further ones add up
-    to.
+    to. After the first pass, and where they do not shrink, that is taken for as much as the change.
     """
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, largest(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    ahead = where(change < last, change * change / (last - change), 1e300)
+    shrinks = largest(change / last, SHRINKS)
+    ahead = where(shrinks < 1.0, change * shrinks / (1.0 - shrinks), change)
     done = where(change <= ROUNDING, SETTLED, where(ahead <= tolerance * span, SETTLED, SOLVING))
     state = where(going, where(fits, done, LEFT), state)
     write(lanes.state, 0, state)
@@ -262,7 +266,7 @@ def solve_curves(
         if number == 0:
             linear = not (variable or timed)
             terms = begin_rest(block, linear, closure, form, designs, scratch)
-            going, last = read(lanes.state, 0) > 0.0, high - low
+            going = read(lanes.state, 0) > 0.0
             if terms == 0:
                 for i in range(curves.steep.rows):
                     write(curves.steep, i, 1.0)
