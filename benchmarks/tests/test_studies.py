@@ -52,8 +52,6 @@ def calls_of_python(scene: dict[str, Any]) -> int:
 @pytest.mark.slow
 @solved
 def test_calls_of_python_do_not_grow_with_the_number_of_designs(one: Study) -> None:
-    if one.name == "pin_offset":
-        pytest.xfail("cranks far from the common boxes get columns of their own, one by one")
     scenes = [one.build(size) for size in (FEW, MANY)]
     designs = [sweeps.run(scene, threads=1)["delta"].size for scene in scenes]
     few, many = (calls_of_python(scene) for scene in scenes)

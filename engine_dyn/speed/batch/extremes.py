@@ -10,7 +10,7 @@ its nodes. docs/method.md chapter 12.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import (
@@ -23,7 +23,7 @@ from engine_dyn.speed.batch.block import (
     Tables,
     repeat_ends,
 )
-from engine_dyn.speed.batch.nodes import look_at_nodes, seen_by
+from engine_dyn.speed.batch.nodes import Seen, look_at_nodes, seen_by
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
@@ -142,21 +142,10 @@ def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peak
 # --- climbing -------------------------------------------------------------------------------------
 
 
-class Ends(NamedTuple):
-    """What is seen at the end of a fine interval that may hold an extreme, of all lanes."""
-
-    u: Any
-    slope: Any
-    middle: Any
-    tau: Any
-    turning: Any
-    tau_middle: Any
-
-
 @inlined
-def chosen(truth: Any, one: Ends, other: Ends) -> Ends:
+def chosen(truth: Any, one: Seen, other: Seen) -> Seen:
     """Return the first where it is true, the second where not."""
-    return Ends(
+    return Seen(
         where(truth, one.u, other.u), where(truth, one.slope, other.slope),
         where(truth, one.middle, other.middle), where(truth, one.tau, other.tau),
         where(truth, one.turning, other.turning), where(truth, one.tau_middle, other.tau_middle),
@@ -164,11 +153,11 @@ def chosen(truth: Any, one: Ends, other: Ends) -> Ends:
 
 
 @inlined
-def middle_of(variable: bool, left: Ends, right: Ends) -> Any:
+def middle_of(variable: bool, left: Seen, right: Seen) -> Any:
     """What the cubic through u at both ends of a fine interval misses in its middle.
 
     The load is smooth: what it misses of the work is known. With variable inertia the cubic is that
-    of energy over inertia, docs/method.md (98).
+    of energy over inertia, docs/method.md (100).
     """
     if not variable:
         return left.middle
@@ -192,14 +181,10 @@ def climb(
     peaks, stride = scratch.peaks, scratch.table.weights.rows
     step = 0.0 * read(weights.beta, block)
     going = step >= 0.0
-    last = now = Ends(step, step, step, step, step, step)
+    last = now = Seen(step, step, step, step, step, step)
     for number in range(2 * stride + 2):
         look_at_nodes(block, columns, designs, scratch)
-        seen = seen_by(block, variable, weights, designs, scratch)
-        here = Ends(
-            seen.u, scratch.width * seen.slope, seen.middle, seen.tau,
-            scratch.width * seen.turning, seen.tau_middle,
-        )  # fmt: skip
+        here = seen_by(block, variable, weights, designs, scratch)
         rising = sign * here.slope
         if number == 0:
             step = where(rising > 0.0, 1.0, -1.0)

@@ -30,8 +30,8 @@ LOAD, REST, STEEP = range(2 * KINDS, 2 * KINDS + 3)
 class Seen(NamedTuple):
     """What is seen at a fine node of each lane.
 
-    u, its slope over the angle, what a cubic through the work misses in the middle of the interval
-    behind; tau, its slope, and what a cubic misses of it.
+    u, what a cubic through the work misses in the middle of the fine interval behind, tau, and what
+    a cubic misses of it. Slopes of u and tau are times the width of a fine interval.
     """
 
     u: Any
@@ -94,12 +94,12 @@ def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
 def seen_by(
     block: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
 ) -> Seen:
-    """U and its slope at the nodes that were looked at, docs/method.md (48) and (86).
+    """U and its slope at the nodes that were looked at, docs/method.md (96).
 
     The integral of X is known where a polynomial misses it. The slope of the load is
     beta (u tau + r).
     """
-    seen = scratch.peaks.seen
+    seen, width = scratch.peaks.seen, scratch.width
     gas, eta, beta = read(designs.gas, block), read(designs.eta, block), read(weights.beta, block)
     moving, turning = eta * read(seen, KINDS + VALUE), eta * read(seen, KINDS + SLOPE)
     rough = gas * read(seen, BETWEEN) - eta * read(seen, KINDS + BETWEEN)
@@ -108,11 +108,11 @@ def seen_by(
     slope = gas * read(seen, SLOPE) - turning - beta * (energy + read(seen, REST))
     tau_middle = eta * read(seen, KINDS + MIDDLE)
     middle = gas * read(seen, MIDDLE) - tau_middle
-    if not variable:
-        return Seen(energy, slope, middle, moving, turning, tau_middle)
-    light = 1.0 / (1.0 + moving)
-    u = energy * light
-    return Seen(u, (slope - u * turning) * light, middle, 1.0 + moving, turning, tau_middle)
+    tau = 1.0 + moving
+    u = energy / tau if variable else energy
+    if variable:
+        slope = (slope - u * turning) / tau
+    return Seen(u, width * slope, middle, tau, width * turning, tau_middle)
 
 
 @inlined
@@ -120,7 +120,7 @@ def fill_curves(
     block: int, variable: bool, form: Form, columns: Tables, weights: Weights, designs: Designs,
     scratch: Scratch, curves: Floats,
 ) -> None:  # fmt: skip
-    """Q of the designs of a block at all fine nodes, and its slope (48): (2, lane, node)."""
+    """Q of the designs of a block at all fine nodes, and its slope (97): (2, lane, node)."""
     nodes, seen, lanes = scratch.peaks.node, scratch.peaks.seen, scratch.lanes
     for node in range(curves.shape[2]):
         for k in range(LANES):

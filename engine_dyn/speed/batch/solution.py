@@ -146,7 +146,7 @@ def add_missed(
 ) -> None:
     """Turn what six nodes miss of the mean of X into what they miss of that of X + r.
 
-    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (72).
+    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (73).
     """
     centre, half, slope = read(lanes.centre, 0), read(lanes.half, 0), read(lanes.slope, 0)
     last = curves.missed.rows - 1

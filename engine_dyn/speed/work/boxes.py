@@ -30,8 +30,9 @@ that polynomials of one degree serve all."""
 LARGEST_WITH_OFFSET = 0.5
 """Largest crank ratio of boxes with an offset: beyond, polynomials of this degree are too few."""
 
-OFFSET_EDGE = 0.2
-"""Largest offset over the crank radius of a box; offsets of either sign have boxes of their own."""
+OFFSET_EDGE = 0.201
+"""Largest offset over the crank radius of a box; offsets of either sign have boxes of their own.
+Beyond a fifth by what rounded lengths add to it."""
 
 SIGNS = 3
 """Kinds of box for each interval of the crank ratio: no offset, a positive one, a negative one."""

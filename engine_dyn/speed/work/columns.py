@@ -250,7 +250,7 @@ def _roughness(curve: Floats) -> Floats:
 def _jaggedness(curve: Floats, stride: int) -> Floats:
     """By how much the work rises between coarse nodes above what a smooth curve could.
 
-    That is a quarter of the second difference above the chord, docs/method.md (96). Smooth diagrams
+    That is a quarter of the second difference above the chord, docs/method.md (95). Smooth diagrams
     have 0. Falls count like rises.
     """
     nodes = curve[:, ::stride]
