@@ -280,9 +280,8 @@ def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
     chosen, columns, nodes = work.chosen, work.columns, work.source.nodes
     code = int(chosen.take("method").flat[0])
     form = work.driven.form
-    proportional = form.kind == POWER and bool((chosen.take("exponent") == 2.0).all())
     task = Task(
-        code, proportional, bool(chosen.take("inertia_model").flat[0]), sweep.closure,
+        code, bool(chosen.take("inertia_model").flat[0]), sweep.closure,
         sweep.tolerance, sweep.iterated, form, angles_of(sweep.angles, columns.width, nodes.number),
     )  # fmt: skip
     if code == THESIS:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Form
-from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.storage import Angles
 
-__all__ = ["Task", "is_plain"]
+__all__ = ["Task"]
 
 
 class Task(NamedTuple):
@@ -19,8 +17,6 @@ class Task(NamedTuple):
     ----------
     method : int
         Code of `engine_dyn.speed.methods`.
-    proportional : bool
-        Whether all loads are proportional to q.
     variable : bool
         Whether the inertia varies over the crank angle.
     closure : int
@@ -34,16 +30,9 @@ class Task(NamedTuple):
     """
 
     method: int
-    proportional: bool
     variable: bool
     closure: int
     tolerance: float
     iterated: float
     form: Form
     angles: Angles
-
-
-@inlined
-def is_plain(task: Task) -> bool:
-    """Whether the equation of all designs is linear with a constant coefficient, (61)."""
-    return task.proportional and not task.variable and task.closure == POWER_MEAN
