@@ -253,16 +253,14 @@ make_attribute_wrapper(RowsType, "columns", "columns")
 
 @unbox(RowsType)
 def _unbox(kind: Any, rows: Any, c: Any) -> Any:
+    """Take address and shape; the array itself is kept by the caller."""
+    of_array = types.Array(kind.item, 2, "C")
+    native = c.unbox(of_array, rows).value
+    array = c.context.make_array(of_array)(c.context, c.builder, native)
     found = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    about = c.pyapi.object_getattr_string(rows, "ctypes")
-    address = c.pyapi.object_getattr_string(about, "data")
-    found.data = c.builder.bitcast(c.pyapi.long_as_voidptr(address), found.data.type)
-    for name in ("rows", "columns"):
-        number = c.pyapi.object_getattr_string(rows, name)
-        setattr(found, name, c.unbox(types.intp, number).value)
-        c.pyapi.decref(number)
-    c.pyapi.decref(address)
-    c.pyapi.decref(about)
+    found.data = array.data
+    found.rows, found.columns = cgutils.unpack_tuple(c.builder, array.shape)
+    c.context.nrt.decref(c.builder, of_array, native)
     return NativeValue(found._getvalue())
 
 

@@ -22,12 +22,12 @@ from sweeps.planning.forecast import DIRECT
 ROOT = Path(__file__).resolve().parents[2]
 
 NAMES = {
-    # The work of one geometry; its argument `table` has curves (row, node).
-    "table": ("speed/batch/tables.py:fill_table",),
+    # The work of the geometries of a block; its argument `table` has curves (node, lane).
+    "table": ("speed/batch/tables.py:fill_tables",),
     "speed": ("speed/dispatch.py:solve",),
     "torque": ("speed/torque.py:torque_extremes",),
     "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
-    "of designs": ("speed/batch/tables.py:fill_block",),
+    "of designs": ("speed/batch/driver.py:solve_blocks",),
     "traces": ("speed/storage.py:store_curves",),
     "iterations": ("speed/batch/solution.py:fill_rest",),
 }  # fmt: skip
@@ -126,20 +126,22 @@ def test_masses_never_touch_the_pressure() -> None:
 
 
 def test_the_gas_work_is_made_once_for_designs_that_share_it() -> None:
-    axes = {"inertia": [2.0, 3.0], "reciprocating_mass": [4.0, 5.0], "speed": [1100, 1200]}
+    inertias = [2.0 + 0.1 * i for i in range(10)]
+    axes = {"inertia": inertias, "reciprocating_mass": [4.0, 5.0], "speed": [1100, 1200]}
     run = called("delta", axes=axes)
-    assert run.shapes["delta"] == [2, 2, 2]
+    assert run.shapes["delta"] == [10, 2, 2]  # three blocks
     assert run.of("speed") == 1
     assert len(run.tables) == 1
-    # One table is kept at a time: designs that share it come one after the other.
-    ratios = called("delta", axes={"crank_ratio": [0.2, 0.25, 0.3], "inertia": [2.0, 3.0]})
+    # The tables of one block are kept at a time: designs that share them follow each other.
+    axes = {"crank_ratio": [0.2, 0.25], "reciprocating_mass": [4.0, 5.0], "inertia": inertias}
+    ratios = called("delta", axes=axes)
     assert len(ratios.tables) == 3
 
 
 def test_even_firing_solves_one_firing_period() -> None:
     one = called("delta", axes={"inertia": [2.0, 3.0]})
     two = called("delta", axes={"inertia": [2.0, 3.0]}, set={"cylinders": 2})
-    (_, nodes), (_, part) = one.tables[0], two.tables[0]
+    (nodes, _), (part, _) = one.tables[0], two.tables[0]
     assert len(one.tables) == len(two.tables) == 1
     assert 2 * part == nodes
 

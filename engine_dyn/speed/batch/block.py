@@ -7,7 +7,8 @@ whatever lies beside it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import islice
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -163,12 +164,12 @@ class Peaks(NamedTuple):
 
     Attributes
     ----------
+    node, cursor : Rows (1, lane) of int
+        Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
     value, missed : Rows (2, lane)
         Values, and how much they may miss.
     hidden : Rows (1, lane)
         How far u may rise between coarse nodes above what their values tell.
-    node, cursor : Rows (1, lane) of int
-        Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
     step : Rows (1, lane)
         To the next node.
     windows : Rows (WINDOW, lane)
@@ -177,11 +178,11 @@ class Peaks(NamedTuple):
         What is seen at `node`: `Table.fine`, the load, its remainder and its steepness.
     """
 
+    node: Rows
+    cursor: Rows
     value: Rows
     missed: Rows
     hidden: Rows
-    node: Rows
-    cursor: Rows
     step: Rows
     windows: Rows
     seen: Rows
@@ -215,23 +216,22 @@ def make_scratch(columns: Columns) -> Scratch:
     """Memory of a block."""
     _, fine, kinds, terms = columns.fine.shape
     coarse = columns.coarse.shape[1]
-    gas, square, gas_missed, square_missed = (new_rows(coarse) for _ in range(4))
-    table = Table(
-        gas, square, gas_missed, square_missed, new_rows(terms), new_rows(1), new_rows(terms),
-        new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine), new_rows(kinds, terms),
-        rows_of(weights_between(fine // coarse), STENCIL),
-    )  # fmt: skip
-    curves = Curves(
-        *(new_rows(coarse) for _ in range(3)), *(new_rows(coarse + 2 * HALO) for _ in range(4))
-    )
-    node, cursor = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2))
-    peaks = Peaks(
-        new_rows(2), new_rows(2), new_rows(1), node, cursor, new_rows(1), new_rows(WINDOW),
-        new_rows(2 * kinds + 3),
+    table = [coarse] * 4 + [terms, 1, terms]
+    curves = [coarse] * 3 + [coarse + 2 * HALO] * 4
+    lanes = [1] * len(Lanes._fields)
+    peaks = [2, 2, 1, 1, WINDOW, 2 * kinds + 3]
+    ends = np.cumsum([*table, *curves, *lanes, *peaks, MOST_TERMS])
+    rows: Any = iter(np.split(new_rows(ends[-1]), ends[:-1]))
+    whole = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2))
+    of_table = (
+        *islice(rows, len(table)), new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine),
+        new_rows(kinds, terms), rows_of(weights_between(fine // coarse), STENCIL),
     )  # fmt: skip
     return Scratch(
-        curves, Lanes(*(new_rows(1) for _ in Lanes._fields)), new_rows(MOST_TERMS), table, peaks,
-        np.zeros(MOST_TERMS), columns.width,
+        table=Table._make(of_table), curves=Curves._make(islice(rows, len(curves))),
+        lanes=Lanes._make(islice(rows, len(lanes))),
+        peaks=Peaks._make((*whole, *islice(rows, len(peaks)))), law=next(rows),
+        values=np.zeros(MOST_TERMS), width=columns.width,
     )  # fmt: skip
 
 

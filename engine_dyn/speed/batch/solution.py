@@ -275,7 +275,9 @@ def solve_curves(
         else:
             if not settle_lanes(tolerance, going, last, change, lanes):
                 break
-            going, last = read(lanes.state, 0) > 0.0, change
+            going = read(lanes.state, 0) > 0.0
+            if not timed:  # there, mu and r change in turns
+                last = change
     write(lanes.mu, 0, mu)
     for k in range(LANES):
         if lanes.state[0, k] == SOLVING:
