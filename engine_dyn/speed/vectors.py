@@ -257,11 +257,10 @@ def _unbox(kind: Any, rows: Any, c: Any) -> Any:
     of_array = types.Array(kind.item, 2, "C")
     native = c.unbox(of_array, rows).value
     array = c.context.make_array(of_array)(c.context, c.builder, native)
-    found = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    found.data = array.data
-    found.rows, found.columns = cgutils.unpack_tuple(c.builder, array.shape)
+    shape = cgutils.unpack_tuple(c.builder, array.shape)
+    found = cgutils.pack_struct(c.builder, [array.data, *shape])
     c.context.nrt.decref(c.builder, of_array, native)
-    return NativeValue(found._getvalue())
+    return NativeValue(found)
 
 
 def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
