@@ -15,7 +15,7 @@ __all__ = ["remembered"]
 
 Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
 
-MOST_KEPT, LARGEST_KEPT = 4, 40_000_000
+MOST_KEPT, LARGEST_KEPT = 8, 40_000_000
 """How many results of a family are kept, and how many bytes all of them may have together."""
 
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()

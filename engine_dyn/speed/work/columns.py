@@ -13,8 +13,9 @@ friction are dealt with here and nowhere else.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,12 +56,15 @@ FEWEST_NODES = 720
 FEWEST_COARSE = 60
 """Least number of coarse nodes of a period."""
 
-WIDE, NARROW, STEEP = 5, 4, 3
+WIDE, NARROW, STEEP = 8, 4, 3
 """Fine intervals of a coarse one, where there are many and few, and where the torque answers
 steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
 
 ATMOSPHERE = 101325.0
 """Pressure [Pa] under the piston that columns of the gas contain."""
+
+SAME_PLACE = 1e-9
+"""Part of an interval by which rounding may displace a phase."""
 
 ROWS_AT_ONCE = 384
 """Diagrams whose pressures exist at a time."""
@@ -182,8 +186,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     mean = np.zeros((parts.number, terms))
     curves = [_velocity_of(member, source.box, source.nodes, source.family.period)
               for member in source.members]  # fmt: skip
-    for member, curve in zip(source.members, curves, strict=True):
-        _add_gas(source, parts.rows, member, curve, work, halves, rates)
+    _add_gas(source, parts.rows, work, halves, rates)
     first = parts.first_rubbed
     for i, diagram in enumerate(parts.rubbed):
         place = first + FRICTION_PARTS * i
@@ -337,33 +340,52 @@ def _add_square(
         halves -= level
 
 
-def _add_gas(
-    source: Source, rows: Integers, member: Member, curve: _Velocity, work: Floats, halves: Floats,
-    rates: Floats,
-) -> None:  # fmt: skip
+def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates: Floats) -> None:
     """Add the mean torque of intervals, and at nodes, of a pressure of 1 and of each diagram.
 
-    `halves` gets the part of the first half of each interval.
+    `halves` gets the part of the first half of each interval. Cylinders that differ in their phase
+    by whole intervals have the same torque.
     """
+    step, nodes = source.width, source.nodes.number
+    for member in source.members:
+        whole = math.floor(member.phase / step + SAME_PLACE)
+        rest = member.phase - whole * step
+        first = member._replace(phase=rest if rest > SAME_PLACE * step else 0.0, mass_factor=1.0)
+        key = "gas", first, source.box, source.nodes, rows.tobytes()
+        made = remembered(source.family, key, partial(_gas_of, source, rows, first))
+        split = nodes - whole % nodes
+        for total, found in zip((work, halves, rates), made, strict=True):
+            for here, there in (
+                (slice(None, split), slice(nodes - split, None)),
+                (slice(split, None), slice(None, nodes - split)),
+            ):
+                total[UNIT, :, here] += found[0, :, there]
+                total[FIRST_GAS : FIRST_GAS + rows.size, :, here] += found[1:, :, there]
+
+
+def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
+    """What `_add_gas` adds of one cylinder, three curves (a pressure of 1 and rows, term, node)."""
     inside, at_node = _angles(member, source.nodes, source.family.period)
+    curve = _velocity_of(member, source.box, source.nodes, source.family.period)
     half = inside.size // 2
     early, late = (np.ascontiguousarray(part) for part in np.split(curve.inside, [half], axis=1))
     weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
+    shape = rows.size + 1, len(source.box.degrees), source.nodes.number
+    work, halves, rates = (np.zeros(shape) for _ in range(3))
 
     def add(pressure: Floats, here: slice) -> None:
-        for each in (halves[here], work[here]):
-            add_products(pressure, 0, early, weights, each)
+        add_products(pressure, 0, early, weights, halves[here])
         add_products(pressure, half, late, weights, work[here])
         add_products(pressure, inside.size, curve.at_node, one, rates[here])
 
-    add(np.ones((1, inside.size + at_node.size)), slice(UNIT, UNIT + 1))
+    add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
         pressure = pressures_of_rows(
             source.family, some, np.concatenate([inside, at_node]), member.pressure_factor
         )
-        first = FIRST_GAS + begin
-        add(pressure - ATMOSPHERE, slice(first, first + some.size))
+        add(pressure - ATMOSPHERE, slice(1 + begin, 1 + begin + some.size))
+    return work + halves, halves, rates
 
 
 def _add_friction(
