@@ -56,7 +56,7 @@ FEWEST_NODES = 720
 FEWEST_COARSE = 60
 """Least number of coarse nodes of a period."""
 
-WIDE, NARROW, STEEP = 8, 4, 3
+WIDE, NARROW, STEEP = 5, 4, 3
 """Fine intervals of a coarse one, where there are many and few, and where the torque answers
 steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
 
