@@ -171,7 +171,7 @@ class Peaks(NamedTuple):
     hidden : Rows (1, lane)
         How far u may rise between coarse nodes above what their values tell.
     step : Rows (1, lane)
-        To the next node.
+        To the next node; before that, 1 where there is a node to begin at.
     windows : Rows (WINDOW, lane)
         Values at coarse nodes around the highest.
     seen : Rows (2 * 4 + 3, lane)

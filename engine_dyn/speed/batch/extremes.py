@@ -118,20 +118,22 @@ def may_hold(
 def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks) -> bool:
     """Fine nodes from which to climb next, in `peaks.node`; whether any lane has one.
 
-    Of jagged work, every fine node of an interval is one that may hold the largest u.
+    `peaks.step` is 1 for those that have, else 0. Of jagged work, every fine node of an interval is
+    one that may hold the largest u.
     """
     size = stride * (u.rows - 2 * HALO)
     busy = False
     for k in range(LANES):
         start, hidden = peaks.cursor[0, k], peaks.hidden[0, k]
+        peaks.step[0, k] = 1.0 if start < 0 and number == 0 else 0.0
+        busy = busy or peaks.step[0, k] > 0.0
         if start < 0:
-            busy = busy or number == 0
             continue
         while start < size:
             held, place = may_hold(start // stride, k, sign, sign * high[0, k], hidden, u)
             if held:
                 peaks.node[0, k] = (start + int(math.floor(stride * place + 0.5))) % size
-                busy = True
+                peaks.step[0, k], busy = 1.0, True
                 start += 1 if hidden > 0.0 else stride
                 break
             start += stride - start % stride
@@ -240,8 +242,9 @@ def fill_extremes(
         for number in range(scratch.table.known.columns + 1):
             if not next_starts(number, sign, stride, high, curves.u, peaks):
                 break
+            begun = read(peaks.step, 0) > 0.0  # else a design would depend on its neighbours
             value, bump = climb(block, sign, variable, columns, weights, designs, scratch)
-            better = value > best
+            better = begun & (value > best)
             best, missed = where(better, value, best), where(better, bump, missed)
         write(peaks.value, side, best)
         write(peaks.missed, side, missed)
