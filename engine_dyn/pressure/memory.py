@@ -15,8 +15,9 @@ __all__ = ["remembered"]
 
 Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
 
-MOST_KEPT, LARGEST_KEPT = 8, 40_000_000
-"""How many results of a family are kept, and how many bytes all of them may have together."""
+MOST_KEPT, LARGEST_KEPT = 64, 160_000_000
+"""How many results of a family are kept, and how many bytes all of them may have together: those of
+every group of a sweep, which a search for an inertia solves again and again."""
 
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
 _lock = threading.Lock()

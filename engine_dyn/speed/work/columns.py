@@ -352,7 +352,9 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
         rest = member.phase - whole * step
         first = member._replace(phase=rest if rest > SAME_PLACE * step else 0.0, mass_factor=1.0)
         key = "gas", first, source.box, source.nodes, rows.tobytes()
-        made = remembered(source.family, key, partial(_gas_of, source, rows, first))
+        make = partial(_gas_of, source, rows, first)
+        several = len(source.members) > 1
+        made = remembered(source.family, key, make) if several else make()
         split = nodes - whole % nodes
         for total, found in zip((work, halves, rates), made, strict=True):
             for here, there in (
