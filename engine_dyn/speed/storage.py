@@ -112,11 +112,15 @@ def store_curves(
     """
     nodes = q.size
     for i in range(angles.node.size):
-        value = slope = 0.0
-        for j in range(STENCIL):
-            node = (angles.node[i] + j - (STENCIL // 2 - 1)) % nodes
-            value += angles.weight[i, j] * q[node]
-            slope += angles.weight[i, j] * rate[node]
+        node, middle = angles.node[i], STENCIL // 2 - 1
+        value, slope = q[node], rate[node]
+        if angles.weight[i, middle] != 1.0:  # between nodes
+            value = slope = 0.0
+            for j in range(STENCIL):
+                there = node + j - middle
+                there += nodes if there < 0 else (-nodes if there >= nodes else 0)
+                value += angles.weight[i, j] * q[there]
+                slope += angles.weight[i, j] * rate[there]
         if results.omega.shape[1] > 0:
             results.omega[target, i] = nominal * math.sqrt(max(value, 0.0))
         if results.acceleration.shape[1] > 0:

@@ -73,7 +73,7 @@ def solve_blocks(
 ) -> None:  # fmt: skip
     """Solve the first `count` designs; `left` says which remain for the general solver.
 
-    The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (2, lane,
+    The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (4, lane,
     fine node).
     """
     lanes, curves, number = scratch.lanes, scratch.curves, designs.table

@@ -185,7 +185,7 @@ def climb(
     going = step >= 0.0
     last = now = Seen(step, step, step, step, step, step)
     for number in range(2 * stride + 2):
-        look_at_nodes(block, columns, designs, scratch)
+        look_at_nodes(block, False, columns, designs, scratch)
         here = seen_by(block, variable, weights, designs, scratch)
         rising = sign * here.slope
         if number == 0:

@@ -31,7 +31,7 @@ def solve_in_blocks(
     solve_blocks(
         left.size, task, tables_of(columns), Weights(*(rows_of(array) for array in weights)),
         in_blocks(designs), results, left, make_scratch(columns),
-        np.empty((2, LANES, nodes if curves else 0)),
+        np.empty((4, LANES, nodes if curves else 0)),
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, law_of, load_terms
+from engine_dyn.loads.laws import POWER, Form, law_of, load_terms
 from engine_dyn.speed.batch.block import HALO, Scratch, Tables
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
@@ -45,10 +45,13 @@ class Seen(NamedTuple):
 # One function, though longer than usual: arrays that are handed on are counted at every call, which
 # would cost more than what is computed here.
 @inlined
-def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratch) -> None:
+def look_at_nodes(
+    block: int, together: bool, columns: Tables, designs: Designs, scratch: Scratch
+) -> None:
     """Work and load of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
 
-    Work tables are kept while designs have them in common.
+    Work tables are kept while designs have them in common. Where all lanes are at one node,
+    `together`, the load is interpolated by vectors.
     """
     table, curves = scratch.table, scratch.curves
     known, mixed, values, weights = table.known, table.mixed, table.fine, table.weights
@@ -80,6 +83,8 @@ def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
                 values[node, kind], values[node, KINDS + kind] = gas, square
         for kind in range(2 * KINDS):
             seen[kind, k] = values[node, kind]
+        if together:
+            continue
         coarse = node // stride
         place = node - coarse * stride
         y = r = 0.0
@@ -88,6 +93,16 @@ def look_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
             y += weights[place, j] * load[there, k]
             r += weights[place, j] * rest[there, k]
         seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, steep[coarse, k]
+    if together:
+        coarse, place = nodes[0, 0] // stride, nodes[0, 0] % stride
+        work_done = remainder = 0.0 * read(steep, coarse)
+        for j in range(STENCIL):
+            there = HALO + coarse + j - (STENCIL // 2 - 1)
+            work_done = work_done + weights[place, j] * read(load, there)
+            remainder = remainder + weights[place, j] * read(rest, there)
+        write(seen, LOAD, work_done)
+        write(seen, REST, remainder)
+        write(seen, STEEP, read(steep, coarse))
 
 
 @inlined
@@ -120,24 +135,35 @@ def fill_curves(
     block: int, variable: bool, form: Form, columns: Tables, weights: Weights, designs: Designs,
     scratch: Scratch, curves: Floats,
 ) -> None:  # fmt: skip
-    """Q of the designs of a block at all fine nodes, and its slope (97): (2, lane, node)."""
+    """Q of the designs of a block at all fine nodes, and its slope (97): (4, lane, node).
+
+    The other two are scratch: slopes of tau, and tau.
+    """
     nodes, seen, lanes = scratch.peaks.node, scratch.peaks.seen, scratch.lanes
+    value, gas, eta = scratch.peaks.value, designs.gas, designs.eta
     for node in range(curves.shape[2]):
         for k in range(LANES):
             nodes[0, k] = node
-        look_at_nodes(block, columns, designs, scratch)
-        write(scratch.peaks.value, 0, seen_by(block, variable, weights, designs, scratch).u)
+        look_at_nodes(block, True, columns, designs, scratch)
+        write(value, 0, seen_by(block, variable, weights, designs, scratch).u)
         for k in range(LANES):
-            u = scratch.peaks.value[0, k]
-            law, _ = law_of(
-                designs.speed[block, k], designs.first[block, k], designs.second[block, k],
-                designs.gear[block, k], form,
-            )  # fmt: skip
-            force, _ = load_terms(1.0 + u, law)
-            turning = designs.eta[block, k] * seen[KINDS + SLOPE, k]
-            slope = designs.gas[block, k] * seen[SLOPE, k] - turning
-            slope -= designs.kappa[block, k] * (force / lanes.mu[0, k] - 1.0)
-            if variable:
-                moving = designs.eta[block, k] * seen[KINDS + VALUE, k]
-                slope = (slope - u * turning) / (1.0 + moving)
-            curves[0, k, node], curves[1, k, node] = 1.0 + u, slope
+            turning = eta[block, k] * seen[KINDS + SLOPE, k]
+            curves[0, k, node] = value[0, k]
+            curves[1, k, node] = gas[block, k] * seen[SLOPE, k] - turning
+            curves[2, k, node] = turning if variable else 0.0
+            curves[3, k, node] = 1.0 + eta[block, k] * seen[KINDS + VALUE, k] if variable else 1.0
+    for k in range(LANES):
+        law, _ = law_of(
+            designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+            designs.gear[block, k], form,
+        )  # fmt: skip
+        kappa, gain = designs.kappa[block, k], 1.0 / lanes.mu[0, k]
+        proportional = form.kind == POWER and designs.first[block, k] == 2.0  # needs no power
+        for node in range(curves.shape[2]):
+            u = curves[0, k, node]
+            force = 1.0 + u
+            if not proportional:
+                force, _ = load_terms(1.0 + u, law)
+            slope = curves[1, k, node] - kappa * (force * gain - 1.0)
+            curves[0, k, node] = 1.0 + u
+            curves[1, k, node] = (slope - u * curves[2, k, node]) / curves[3, k, node]
