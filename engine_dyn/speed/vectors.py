@@ -46,7 +46,7 @@ LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
 
 
-class VectorType(types.Type):  # Numba has no types
+class VectorType(types.Type):
     """What kernels see of a vector of numbers, or of truths."""
 
     def __init__(self, name: str, element: Any) -> None:

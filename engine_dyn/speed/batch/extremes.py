@@ -76,7 +76,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
 
 
 @inlined
-def begin_peaks(side: int, sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks) -> None:
+def begin_peaks(sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks) -> None:
     """Guess the fine nodes nearest to the extremes of lanes that have one candidate only.
 
     Lanes that have several begin their search at the first node.
@@ -115,30 +115,27 @@ def may_hold(
 
 
 @inlined
-def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks) -> bool:
-    """Fine nodes from which to climb next, in `peaks.node`; whether any lane has one.
+def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks) -> None:
+    """Fine nodes from which to climb next, in `peaks.node`.
 
-    `peaks.step` is 1 for those that have, else 0. Of jagged work, every fine node of an interval is
-    one that may hold the largest u.
+    `peaks.step` is 1 for lanes that have one, else 0. Of jagged work, every fine node of an
+    interval is one that may hold the largest u.
     """
     size = stride * (u.rows - 2 * HALO)
-    busy = False
     for k in range(LANES):
         start, hidden = peaks.cursor[0, k], peaks.hidden[0, k]
         peaks.step[0, k] = 1.0 if start < 0 and number == 0 else 0.0
-        busy = busy or peaks.step[0, k] > 0.0
         if start < 0:
             continue
         while start < size:
             held, place = may_hold(start // stride, k, sign, sign * high[0, k], hidden, u)
             if held:
                 peaks.node[0, k] = (start + int(math.floor(stride * place + 0.5))) % size
-                peaks.step[0, k], busy = 1.0, True
+                peaks.step[0, k] = 1.0
                 start += 1 if hidden > 0.0 else stride
                 break
             start += stride - start % stride
         peaks.cursor[0, k] = start
-    return busy
 
 
 # --- climbing -------------------------------------------------------------------------------------
@@ -237,12 +234,13 @@ def fill_extremes(
         sign = 1.0 if side == 0 else -1.0
         found = lanes.tops if side == 0 else lanes.bottoms
         high = lanes.high if side == 0 else lanes.low
-        begin_peaks(side, sign, stride, found, curves.u, peaks)
+        begin_peaks(sign, stride, found, curves.u, peaks)
         best, missed = -1e300 + 0.0 * read(high, 0), 0.0 * read(high, 0)
         for number in range(scratch.table.known.columns + 1):
-            if not next_starts(number, sign, stride, high, curves.u, peaks):
-                break
+            next_starts(number, sign, stride, high, curves.u, peaks)
             begun = read(peaks.step, 0) > 0.0  # else a design would depend on its neighbours
+            if not any_of(begun):
+                break
             value, bump = climb(block, sign, variable, columns, weights, designs, scratch)
             better = begun & (value > best)
             best, missed = where(better, value, best), where(better, bump, missed)

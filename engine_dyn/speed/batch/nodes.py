@@ -42,8 +42,6 @@ class Seen(NamedTuple):
     tau_middle: Any
 
 
-# One function, though longer than usual: arrays that are handed on are counted at every call, which
-# would cost more than what is computed here.
 @inlined
 def look_at_nodes(
     block: int, together: bool, columns: Tables, designs: Designs, scratch: Scratch
@@ -123,9 +121,9 @@ def seen_by(
     slope = gas * read(seen, SLOPE) - turning - beta * (energy + read(seen, REST))
     tau_middle = eta * read(seen, KINDS + MIDDLE)
     middle = gas * read(seen, MIDDLE) - tau_middle
-    tau = 1.0 + moving
-    u = energy / tau if variable else energy
+    u, tau = energy, 1.0 + moving
     if variable:
+        u = energy / tau
         slope = (slope - u * turning) / tau
     return Seen(u, width * slope, middle, tau, width * turning, tau_middle)
 

@@ -46,11 +46,11 @@ def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) 
 
     Parameters
     ----------
-    left, right : Any
+    left, right : float or vector
         Values at the ends.
-    d_left, d_right : Any
+    d_left, d_right : float or vector
         Slopes times the interval's width.
-    middle : Any
+    middle : float or vector
         True value in the middle less the cubic's.
 
     Returns
