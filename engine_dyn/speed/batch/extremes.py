@@ -23,7 +23,7 @@ from engine_dyn.speed.batch.block import (
     Tables,
     repeat_ends,
 )
-from engine_dyn.speed.batch.nodes import Seen, look_at_nodes, seen_by
+from engine_dyn.speed.batch.nodes import Seen, load_at_nodes, seen_by, work_at_nodes
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
@@ -182,7 +182,8 @@ def climb(
     going = step >= 0.0
     last = now = Seen(step, step, step, step, step, step)
     for number in range(2 * stride + 2):
-        look_at_nodes(block, False, columns, designs, scratch)
+        work_at_nodes(block, columns, designs, scratch)
+        load_at_nodes(scratch)
         here = seen_by(block, variable, weights, designs, scratch)
         rising = sign * here.slope
         if number == 0:

@@ -18,7 +18,7 @@ from engine_dyn.speed.work.interpolation import STENCIL
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
 
-__all__ = ["Seen", "fill_curves", "look_at_nodes", "seen_by"]
+__all__ = ["Seen", "fill_curves", "load_at_nodes", "seen_by", "work_at_nodes"]
 
 KINDS = 4
 """What `Columns.fine` has of each part."""
@@ -43,22 +43,16 @@ class Seen(NamedTuple):
 
 
 @inlined
-def look_at_nodes(
-    block: int, together: bool, columns: Tables, designs: Designs, scratch: Scratch
-) -> None:
-    """Work and load of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
+def work_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratch) -> None:
+    """Work of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
 
-    Work tables are kept while designs have them in common. Where all lanes are at one node,
-    `together`, the load is interpolated by vectors.
+    Work tables are kept while designs have them in common.
     """
-    table, curves = scratch.table, scratch.curves
-    known, mixed, values, weights = table.known, table.mixed, table.fine, table.weights
-    load, rest, steep = curves.load, curves.rest, curves.steep
-    seen, nodes = scratch.peaks.seen, scratch.peaks.node
+    table, seen, nodes = scratch.table, scratch.peaks.seen, scratch.peaks.node
+    known, mixed, values = table.known, table.mixed, table.fine
     fine, factor, number = columns.fine, designs.factor, designs.table
     part: Any = designs.part
     share, terms = designs.share, mixed.columns
-    stride = weights.rows
     for k in range(LANES):
         which, node = block * LANES + k, nodes[0, k]
         if known[0, node] != number[block, k]:
@@ -81,26 +75,36 @@ def look_at_nodes(
                 values[node, kind], values[node, KINDS + kind] = gas, square
         for kind in range(2 * KINDS):
             seen[kind, k] = values[node, kind]
-        if together:
-            continue
-        coarse = node // stride
-        place = node - coarse * stride
+
+
+@inlined
+def load_at_nodes(scratch: Scratch) -> None:
+    """Load of each lane at its fine node, by a polynomial through coarse nodes."""
+    weights, curves, peaks = scratch.table.weights, scratch.curves, scratch.peaks
+    seen = peaks.seen
+    for k in range(LANES):
+        coarse, place = peaks.node[0, k] // weights.rows, peaks.node[0, k] % weights.rows
         y = r = 0.0
         for j in range(STENCIL):
             there = HALO + coarse + j - (STENCIL // 2 - 1)
-            y += weights[place, j] * load[there, k]
-            r += weights[place, j] * rest[there, k]
-        seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, steep[coarse, k]
-    if together:
-        coarse, place = nodes[0, 0] // stride, nodes[0, 0] % stride
-        work_done = remainder = 0.0 * read(steep, coarse)
-        for j in range(STENCIL):
-            there = HALO + coarse + j - (STENCIL // 2 - 1)
-            work_done = work_done + weights[place, j] * read(load, there)
-            remainder = remainder + weights[place, j] * read(rest, there)
-        write(seen, LOAD, work_done)
-        write(seen, REST, remainder)
-        write(seen, STEEP, read(steep, coarse))
+            y += weights[place, j] * curves.load[there, k]
+            r += weights[place, j] * curves.rest[there, k]
+        seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, curves.steep[coarse, k]
+
+
+@inlined
+def load_at_node(node: int, scratch: Scratch) -> None:
+    """The same, where all lanes are at one node."""
+    weights, curves, seen = scratch.table.weights, scratch.curves, scratch.peaks.seen
+    coarse, place = node // weights.rows, node % weights.rows
+    y = r = 0.0 * read(curves.steep, coarse)
+    for j in range(STENCIL):
+        there = HALO + coarse + j - (STENCIL // 2 - 1)
+        y = y + weights[place, j] * read(curves.load, there)
+        r = r + weights[place, j] * read(curves.rest, there)
+    write(seen, LOAD, y)
+    write(seen, REST, r)
+    write(seen, STEEP, read(curves.steep, coarse))
 
 
 @inlined
@@ -142,7 +146,8 @@ def fill_curves(
     for node in range(curves.shape[2]):
         for k in range(LANES):
             nodes[0, k] = node
-        look_at_nodes(block, True, columns, designs, scratch)
+        work_at_nodes(block, columns, designs, scratch)
+        load_at_node(node, scratch)
         write(value, 0, seen_by(block, variable, weights, designs, scratch).u)
         for k in range(LANES):
             turning = eta[block, k] * seen[KINDS + SLOPE, k]
