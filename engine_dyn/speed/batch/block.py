@@ -16,7 +16,6 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, rows_of, write
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import STENCIL, weights_between
-from engine_dyn.speed.work.summit import WINDOW
 from engine_dyn.types import Floats
 
 __all__ = [
@@ -164,27 +163,25 @@ class Peaks(NamedTuple):
 
     Attributes
     ----------
-    node, cursor : Rows (1, lane) of int
-        Fine nodes that are looked at; where the search goes on, -1 where it is not needed.
+    node, start, end : Rows (1, lane) of int
+        Fine nodes that are looked at; those between which the search goes on.
     value, missed : Rows (2, lane)
         Values, and how much they may miss.
     hidden : Rows (1, lane)
         How far u may rise between coarse nodes above what their values tell.
     step : Rows (1, lane)
-        To the next node; before that, 1 where there is a node to begin at.
-    windows : Rows (WINDOW, lane)
-        Values at coarse nodes around the highest.
+        To the next node; before that, 1 where there is a node to begin at, else 0.
     seen : Rows (2 * 4 + 3, lane)
         What is seen at `node`: `Table.fine`, the load, its remainder and its steepness.
     """
 
     node: Rows
-    cursor: Rows
+    start: Rows
+    end: Rows
     value: Rows
     missed: Rows
     hidden: Rows
     step: Rows
-    windows: Rows
     seen: Rows
 
 
@@ -219,10 +216,10 @@ def make_scratch(columns: Columns) -> Scratch:
     table = [coarse] * 4 + [terms, 1, terms]
     curves = [coarse] * 3 + [coarse + 2 * HALO] * 4
     lanes = [1] * len(Lanes._fields)
-    peaks = [2, 2, 1, 1, WINDOW, 2 * kinds + 3]
+    peaks = [2, 2, 1, 1, 2 * kinds + 3]
     ends = np.cumsum([*table, *curves, *lanes, *peaks, MOST_TERMS])
     rows: Any = iter(np.split(new_rows(ends[-1]), ends[:-1]))
-    whole = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(2))
+    whole = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3))
     of_table = (
         *islice(rows, len(table)), new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine),
         new_rows(kinds, terms), rows_of(weights_between(fine // coarse), STENCIL),

@@ -27,7 +27,7 @@ from engine_dyn.speed.batch.nodes import Seen, load_at_nodes, seen_by, work_at_n
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
-from engine_dyn.speed.work.summit import WINDOW, cubic_in_middle, peak_between, summit_at
+from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
 
 __all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
 
@@ -76,23 +76,12 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
 
 
 @inlined
-def begin_peaks(sign: float, stride: int, found: Rows, u: Rows, peaks: Peaks) -> None:
-    """Guess the fine nodes nearest to the extremes of lanes that have one candidate only.
-
-    Lanes that have several begin their search at the first node.
-    """
-    windows = peaks.windows
+def begin_search(found: Rows, size: int, stride: int, peaks: Peaks) -> None:
+    """Fine nodes between which starts are searched: all of them, unless a lane has one candidate."""
     for k in range(LANES):
         alone = MANY <= found[0, k] < 2.0 * MANY and peaks.hidden[0, k] == 0.0
-        node = int(found[0, k] - MANY) if alone else 0
-        peaks.node[0, k], peaks.cursor[0, k] = node, -1 if alone else 0
-        for i in range(WINDOW):
-            windows[i, k] = sign * u[HALO + node + i - WINDOW // 2, k]
-    b, c, d = read(windows, 0), read(windows, 1), read(windows, 2)
-    write(windows, 0, summit_at(b, c, d, read(windows, 3), read(windows, 4)))
-    for k in range(LANES):
-        node = stride * peaks.node[0, k] + int(math.floor(stride * windows[0, k] + 0.5))
-        peaks.node[0, k] = node % (stride * (u.rows - 2 * HALO))
+        start = stride * int(found[0, k] - MANY) if alone else 0
+        peaks.start[0, k], peaks.end[0, k] = start, start + stride if alone else size
 
 
 @inlined
@@ -115,27 +104,22 @@ def may_hold(
 
 
 @inlined
-def next_starts(number: int, sign: float, stride: int, high: Rows, u: Rows, peaks: Peaks) -> None:
+def next_starts(sign: float, size: int, stride: int, high: Rows, u: Rows, peaks: Peaks) -> None:
     """Fine nodes from which to climb next, in `peaks.node`.
 
     `peaks.step` is 1 for lanes that have one, else 0. Of jagged work, every fine node of an
     interval is one that may hold the largest u.
     """
-    size = stride * (u.rows - 2 * HALO)
     for k in range(LANES):
-        start, hidden = peaks.cursor[0, k], peaks.hidden[0, k]
-        peaks.step[0, k] = 1.0 if start < 0 and number == 0 else 0.0
-        if start < 0:
-            continue
-        while start < size:
+        start, hidden = peaks.start[0, k], peaks.hidden[0, k]
+        peaks.step[0, k] = 0.0
+        while start < peaks.end[0, k] and peaks.step[0, k] == 0.0:
             held, place = may_hold(start // stride, k, sign, sign * high[0, k], hidden, u)
             if held:
                 peaks.node[0, k] = (start + int(math.floor(stride * place + 0.5))) % size
                 peaks.step[0, k] = 1.0
-                start += 1 if hidden > 0.0 else stride
-                break
-            start += stride - start % stride
-        peaks.cursor[0, k] = start
+            start += 1 if held and hidden > 0.0 else stride - start % stride
+        peaks.start[0, k] = start
 
 
 # --- climbing -------------------------------------------------------------------------------------
@@ -229,16 +213,16 @@ def fill_extremes(
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
-    stride = scratch.table.weights.rows
+    size, stride = scratch.table.known.columns, scratch.table.weights.rows
     fill_hidden(block, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         found = lanes.tops if side == 0 else lanes.bottoms
         high = lanes.high if side == 0 else lanes.low
-        begin_peaks(sign, stride, found, curves.u, peaks)
+        begin_search(found, size, stride, peaks)
         best, missed = -1e300 + 0.0 * read(high, 0), 0.0 * read(high, 0)
-        for number in range(scratch.table.known.columns + 1):
-            next_starts(number, sign, stride, high, curves.u, peaks)
+        for _ in range(size + 1):
+            next_starts(sign, size, stride, high, curves.u, peaks)
             begun = read(peaks.step, 0) > 0.0  # else a design would depend on its neighbours
             if not any_of(begun):
                 break
