@@ -145,8 +145,8 @@ class Curves(NamedTuple):
     """Curves of a block over the coarse nodes, shape (node, lane).
 
     `missed` is what six nodes miss of the mean of X + r over the interval behind, `light` is 1/tau,
-    `steep` F'/(s tau), `work` X, `load` y, `rest` the remainder r of the law and `u` q - 1. Those
-    from `work` on have HALO nodes more on both sides.
+    `steep` F'/(s tau), `work` X, `load` y, `drive` X + r and `u` q - 1. Those from `work` on have
+    HALO nodes more on both sides.
     """
 
     missed: Rows
@@ -154,7 +154,7 @@ class Curves(NamedTuple):
     steep: Rows
     work: Rows
     load: Rows
-    rest: Rows
+    drive: Rows
     u: Rows
 
 

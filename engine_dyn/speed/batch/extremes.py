@@ -77,7 +77,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
 
 @inlined
 def begin_search(found: Rows, size: int, stride: int, peaks: Peaks) -> None:
-    """Fine nodes between which starts are searched: all of them, unless a lane has one candidate."""
+    """Fine nodes between which starts are searched: all, unless a lane has one candidate only."""
     for k in range(LANES):
         alone = MANY <= found[0, k] < 2.0 * MANY and peaks.hidden[0, k] == 0.0
         start = stride * int(found[0, k] - MANY) if alone else 0

@@ -88,7 +88,7 @@ def load_at_nodes(scratch: Scratch) -> None:
         for j in range(STENCIL):
             there = HALO + coarse + j - (STENCIL // 2 - 1)
             y += weights[place, j] * curves.load[there, k]
-            r += weights[place, j] * curves.rest[there, k]
+            r += weights[place, j] * (curves.drive[there, k] - curves.work[there, k])
         seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, curves.steep[coarse, k]
 
 
@@ -101,7 +101,7 @@ def load_at_node(node: int, scratch: Scratch) -> None:
     for j in range(STENCIL):
         there = HALO + coarse + j - (STENCIL // 2 - 1)
         y = y + weights[place, j] * read(curves.load, there)
-        r = r + weights[place, j] * read(curves.rest, there)
+        r = r + weights[place, j] * (read(curves.drive, there) - read(curves.work, there))
     write(seen, LOAD, y)
     write(seen, REST, r)
     write(seen, STEEP, read(curves.steep, coarse))

@@ -65,21 +65,18 @@ ROUNDING = 2e-15
 
 
 @inlined
-def run_load(decay: Any, of_mass: Any, of_tilt: Any, curves: Curves) -> Any:
+def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves) -> Any:
     """Solve y' + beta y = beta (X + r) from y = 0 on, docs/method.md (70) and (72).
 
-    Returns y behind the period.
+    `drive` is X + r. Returns y behind the period.
     """
-    work, rest, missed, load = curves.work, curves.rest, curves.missed, curves.load
-    a = read(work, HALO - 2) + read(rest, HALO - 2)
-    b = read(work, HALO - 1) + read(rest, HALO - 1)
-    c = read(work, HALO) + read(rest, HALO)
-    d = read(work, HALO + 1) + read(rest, HALO + 1)
-    e = read(work, HALO + 2) + read(rest, HALO + 2)
+    missed, load = curves.missed, curves.load
+    a, b = read(drive, HALO - 2), read(drive, HALO - 1)
+    c, d, e = read(drive, HALO), read(drive, HALO + 1), read(drive, HALO + 2)
     y = 0.0 * decay
     write(load, HALO, y)
     for i in range(missed.rows):
-        f = read(work, HALO + i + 3) + read(rest, HALO + i + 3)
+        f = read(drive, HALO + i + 3)
         # Mean over the interval by six nodes, `MEAN_BY_PAIRS`, and first moment by four.
         sums = 802.0 * (c + d) - 93.0 * (b + e) + 11.0 * (a + f)
         inner = d - c
@@ -118,25 +115,23 @@ def law_at(t: Any, terms: int, law: Rows) -> tuple[Any, Any]:
 
 
 @inlined
-def fill_rest(
-    variable: bool, terms: int, law: Rows, going: Any, mu: Any, lanes: Lanes, curves: Curves
+def fill_drive(
+    terms: int, law: Rows, going: Any, mu: Any, lanes: Lanes, drive: Rows, curves: Curves
 ) -> Any:
-    """Remainder of the law at the nodes, docs/method.md (68), of lanes that go on.
+    """X + r = (F/mu - 1)/s + y at the nodes of lanes that go on, docs/method.md (68).
 
-    Returns by how much it changes.
+    `drive` is that of the pass before. Returns by how much it changes.
     """
     centre, half = read(lanes.centre, 0), read(lanes.half, 0)
     gain = 1.0 / (mu * read(lanes.slope, 0))
     shift, change = (1.0 - mu) * gain, 0.0 * mu
     for i in range(curves.missed.rows):
-        u, old = read(curves.u, HALO + i), read(curves.rest, HALO + i)
-        force, _ = law_at((u - centre) * half, terms, law)
-        if variable:
-            u = read(curves.work, HALO + i) - read(curves.load, HALO + i)
-        new = where(going, force * gain + shift - u, old)
+        force, _ = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
+        old = read(drive, HALO + i)
+        new = where(going, force * gain + shift + read(curves.load, HALO + i), old)
         change = largest(magnitude(new - old), change)
-        write(curves.rest, HALO + i, new)
-    repeat_ends(curves.rest)
+        write(curves.drive, HALO + i, new)
+    repeat_ends(curves.drive)
     return change
 
 
@@ -246,8 +241,7 @@ def solve_curves(
     of_mass, of_tilt = read(weights.of_mass, block), read(weights.of_tilt, block)
     write(lanes.slope, 0, read(weights.slope, block))
     write(lanes.passes, 0, 1.0)
-    for j in range(curves.rest.rows):
-        write(curves.rest, j, 0.0)
+    drive = curves.work  # first, r is 0
     timed, terms, mu = closure == CYCLE_TIME, 0, 0.0 * decay + 1.0
     going, change, last = decay > 0.0, 0.0 * decay, 0.0 * decay
     # Each function is called in one place, because the compiler copies it to each.
@@ -258,9 +252,10 @@ def solve_curves(
                 late = 2.0 * read(lanes.free, 0) * read(lanes.slope, 0) * lateness(curves)
                 late = where(going, late, 0.0)
                 mu = mu + late
-            change = fill_rest(variable, terms, law, going, mu, lanes, curves)
+            change = fill_drive(terms, law, going, mu, lanes, drive, curves)
+            drive = curves.drive
             change = largest(magnitude(late), change)
-        behind = run_load(decay, of_mass, of_tilt, curves)
+        behind = run_load(decay, of_mass, of_tilt, drive, curves)
         high, low = close_period(variable, behind / end, decay, curves)
         write(lanes.high, 0, high)
         write(lanes.low, 0, low)
@@ -271,6 +266,8 @@ def solve_curves(
             if terms == 0:
                 for i in range(curves.steep.rows):
                     write(curves.steep, i, 1.0)
+                for j in range(curves.drive.rows):
+                    write(curves.drive, j, read(curves.work, j))
                 break
             add_missed(variable, terms, law, going, lanes, curves)
         else:

@@ -40,15 +40,7 @@ from engine_dyn.speed.work.parts import (
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "ATMOSPHERE",
-    "FEWEST_NODES",
-    "Columns",
-    "Nodes",
-    "columns_of",
-    "mean_weights",
-    "nodes_of",
-]
+__all__ = ["ATMOSPHERE", "FEWEST_NODES", "Columns", "columns_of", "mean_weights", "nodes_of"]
 
 FEWEST_NODES = 720
 """Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
@@ -184,12 +176,9 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     terms, nodes = len(source.box.degrees), source.nodes.number
     work, halves, rates = (np.zeros((parts.number, terms, nodes)) for _ in range(3))
     mean = np.zeros((parts.number, terms))
-    curves = [_velocity_of(member, source.box, source.nodes, source.family.period)
-              for member in source.members]  # fmt: skip
     _add_gas(source, parts.rows, work, halves, rates)
-    first = parts.first_rubbed
-    for i, diagram in enumerate(parts.rubbed):
-        place = first + FRICTION_PARTS * i
+    places = range(parts.first_rubbed, parts.first_load, FRICTION_PARTS)
+    for place, diagram in zip(places, parts.rubbed, strict=True):
         here = slice(place, place + FRICTION_PARTS)
         for member in source.members:
             _add_friction(source, diagram, member, work[here], halves[here], rates[here])
@@ -197,7 +186,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         cumulate(work[summed], halves[summed], rates[summed], source.width, mean[summed])
     # Friction has no mean here: it is part of the mean friction torque.
     mean[parts.first_rubbed : parts.first_load] = 0.0
-    _add_square(source, curves, work[SQUARE], halves[SQUARE], rates[SQUARE])
+    _add_square(source, work[SQUARE], halves[SQUARE], rates[SQUARE])
     angle = np.arange(nodes) * source.width
     for i, (gear, phase) in enumerate(parts.loads):
         assert source.load is not None
@@ -212,17 +201,12 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work, halves, rates, source.width, fine, weights_between(stride), coarse,
         np.empty(nodes // stride + STENCIL),
     )  # fmt: skip
-    middle = _in_the_middle(source.box, work)
+    in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # of the box
+    middle = np.asarray(np.einsum("t,ptn->pn", in_the_middle, work))
     return (
         fine, coarse, mean, source.box.degrees, _roughness(middle), _jaggedness(middle, stride),
         _missed(source.box, work[SQUARE]),
     )  # fmt: skip
-
-
-def _in_the_middle(box: Box, work: Floats) -> Floats:
-    """Work in the middle of a box, shape (parts, nodes)."""
-    middle = np.cos(0.5 * np.pi * box.degrees).prod(axis=1)
-    return np.asarray(np.einsum("t,ptn->pn", middle, work))
 
 
 def _missed(box: Box, columns: Floats) -> Floats:
@@ -286,9 +270,9 @@ class _Velocity(NamedTuple):
 def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats]:
     """Quadrature points and nodes of a cycle, in the cylinder's own angle [rad]."""
     steps = nodes.number * nodes.times
-    node: Floats = np.arange(steps, dtype=np.float64)
-    inside: Floats = ((node + POINTS[:, None]) * (period / steps)).reshape(-1)
-    return inside + member.phase, node * (period / steps) + member.phase
+    inside: Floats = (np.arange(steps) + POINTS[:, None]).reshape(-1) * (period / steps)
+    at_node: Floats = np.arange(steps) * (period / steps)
+    return inside + member.phase, at_node + member.phase
 
 
 @lru_cache(maxsize=64)
@@ -321,23 +305,20 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
     return np.asarray(curves.reshape(shape).sum(axis=-2))
 
 
-def _add_square(
-    source: Source, curves: list[_Velocity], work: Floats, halves: Floats, rates: Floats
-) -> None:
+def _add_square(source: Source, work: Floats, halves: Floats, rates: Floats) -> None:
     """Add the squared velocity without its mean, docs/method.md (20), and its slope (57)."""
-    for curve in curves:
+    for member in source.members:
+        curve = _velocity_of(member, source.box, source.nodes, source.family.period)
         work += _folded(curve.square, source.nodes)
         halves += _folded(curve.square_between, source.nodes)
         rates += _folded(curve.slope, source.nodes)
     # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
     # mean: it is subtracted first.
-    first = work[:, :1].copy()
-    for level in (
-        first,
-        ((work - first) + 2.0 * (halves - first)).mean(axis=1, keepdims=True) / 3.0,
-    ):
+    level = work[:, :1].copy()
+    for _ in range(2):
         work -= level
         halves -= level
+        level = (work + 2.0 * halves).mean(axis=1, keepdims=True) / 3.0
 
 
 def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates: Floats) -> None:
@@ -346,7 +327,7 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
     `halves` gets the part of the first half of each interval. Cylinders that differ in their phase
     by whole intervals have the same torque.
     """
-    step, nodes = source.width, source.nodes.number
+    step = source.width
     for member in source.members:
         whole = math.floor(member.phase / step + SAME_PLACE)
         rest = member.phase - whole * step
@@ -355,14 +336,10 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
         make = partial(_gas_of, source, rows, first)
         several = len(source.members) > 1
         made = remembered(source.family, key, make) if several else make()
-        split = nodes - whole % nodes
         for total, found in zip((work, halves, rates), made, strict=True):
-            for here, there in (
-                (slice(None, split), slice(nodes - split, None)),
-                (slice(split, None), slice(None, nodes - split)),
-            ):
-                total[UNIT, :, here] += found[0, :, there]
-                total[FIRST_GAS : FIRST_GAS + rows.size, :, here] += found[1:, :, there]
+            late = np.roll(found, whole, axis=-1)
+            total[UNIT] += late[0]
+            total[FIRST_GAS : FIRST_GAS + rows.size] += late[1:]
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
@@ -397,16 +374,12 @@ def _add_friction(
     """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (50)."""
     inside, at_node = _angles(member, source.nodes, source.family.period)
     ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
-    shapes = []
+    shapes, low = [], math.floor(diagram.row)
+    part = diagram.row - low
     for angle in (inside, at_node):
-        low = int(np.floor(diagram.row))
-        rows = np.array([low, low + (diagram.row > low)])
-        weights = np.array([1.0 - (diagram.row - low), diagram.row - low])
-        pressure = (
-            diagram.scale
-            * weights
-            @ pressures_of_rows(source.family, rows, angle, member.pressure_factor)
-        )
+        rows = np.array([low, low + (part > 0.0)])
+        both = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
+        pressure = diagram.scale * (np.array([1.0 - part, part]) @ both)
         load = diagram.ring + pressure - diagram.crankcase
         shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))
     of_points = np.repeat(WEIGHTS, at_node.size) / at_node.size
