@@ -270,9 +270,9 @@ class _Velocity(NamedTuple):
 def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats]:
     """Quadrature points and nodes of a cycle, in the cylinder's own angle [rad]."""
     steps = nodes.number * nodes.times
-    inside: Floats = (np.arange(steps) + POINTS[:, None]).reshape(-1) * (period / steps)
-    at_node: Floats = np.arange(steps) * (period / steps)
-    return inside + member.phase, at_node + member.phase
+    node: Floats = np.arange(steps, dtype=np.float64)
+    inside: Floats = (node + POINTS[:, None]).reshape(-1) * (period / steps)
+    return inside + member.phase, node * (period / steps) + member.phase
 
 
 @lru_cache(maxsize=64)
