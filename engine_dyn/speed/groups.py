@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.given_numbers import given_array, given_number
-from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, motor_torque, repeats_of
+from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, repeats_of
 from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.loads.laws import LOAD_LAWS
+from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import FRICTION_NAMES
@@ -69,8 +70,7 @@ def _check_whole(name: str, value: float) -> None:
         raise ValueError(f"{name} = {number:g}: must be a whole number from 1 on")
 
 
-@dataclass(frozen=True)
-class CylinderGroup:
+class CylinderGroup(NamedTuple):
     """Cylinders, their firing angles [rad] and their factors; keywords of `periodic_speed`."""
 
     cylinders: int
@@ -79,46 +79,39 @@ class CylinderGroup:
     mass_factor: Sequence[float] | None
     radius_factor: Sequence[float] | None
 
-    def check(self) -> None:
-        """Refuse a number of cylinders that is none."""
-        _check_whole("cylinders", self.cylinders)
-
     def over(self, period: float) -> Cylinders:
-        """Return the cylinders over one cycle [rad]."""
-        names = ("firing_angles", "pressure_factor", "mass_factor", "radius_factor")
-        return _cached_cylinders(int(self.cylinders), period, *map(self._column, names))
+        """Return the cylinders over one cycle [rad]; ValueError names lists that do not fit."""
+        lists = map(_numbers_of_cylinders, self._fields[1:], self[1:])
+        return _cylinders(int(self.cylinders), period, *lists)
 
-    def _column(self, name: str) -> tuple[float, ...] | None:
-        """Numbers of the cylinders; None where none are given."""
-        if getattr(self, name) is None:
-            return None
-        column = given_array(name, getattr(self, name), finite=True)
-        if column.ndim != 1:
-            raise ValueError(f"{name}: must be a list of numbers, one for each cylinder")
-        return tuple(column.tolist())
+
+def _numbers_of_cylinders(name: str, given: Sequence[float] | None) -> tuple[float, ...] | None:
+    if given is None:
+        return None
+    numbers = given_array(name, given, finite=True)
+    if numbers.ndim != 1:
+        raise ValueError(f"{name}: must be a list of numbers, one for each cylinder")
+    return tuple(numbers.tolist())
 
 
 @lru_cache(maxsize=64)
-def _cached_cylinders(
+def _cylinders(
     count: int,
     period: float,
     firing_angles: tuple[float, ...] | None,
-    pressure_factor: tuple[float, ...] | None,
-    mass_factor: tuple[float, ...] | None,
-    radius_factor: tuple[float, ...] | None,
+    *factors: tuple[float, ...] | None,
 ) -> Cylinders:
     """Cylinders, cached with what they know of themselves: searches ask again and again."""
-    engine = even_cylinders(count, period)
-    if firing_angles is not None:
-        if len(firing_angles) != count:
-            raise ValueError(
-                f"firing_angles: {len(firing_angles)} values for {count} cylinders: must be one "
-                "for each"
-            )
-        throws = tuple(Throw(-float(a), float(i)) for i, a in enumerate(firing_angles))
-        each = tuple(Cylinder(i, 0, float(angle)) for i, angle in enumerate(firing_angles))
-        engine = cylinders_of(Arrangement(period, throws, (0.0,), each, True))
-    return engine.with_factors(pressure_factor, mass_factor, radius_factor)
+    if firing_angles is None:
+        return even_cylinders(count, period).with_factors(*factors)
+    if len(firing_angles) != count:
+        raise ValueError(
+            f"firing_angles: {len(firing_angles)} values for {count} cylinders: must be one for "
+            "each"
+        )
+    throws = tuple(Throw(-angle, float(i)) for i, angle in enumerate(firing_angles))
+    each = tuple(Cylinder(i, 0, angle) for i, angle in enumerate(firing_angles))
+    return cylinders_of(Arrangement(period, throws, (0.0,), each, True)).with_factors(*factors)
 
 
 @dataclass(frozen=True)
@@ -148,21 +141,16 @@ class Engine:
         _take_numbers(self)
 
     def check(self) -> None:
-        """Refuse values outside their physical range.
-
-        Raises
-        ------
-        ValueError
-            Naming the value.
-        """
+        """Refuse values outside their physical range; ValueError names the value."""
         check_positive(bore=self.bore, stroke=self.stroke, speed=self.speed)
         _check_not_negative(
             reciprocating_mass=self.reciprocating_mass, crankcase_pressure=self.crankcase_pressure
         )
-        ratio = given_number("crank_ratio", self.crank_ratio)
-        if not 0.0 < ratio < 1.0:
-            raise ValueError(f"crank_ratio = {ratio:g}: must lie between 0 and 1, both excluded")
-        self.group.check()
+        if not 0.0 < self.crank_ratio < 1.0:
+            raise ValueError(
+                f"crank_ratio = {self.crank_ratio:g}: must lie between 0 and 1, both excluded"
+            )
+        _check_whole("cylinders", self.group.cylinders)
         if self.friction_torque < 0.0:
             raise ValueError(
                 f"friction_torque = {self.friction_torque:g}: must be zero or a positive number, "
@@ -187,13 +175,7 @@ class Engine:
 
     @cached_property
     def cylinders(self) -> Cylinders:
-        """Cylinders over one cycle.
-
-        Raises
-        ------
-        ValueError
-            Where the throws cannot turn.
-        """
+        """Cylinders over one cycle; ValueError where the throws cannot turn."""
         found = self.group.over(self.diagram.period)
         found.check_turning(self.crank_ratio, self.offset_ratio)
         return found
@@ -211,29 +193,19 @@ class Engine:
 
     def inputs(self) -> dict[str, float]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
-        return {
-            "crank_ratio": self.crank_ratio,
-            "row": 0.0,
-            "scale": 1.0,
-            "crankcase_pressure": self.crankcase_pressure,
-            "offset_ratio": self.offset_ratio,
-            "bore": self.bore,
-            "double_radius": self.double_radius,
-            "mass": self.reciprocating_mass,
-            "speed": self.speed,
-            "friction_torque": self.friction_torque,
-            **self._friction_levels(),
-        }
-
-    def _friction_levels(self) -> dict[str, float]:
-        """Inputs that spread the friction over the stroke [Pa]."""
+        names = (
+            "crank_ratio", "crankcase_pressure", "offset_ratio", "bore", "double_radius", "speed",
+            "friction_torque",
+        )  # fmt: skip
+        inputs = {name: getattr(self, name) for name in names}
+        inputs |= {"row": 0.0, "scale": 1.0, "mass": self.reciprocating_mass}
         shape = self.friction_shape
-        if shape is None:
-            return {}
-        fractions = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
-        level = self.friction_torque / (self.group.cylinders * self.lever)
-        levels = {n: s * level for n, s in zip(FRICTION_NAMES, fractions, strict=False)}
-        return {**levels, "ring_pressure": shape.ring_pressure}
+        if shape is not None:  # levels [Pa] of its parts
+            whole = self.friction_torque / (self.group.cylinders * self.lever)
+            fractions = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
+            levels = (fraction * whole for fraction in fractions)
+            inputs |= zip(FRICTION_NAMES, (*levels, shape.ring_pressure), strict=True)
+        return inputs
 
 
 @dataclass(frozen=True)
@@ -257,13 +229,7 @@ class Load:
         _take_numbers(self)
 
     def check(self) -> None:
-        """Refuse values outside their physical range.
-
-        Raises
-        ------
-        ValueError
-            Naming the value.
-        """
+        """Refuse values outside their physical range; ValueError names the value."""
         _check_not_negative(
             load_exponent=self.load_exponent,
             load_linear=self.load_linear,
@@ -283,10 +249,7 @@ class Load:
     def gear(self, period: float) -> float:
         """Speed of a load's shaft over the crank's: 1 where the load is over the crank's own.
 
-        Raises
-        ------
-        ValueError
-            For a ratio that is not positive, and a load that does not repeat with the cycle.
+        ValueError for a ratio that is not positive, and a load that does not repeat with the cycle.
         """
         gear = self.gear_ratio if self.driven.geared else 1.0
         check_positive(gear_ratio=gear)
@@ -305,19 +268,11 @@ class Load:
         driven = self.driven
         if driven.over_speed is not None:
             return gear * float(driven.over_speed(gear * speed))
-        if driven.motor:
-            assert self.synchronous_speed is not None and self.breakdown_slip is not None
-            return float(
-                motor_torque(
-                    speed, self.synchronous_speed, self.breakdown_slip, self.breakdown_torque
-                )
-            )
-        law = LOAD_LAWS[driven.law]
-        if law.factored:
-            assert law.torque is not None
-            return float(law.torque(speed, *(getattr(self, name) for name in law.needs))[0])
+        law, numbers = LAWS[driven.form.kind], self.inputs_over_speed()
+        assert law.torque is not None
         with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
-            return float(np.power(speed, self.load_exponent))
+            torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
+        return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 
     def inputs(self, gear: float) -> dict[str, float]:
         """Inputs of the kernels that belong to loads over an angle."""
@@ -353,29 +308,16 @@ class Solver:
         _take_numbers(self)
 
     def check_names(self) -> None:
-        """Refuse a choice that does not exist.
-
-        Raises
-        ------
-        ValueError
-            Naming the choice and what there is.
-        """
-        for name, value, known in (
-            ("inertia_model", self.inertia_model, INERTIA_MODELS),
-            ("method", self.method, METHOD_NAMES),
-            ("closure", self.closure, CLOSURES),
-        ):
+        """Refuse a choice that does not exist; ValueError names it and what there is."""
+        for name, known in (
+            ("inertia_model", INERTIA_MODELS), ("method", METHOD_NAMES), ("closure", CLOSURES)
+        ):  # fmt: skip
+            value = getattr(self, name)
             if value not in known:
                 raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
 
     def check(self) -> None:
-        """Refuse values outside their range.
-
-        Raises
-        ------
-        ValueError
-            Naming the value.
-        """
+        """Refuse values outside their range; ValueError names the value."""
         check_positive(tolerance=self.tolerance)
         if self.passes is not None:
             _check_whole("passes", self.passes)
@@ -387,7 +329,7 @@ class Solver:
     def inputs(self) -> dict[str, float]:
         """Inputs of the kernels that belong to the methods that repeat cycles."""
         return {
-            "start_speed": 0.0 if self.start_speed is None else self.start_speed,
-            "passes": 0.0 if self.passes is None else float(self.passes),
+            "start_speed": self.start_speed or 0.0,
+            "passes": float(self.passes or 0.0),
             "start_angle": self.start_angle,
         }
