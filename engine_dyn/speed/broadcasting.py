@@ -5,18 +5,17 @@ Both fronts of kernels, `dispatch` and `torque`, prepare their arguments with th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.speed.results import CURVE_NAMES
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Integers
 
-__all__ = ["codes", "cylinders_of", "shape_of", "without_unknown"]
+__all__ = ["codes", "shape_of", "without_unknown"]
 
 
 def shape_of(*values: Any) -> tuple[int, ...]:
@@ -26,12 +25,9 @@ def shape_of(*values: Any) -> tuple[int, ...]:
 
 def codes(names: tuple[str, ...], value: Any) -> Integers:
     """Places of words among the known names."""
-    if isinstance(value, str):
-        return np.array(names.index(value), dtype=np.int64)
     words = np.asarray(value)
-    return np.array([names.index(str(w)) for w in words.ravel()], dtype=np.int64).reshape(
-        words.shape
-    )
+    found = np.array([names.index(word) for word in words.flat], dtype=np.int64)
+    return found.reshape(words.shape)
 
 
 def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
@@ -57,11 +53,3 @@ def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict
         return found
 
     return of_known
-
-
-def cylinders_of(
-    count: int, period: float, cylinders_by_count: Mapping[int, Cylinders] | None
-) -> Cylinders:
-    """Cylinders of one key: evenly firing equal ones of this number unless given."""
-    given = (cylinders_by_count or {}).get(count)
-    return even_cylinders(count, period) if given is None else given

@@ -14,24 +14,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine, repeats_of
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.broadcasting import cylinders_of
-from engine_dyn.speed.designs import (
-    Chosen,
-    Designs,
-    Inputs,
-    Needs,
-    needs_of,
-    parts_of_designs,
-    reduced,
-)
+from engine_dyn.speed.designs import Chosen, Designs, Inputs, Needs, needs_of, reduced
 from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of
 from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns_of, nodes_of
-from engine_dyn.types import Booleans, Integers
+from engine_dyn.speed.work.parts import FIRST_GAS
+from engine_dyn.types import Integers
 
 __all__ = ["Grouping", "Work"]
 
@@ -44,6 +36,9 @@ MOST_PARTS = 3072
 ROUGHNESS, ROUGHEST = 20.0, 32
 """Times the tolerance that every other node may miss of the work between them, docs/method.md (62);
 largest factor on the nodes because of a rough diagram."""
+
+CRANK = ("crank_ratio", "offset_ratio")
+"""Inputs that a design's box follows from."""
 
 
 @dataclass(frozen=True)
@@ -63,37 +58,21 @@ class Work:
 
     def designs(self) -> Designs:
         """Reduced numbers of the designs, filled up to whole blocks with the last of them."""
-        size = self.size + -self.size % LANES
-
-        def filled(numbers: Integers) -> Integers:
-            last = np.repeat(numbers[-1:], size - numbers.size)
-            return np.concatenate([numbers, last]) if numbers.size else numbers
-
-        needs = self.needs._replace(rubbed=filled(self.needs.rubbed), load=filled(self.needs.load))
-        whole = Chosen(self.chosen.inputs, filled(self.chosen.places))
-        return reduced(
-            whole, needs, self.source.box, float(self.columns.missed), LAWS[self.driven.form.kind]
+        filled = np.minimum(np.arange(self.size + -self.size % LANES), self.size - 1)
+        needs = self.needs._replace(
+            part=self.needs.part[:, filled], share=self.needs.share[:, filled]
         )
+        return reduced(
+            self.chosen.subset(filled), needs, self.source.box, float(self.columns.missed),
+            LAWS[self.driven.form.kind],
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Grouping:
-    """What groups are made of.
+    """What groups are made of: arguments of `engine_dyn.speed.dispatch.solve`.
 
-    Attributes
-    ----------
-    inputs : Inputs
-        Of all designs.
-    family : Family
-        Indicator diagrams.
-    cylinders_by_count : mapping or None
-        Cylinders of each key.
-    driven : DrivenMachine
-        Load over angle.
-    tolerance : float
-        Relative error aimed at, from which the number of nodes follows.
-    keys : tuple of str
-        Inputs, whole numbers, that are the same within a group.
+    `keys` are names of inputs, whole numbers, that are the same within a group.
     """
 
     inputs: Inputs
@@ -123,101 +102,85 @@ class Grouping:
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
-        keys = [chosen.take(name) for name in self.keys]
-        load = self.driven.over_angle
-        if load is not None:
-            keys.append(np.asarray(repeats_of(load, chosen.take("gear_ratio"), self.family.period)))
+        family, load = self.family, self.driven.over_angle
+        keys = [*(chosen.take(name) for name in self.keys), self._repeats(chosen)]
         for same in _split(chosen, keys):
-            cylinders = cylinders_of(
-                int(same.take("cylinders").flat[0]), self.family.period, self.cylinders_by_count
-            )
+            count = int(same.take("cylinders")[0])
+            cylinders = (self.cylinders_by_count or {}).get(count)
+            cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
-            ratio, offset = same.take("crank_ratio"), same.take("offset_ratio")
-            box = np.full(1, ALONE) if alone else boxes_of(ratio, offset, radius)
-            repeats = 0
-            if load is not None:
-                gear = same.take("gear_ratio").flat[:1]
-                repeats = int(np.asarray(repeats_of(load, gear, self.family.period)).flat[0])
-            nodes = nodes_of(
-                math.gcd(cylinders.symmetry, repeats), finer * FEWEST_NODES, self._is_steep
-            )
-            source = Source(self.family, cylinders, box_of(0), nodes, load)
-            for alike in _split(same, [box]):
-                ratio, offset = alike.take("crank_ratio"), alike.take("offset_ratio")
-                mine = boxes_of(ratio, offset, radius).flat[0]
-                if not alone and mine != ALONE:
-                    yield alike, replace(source, box=box_of(int(mine), radius))
-                    continue
-                # No box has such cranks: each gets columns of its own.
-                pair = np.stack(
-                    np.broadcast_arrays(alike.full("crank_ratio"), alike.full("offset_ratio"))
-                )
-                _, numbers = np.unique(pair, axis=1, return_inverse=True)
-                for one in _split(alike, [numbers.reshape(-1)]):
-                    own = (
-                        float(one.take(name).flat[0]) for name in ("crank_ratio", "offset_ratio")
-                    )
-                    yield one, replace(source, box=Box(*((side, 0.0) for side in own)))
+            times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
+            nodes = nodes_of(times, finer * FEWEST_NODES, self._is_steep)
+            for alike in _split(same, [_boxes(same, radius, alone)]):
+                ratio, offset = (float(alike.take(name)[0]) for name in CRANK)
+                number = int(_boxes(alike.subset(slice(1)), radius, alone)[0])
+                box = Box((ratio, 0.0), (offset, 0.0)) if number < 0 else box_of(number, radius)
+                yield alike, Source(family, cylinders, box, nodes, load)
+
+    def _repeats(self, chosen: Chosen) -> Integers:
+        """How often each design's load repeats in the cycle; 0 without a load over an angle."""
+        load, gear = self.driven.over_angle, chosen.take("gear_ratio")
+        if load is None:
+            return np.zeros(1, dtype=np.int64)
+        return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
 
     def _pieces(self, chosen: Chosen, source: Source, finer: int) -> Iterator[Work]:
         """A group in pieces that are sorted by their diagram, with the columns of each."""
-        row = chosen.take("row")
+        row = np.floor(chosen.take("row")).astype(np.int64)
         if row.size > 1:
-            low = np.floor(row).astype(np.int64)
-            chosen = chosen.subset(
-                np.argsort(low.astype(np.min_scalar_type(int(low.max()))), kind="stable")
-            )
-        most = max(1, MOST_PARTS // len(source.box.degrees))
-        waiting = [
-            chosen.subset(slice(begin, begin + PIECE))
-            for begin in range(0, chosen.places.size, PIECE)
-        ]
-        while waiting:
-            piece = waiting.pop(0)
-            needs = needs_of(piece, source.load is not None)
-            size = piece.places.size
-            if needs.parts.number > most and size > 1:
-                waiting[:0] = [
-                    piece.subset(slice(None, size // 2)),
-                    piece.subset(slice(size // 2, None)),
-                ]
-                continue
-            columns = columns_of(source, needs.parts)
-            rough = _is_rough(piece, needs, columns.rough > ROUGHNESS * self.tolerance)
-            if rough.any() and 2 * finer <= ROUGHEST:
-                fewest = 2 * source.nodes.number * source.nodes.times
-                closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
-                yield from self._pieces(piece.subset(rough), closer, 2 * finer)
-                if rough.all():
-                    continue
-                piece = piece.subset(~rough)
-                needs = needs_of(piece, source.load is not None)
-                columns = columns_of(source, needs.parts)
+            chosen = chosen.subset(_order(row))
+        for begin in range(0, chosen.places.size, PIECE):
+            yield from self._works_of(chosen.subset(slice(begin, begin + PIECE)), source, finer)
+
+    def _works_of(self, piece: Chosen, source: Source, finer: int) -> Iterator[Work]:
+        """A piece with its columns, divided where these are too many or too rough for some."""
+        needs, size = needs_of(piece, source.load is not None), piece.places.size
+        if needs.parts.number * len(source.box.degrees) > MOST_PARTS and size > 1:
+            for half in (slice(None, size // 2), slice(size // 2, None)):
+                yield from self._works_of(piece.subset(half), source, finer)
+            return
+        columns = columns_of(source, needs.parts)
+        # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
+        rough_parts = columns.rough > ROUGHNESS * self.tolerance
+        rough_parts[:FIRST_GAS] = False
+        rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
+        rough = np.asarray(rough_parts[needs.part].any(axis=0))
+        if not rough.any() or 2 * finer > ROUGHEST:
             yield Work(piece, needs, source, columns, self.driven)
+            return
+        fewest = 2 * source.nodes.number * source.nodes.times
+        closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
+        yield from self._works_of(piece.subset(rough), closer, 2 * finer)
+        if not rough.all():
+            yield from self._works_of(piece.subset(~rough), source, finer)
+
+
+def _boxes(chosen: Chosen, radius: float, alone: bool) -> Integers:
+    """Number of each design's box; where it has none, a number below 0 that its crank alone has."""
+    crank = np.stack(np.broadcast_arrays(*(chosen.take(name) for name in CRANK)))
+    number = np.full(crank.shape[1], ALONE) if alone else boxes_of(crank[0], crank[1], radius)
+    lonely = number == ALONE
+    if lonely.any():
+        _, own = np.unique(crank[:, lonely], axis=1, return_inverse=True)
+        number[lonely] = ALONE - own.reshape(-1)
+    return number
 
 
 def _split(chosen: Chosen, keys: Sequence[npt.NDArray[Any]]) -> Iterator[Chosen]:
     """Designs whose keys, whole numbers, are the same; keys of size 1 are those of all."""
-    number: Any = None
+    number = np.zeros(1, dtype=np.int64)
     for key in keys:
-        if key.size == 1:
-            continue
         low = int(key.min())
-        span = int(key.max()) - low + 1
-        number = key - low if number is None else number * span + (key - low)
-    if number is None or (number == number[0]).all():
+        number = number * (int(key.max()) - low + 1) + (key - low)
+    if (number == number[0]).all():
         yield chosen
         return
-    # Small whole numbers are sorted by counting.
-    order = np.argsort(number.astype(np.min_scalar_type(int(number.max()))), kind="stable")
+    order = _order(number)
     edges = np.flatnonzero(np.diff(number[order])) + 1
     for part in np.split(order, edges):
         yield chosen.subset(part)
 
 
-def _is_rough(chosen: Chosen, needs: Needs, rough: Booleans) -> Booleans:
-    """Which designs have a part that the nodes do not resolve."""
-    found = np.zeros(chosen.places.size, dtype=np.bool_)
-    for part in parts_of_designs(chosen, needs):
-        found |= rough[part]
-    return found
+def _order(number: Integers) -> Integers:
+    """Order by whole numbers from 0 on; small ones are sorted by counting."""
+    return np.argsort(number.astype(np.min_scalar_type(int(number.max()))), kind="stable")
