@@ -12,6 +12,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.thesis import solve_as_printed
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["solve"]
 
@@ -55,26 +56,31 @@ FINER = 4
 
 @dataclass(frozen=True)
 class Sweep:
-    """All designs of one call of `solve`.
+    """All designs of one call of `solve`, how they are solved, and where the results go.
 
-    `second` says that these are solutions with more nodes, for the error of those before. The other
-    fields are those of `solve`; methods and inertia models are codes among the inputs.
+    `alone` says that each crank has columns of its own, which miss nothing; `second` that these are
+    solutions with more nodes, for the error of those before. The other fields are those of `solve`;
+    methods and inertia models are codes among the inputs.
     """
 
     grouping: Grouping
     closure: int
-    tolerance: float
     iterated: float
     angles: Floats
     threads: int
     results: Results
     tally: Tally | None
+    finer: int
+    general: bool
+    alone: bool = False
     second: bool = False
 
     @property
-    def inputs(self) -> Inputs:
-        """Inputs of all designs."""
-        return self.grouping.inputs
+    def periodic(self) -> Booleans:
+        """Whether a method looks for the periodic solution, of which more nodes tell the error."""
+        inputs = self.grouping.inputs
+        found = inputs.arrays["method"] != THESIS
+        return np.broadcast_to(found, inputs.shape).reshape(-1)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -169,23 +175,23 @@ def solve(
         ("cylinders", "method", "inertia_model"),
     )  # fmt: skip
     sweep = Sweep(
-        grouping, CLOSURES.index(closure), float(tolerance),
-        ITERATED * tolerance if iterated is None else iterated, angles,
-        threads or os.cpu_count() or 1, results, tally_in_use(),
+        grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
+        angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    missed = _solve_and_repeat(sweep, finer, general, progress)
+    _solve_once(sweep, None, progress)
+    missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
-        _estimate_errors(sweep, found, missed, inputs)
+        _estimate_errors(sweep, found, missed)
     return {
         name: array.reshape((*shape, *array.shape[1:]))
-        for name, array in found.items() if name not in compared
-    }  # fmt: skip
+        for name, array in found.items()
+        if name not in compared
+    }
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
     """Refuse methods that cannot solve the law of load or driver; ValueError names the method."""
-    for code in used:
-        method = METHODS[code]
+    for method in (METHODS[code] for code in used):
         if not method.can_solve(driven.law, driven.over_angle is not None):
             raise ValueError(
                 f"method {method.name!r} supports only the load law a + k omega^alpha: take another"
@@ -213,96 +219,80 @@ def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results
 # --- solving all, again where it did not suffice, and for the error ----------------------------
 
 
-def _solve_and_repeat(
-    sweep: Sweep, finer: int, general: bool, progress: Progress | None
-) -> Integers:
-    """Solve all designs, and those that miss the tolerance again with more nodes; return these."""
-    _solve_once(sweep, None, finer, general, progress)
-    missed = np.zeros(0, dtype=np.int64)
-    all_missed = missed
-    while finer < FINEST:
-        # More nodes help where the tolerance is missed; they are tried once where nothing
-        # converged. Repeating cycles has an error of its own, which more nodes do not reduce.
-        status = sweep.results.status if finer == 1 else sweep.results.status[missed]
-        failed = status == TOLERANCE_NOT_MET
-        if finer == 1:
-            failed |= status == NOT_CONVERGED
-        missed = np.flatnonzero(failed) if finer == 1 else missed[failed]
-        missed = missed[sweep.inputs.at(missed).full("method") != THESIS]
-        if not missed.size:
-            break
-        finer *= FINER
-        all_missed = np.union1d(all_missed, missed)
-        _solve_once(sweep, missed, finer, True, None, alone=True)
+def _repeat_missed(sweep: Sweep) -> Integers:
+    """Solve designs that miss the tolerance again with more nodes; return their places.
+
+    More nodes help where the tolerance is missed; they are tried once where nothing converged.
+    Repeating cycles has an error of its own, which more nodes do not reduce.
+    """
+    if sweep.finer > 1:
+        return np.zeros(0, dtype=np.int64)
+    status = sweep.results.status
+    failed = (status == TOLERANCE_NOT_MET) | (status == NOT_CONVERGED)
+    all_missed = missed = np.flatnonzero(failed & sweep.periodic)
+    for finer in (FINER, FINEST):
+        if missed.size:
+            _solve_once(replace(sweep, finer=finer, general=True, alone=True), missed)
+        missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
 
-def _estimate_errors(
-    sweep: Sweep, found: dict[str, Any], missed: Integers, inputs: Mapping[str, Any]
-) -> None:
+def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> None:
     """Solve all a second time with more nodes; the error follows from the difference.
 
     That of designs that were solved with more nodes already is known.
     """
-    status = sweep.results.status
-    known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
+    status, inputs = sweep.results.status, sweep.grouping.inputs
+    known = ((status == CONVERGED) | (status == TOLERANCE_NOT_MET)) & sweep.periodic
     known[missed] = False
-    known &= np.broadcast_to(sweep.inputs.arrays["method"] != THESIS, sweep.inputs.shape).reshape(
-        -1
-    )
     if not known.any():
         return
     results, refined = _results_for(known.size, COMPARED, 0)
     results.scalars.fill(np.nan)
-    finer = replace(
-        sweep, second=True, angles=NOWHERE,
+    second = replace(
+        sweep, second=True, finer=FINER, general=False, angles=NOWHERE,
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    _solve_once(finer, None if known.all() else np.flatnonzero(known), FINER, False, None)
-    compare(found, known, refined, sweep.tolerance, inputs, sweep.inputs.shape)
+    _solve_once(second, None if known.all() else np.flatnonzero(known))
+    compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
-def _solve_once(
-    sweep: Sweep, places: Integers | None, finer: int, general: bool, progress: Progress | None,
-    alone: bool = False,
-) -> None:  # fmt: skip
+def _solve_once(sweep: Sweep, places: Integers | None, progress: Progress | None = None) -> None:
     """Solve the designs at some flat places, or all, on threads."""
+    works = sweep.grouping.works(places, sweep.finer, sweep.alone)
     run_on_threads(
-        sweep.grouping.works(places, finer, alone),
-        lambda work: _solve_work(sweep, work, finer, general), lambda work: work.size,
-        sweep.threads, progress,
-    )  # fmt: skip
+        works, partial(_solve_work, sweep), lambda work: work.size, sweep.threads, progress
+    )
 
 
-def _solve_work(sweep: Sweep, work: Work, finer: int, general: bool) -> None:
+def _solve_work(sweep: Sweep, work: Work) -> None:
     """Solve designs by the batch solver, and what it leaves, or all, by the general one."""
-    chosen, columns, nodes = work.chosen, work.columns, work.source.nodes
-    code = int(chosen.take("method").flat[0])
-    form = work.driven.form
+    chosen, columns, results = work.chosen, work.columns, sweep.results
+    code = int(chosen.take("method")[0])
     task = Task(
-        code, bool(chosen.take("inertia_model").flat[0]), sweep.closure,
-        sweep.tolerance, sweep.iterated, form, angles_of(sweep.angles, columns.width, nodes.number),
+        code, bool(chosen.take("inertia_model")[0]), sweep.closure, sweep.grouping.tolerance,
+        sweep.iterated, work.driven.form,
+        angles_of(sweep.angles, columns.width, work.source.nodes.number),
     )  # fmt: skip
     if code == THESIS:
-        solve_as_printed(work, task, work.source.cylinders, sweep.angles, sweep.results)
+        solve_as_printed(work, task, work.source.cylinders, sweep.angles, results)
         return
     designs = work.designs()
-    if form.kind == POWER and code != CLOSED:
+    if task.form.kind == POWER and code != CLOSED:
         designs = designs._replace(first=np.where(designs.first <= NO_EXPONENT, 0.0, designs.first))
     left = np.ones(work.size, dtype=np.bool_)
-    in_batch = METHODS[code].in_batch and not general
+    in_batch = METHODS[code].in_batch and not sweep.general
     if in_batch:
-        solve_in_blocks(task, columns, designs, sweep.results, left)
-        deferred = sweep.results.deferred
+        solve_in_blocks(task, columns, designs, results, left)
         if sweep.second:
             # Solved by the same solver as before, else both could not be compared.
-            left |= deferred[chosen.places]
-        elif deferred.size:
-            deferred[chosen.places] = left
+            left |= results.deferred[chosen.places]
+        elif results.deferred.size:
+            results.deferred[chosen.places] = left
     if sweep.tally is not None:
         solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
         sweep.tally.note(solver, work.size, to_general)
     rest = np.flatnonzero(left)
     if rest.size:
-        solve_one_by_one(rest, task, columns, designs, sweep.results, last=finer >= FINEST)
+        solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)

@@ -52,8 +52,7 @@ def compare(
     """
 
     def at(name: str) -> Any:
-        value = inputs[name]
-        return np.broadcast_to(value, shape).flat[here] if np.ndim(value) else value
+        return np.broadcast_to(inputs[name], shape).flat[here]
 
     for begin in range(0, known.size, CHUNK_OF_ARRAYS):
         here = slice(begin, begin + CHUNK_OF_ARRAYS)

@@ -42,13 +42,17 @@ def _mean_gas(diagram: Diagram, crank_ratio: float, offset: float, factor: float
     return float(mean_gas_torque(crank_ratio, 0.0, family_of(diagram), offset, factor))
 
 
-def _take_numbers(group: Engine | Load | Solver) -> None:
-    """Replace every number of a group by a finite float; ValueError names what is none."""
-    for item in fields(group):
-        value = getattr(group, item.name)
-        if item.type == "float" or (item.type == "float | None" and value is not None):
-            number = given_number(item.name, value, finite=True)
-            object.__setattr__(group, item.name, number)
+@dataclass(frozen=True)
+class _Group:
+    """Keywords of `periodic_speed`, whose numbers are taken as finite floats."""
+
+    def __post_init__(self) -> None:
+        """Take numbers as floats; ValueError names what is none."""
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.type == "float" or (item.type == "float | None" and value is not None):
+                number = given_number(item.name, value, finite=True)
+                object.__setattr__(self, item.name, number)
 
 
 def check_positive(**values: float) -> None:
@@ -115,7 +119,7 @@ def _cylinders(
 
 
 @dataclass(frozen=True)
-class Engine:
+class Engine(_Group):
     """The engine of one design: its diagram, sizes, masses and friction; see `periodic_speed`."""
 
     diagram: Diagram
@@ -131,14 +135,14 @@ class Engine:
     crankcase_pressure: float
 
     def __post_init__(self) -> None:
-        """Take numbers as floats; ValueError names what is none, and a diagram that is none."""
+        """Take numbers as floats after looking at the diagram; ValueError names what is none."""
         given: object = self.diagram
         if not isinstance(given, Diagram):
             text = repr(given).splitlines()[0][:60]
             raise ValueError(
                 f"diagram = {text}: must be a Diagram, as returned by diagram_from_points"
             )
-        _take_numbers(self)
+        super().__post_init__()
 
     def check(self) -> None:
         """Refuse values outside their physical range; ValueError names the value."""
@@ -159,19 +163,19 @@ class Engine:
             )
 
     @cached_property
-    def double_radius(self) -> float:
-        """Two crank radii [m]."""
-        return 2.0 * float(crank_radius_of_ratio(self.stroke, self.crank_ratio, self.offset))
+    def radius(self) -> float:
+        """Crank radius [m]."""
+        return float(crank_radius_of_ratio(self.stroke, self.crank_ratio, self.offset))
 
     @property
     def offset_ratio(self) -> float:
         """Offset of the pin's line over the crank radius."""
-        return self.offset / (0.5 * self.double_radius)
+        return self.offset / self.radius
 
     @property
     def lever(self) -> float:
-        """Piston area times crank radius [m3]."""
-        return float(piston_area(self.bore)) * 0.5 * self.double_radius
+        """Piston area times crank radius, of all cylinders [m3]."""
+        return self.group.cylinders * (float(piston_area(self.bore)) * self.radius)
 
     @cached_property
     def cylinders(self) -> Cylinders:
@@ -189,27 +193,32 @@ class Engine:
             mean = _mean_gas(self.diagram, *own, member.pressure_factor)
             means.append(member.radius_factor * mean)
         mean_gas = sum(means) / len(means)
-        return self.group.cylinders * self.lever * mean_gas - self.friction_torque
+        return self.lever * mean_gas - self.friction_torque
 
     def inputs(self) -> dict[str, float]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
-        names = (
-            "crank_ratio", "crankcase_pressure", "offset_ratio", "bore", "double_radius", "speed",
-            "friction_torque",
-        )  # fmt: skip
-        inputs = {name: getattr(self, name) for name in names}
-        inputs |= {"row": 0.0, "scale": 1.0, "mass": self.reciprocating_mass}
+        inputs = {
+            "crank_ratio": self.crank_ratio,
+            "row": 0.0,
+            "scale": 1.0,
+            "crankcase_pressure": self.crankcase_pressure,
+            "offset_ratio": self.offset_ratio,
+            "bore": self.bore,
+            "double_radius": 2.0 * self.radius,
+            "mass": self.reciprocating_mass,
+            "speed": self.speed,
+            "friction_torque": self.friction_torque,
+        }
         shape = self.friction_shape
         if shape is not None:  # levels [Pa] of its parts
-            whole = self.friction_torque / (self.group.cylinders * self.lever)
             fractions = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
-            levels = (fraction * whole for fraction in fractions)
+            levels = (fraction * (self.friction_torque / self.lever) for fraction in fractions)
             inputs |= zip(FRICTION_NAMES, (*levels, shape.ring_pressure), strict=True)
         return inputs
 
 
 @dataclass(frozen=True)
-class Load:
+class Load(_Group):
     """What the engine drives, or what drives it; keywords of `periodic_speed`."""
 
     driven: DrivenMachine
@@ -223,10 +232,6 @@ class Load:
     breakdown_torque: float = 1.0
     load_linear: float = 0.0
     load_square: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Take numbers as floats; ValueError names what is none."""
-        _take_numbers(self)
 
     def check(self) -> None:
         """Refuse values outside their physical range; ValueError names the value."""
@@ -292,7 +297,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Solver:
+class Solver(_Group):
     """How the speed is solved; keywords of `periodic_speed`."""
 
     inertia_model: str
@@ -302,10 +307,6 @@ class Solver:
     passes: int | None
     start_speed: float | None
     start_angle: float
-
-    def __post_init__(self) -> None:
-        """Take numbers as floats; ValueError names what is none."""
-        _take_numbers(self)
 
     def check_names(self) -> None:
         """Refuse a choice that does not exist; ValueError names it and what there is."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import chain, islice
 from typing import TypeVar
 
 __all__ = ["Progress", "run_on_threads"]
@@ -26,38 +27,31 @@ def run_on_threads(
 
     Jobs are made in the calling thread, and only a few are waiting, because each holds memory.
     """
-    first = next(jobs, None)
-    second = next(jobs, None)
-    waiting: deque[tuple[Future[None], int]] = deque()
-
-    def finish(job: Future[None], designs: int) -> None:
-        job.result()
-        if progress:
-            progress(designs)
-
-    if threads == 1 or second is None:  # a pool costs some 200 us
-        for job in _chained(first, second, jobs):
+    first = list(islice(jobs, 2))
+    several = threads > 1 and len(first) > 1  # a pool costs some 200 us
+    all_jobs = chain(first, jobs)
+    if not several:
+        for job in all_jobs:
             do(job)
             if progress:
                 progress(size_of(job))
         return
+    waiting: deque[tuple[Future[None], int]] = deque()
+
+    def finish_first() -> None:
+        job, designs = waiting.popleft()
+        job.result()
+        if progress:
+            progress(designs)
+
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for job in _chained(first, second, jobs):
+            for job in all_jobs:
                 waiting.append((pool.submit(do, job), size_of(job)))
                 if len(waiting) > 2 * threads:
-                    finish(*waiting.popleft())
+                    finish_first()
             while waiting:
-                finish(*waiting.popleft())
+                finish_first()
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-
-
-def _chained(first: Job | None, second: Job | None, jobs: Iterator[Job]) -> Iterator[Job]:
-    """All jobs, the first two of which were taken already."""
-    if first is not None:
-        yield first
-    if second is not None:
-        yield second
-    yield from jobs
