@@ -197,18 +197,12 @@ class Engine(_Group):
 
     def inputs(self) -> dict[str, float]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
-        inputs = {
-            "crank_ratio": self.crank_ratio,
-            "row": 0.0,
-            "scale": 1.0,
-            "crankcase_pressure": self.crankcase_pressure,
-            "offset_ratio": self.offset_ratio,
-            "bore": self.bore,
-            "double_radius": 2.0 * self.radius,
-            "mass": self.reciprocating_mass,
-            "speed": self.speed,
-            "friction_torque": self.friction_torque,
-        }
+        same = (
+            "crank_ratio", "offset_ratio", "bore", "speed", "friction_torque", "crankcase_pressure"
+        )  # fmt: skip
+        inputs = {name: getattr(self, name) for name in same}
+        inputs |= {"row": 0.0, "scale": 1.0, "double_radius": 2.0 * self.radius}
+        inputs["mass"] = self.reciprocating_mass
         shape = self.friction_shape
         if shape is not None:  # levels [Pa] of its parts
             fractions = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)

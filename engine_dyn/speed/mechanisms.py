@@ -12,11 +12,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 
-__all__ = ["BATCH", "GENERAL", "MECHANISMS", "Tally", "counted", "tally_in_use"]
+__all__ = ["BATCH", "GENERAL", "Tally", "counted", "tally_in_use"]
 
 BATCH, GENERAL = "batch solver", "general solver"
-
-MECHANISMS = (BATCH, GENERAL)
 
 
 @dataclass

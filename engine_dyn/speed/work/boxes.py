@@ -54,34 +54,31 @@ class Box:
     ratio: tuple[float, float]
     offset: tuple[float, float] = (0.0, 0.0)
 
-    @property
-    def sizes(self) -> tuple[int, int]:
-        """Chebyshev points of ratio and offset."""
-        one, other = (DEGREE if width > 0.0 else 1 for _, width in (self.ratio, self.offset))
-        return one, other
+    @cached_property
+    def _angles(self) -> list[Floats]:
+        """Arc cosines of the Chebyshev points of ratio and offset: one point has no width."""
+        sizes = (DEGREE if width > 0.0 else 1 for _, width in (self.ratio, self.offset))
+        return [(np.arange(size) + 0.5) * np.pi / size for size in sizes]
 
     @cached_property
     def degrees(self) -> Integers:
         """Degrees of each column's polynomial in ratio and offset, shape (terms, 2)."""
-        one, other = self.sizes
-        pairs = [(i, j) for i in range(one) for j in range(other) if i + j < DEGREE]
-        return np.array(pairs, dtype=np.int64)
+        pairs = np.argwhere(np.ones([angle.size for angle in self._angles]))
+        return pairs[pairs.sum(axis=1) < DEGREE]
 
     @cached_property
     def samples(self) -> Floats:
         """Ratio and offset of every Chebyshev point, shape (samples, 2)."""
-        sides = [
-            _points(*side, n) for side, n in zip((self.ratio, self.offset), self.sizes, strict=True)
-        ]
-        grids = np.meshgrid(*sides, indexing="ij")
-        return np.stack([grid.reshape(-1) for grid in grids], axis=1)
+        sides = zip((self.ratio, self.offset), self._angles, strict=True)
+        points = [centre + width * np.cos(angle) for (centre, width), angle in sides]
+        return np.stack(np.meshgrid(*points, indexing="ij"), axis=-1).reshape(-1, 2)
 
     @cached_property
     def transform(self) -> Floats:
         """Matrix from values at the samples to columns, shape (terms, samples)."""
-        one, other = (_matrix(n) for n in self.sizes)
-        full = np.einsum("ia,jb->ijab", one, other).reshape(len(one), len(other), -1)
-        return np.ascontiguousarray(full[tuple(self.degrees.T)])
+        full = np.kron(*(_matrix(angle) for angle in self._angles))
+        one, other = self.degrees.T
+        return np.ascontiguousarray(full[one * self._angles[1].size + other])
 
     def place(self, ratio: Floats, offset: Floats) -> Floats:
         """Ratios and offsets as places from -1 to 1 within the box, shape (2, ...)."""
@@ -103,15 +100,9 @@ def factor_of(degree: int, place: float) -> float:
     return now
 
 
-def _points(centre: float, width: float, size: int) -> Floats:
-    """Chebyshev points of an interval; its centre where it is a point."""
-    return np.asarray(centre + width * np.cos((np.arange(size) + 0.5) * np.pi / size))
-
-
-def _matrix(size: int) -> Floats:
+def _matrix(angle: Floats) -> Floats:
     """Matrix from values at the Chebyshev points to coefficients of the polynomials."""
-    angle = (np.arange(size) + 0.5) * np.pi / size
-    matrix = 2.0 / size * np.cos(np.outer(np.arange(size), angle))
+    matrix = 2.0 / angle.size * np.cos(np.outer(np.arange(angle.size), angle))
     matrix[0] *= 0.5
     return np.asarray(matrix)
 
@@ -123,8 +114,7 @@ def boxes_of(ratio: Floats, offset: Floats, largest_radius: float = 1.0) -> Inte
     ratio is that times the engine's, and must lie within the outermost edge.
     """
     own = ratio * largest_radius
-    number = np.searchsorted(RATIO_EDGES, own, side="right") - 1
-    number = np.where(own == RATIO_EDGES[-1], len(RATIO_EDGES) - 2, number)
+    number = np.searchsorted(RATIO_EDGES[1:-1], own, side="right")
     lies = (own >= 0.0) & (own <= np.where(offset == 0.0, RATIO_EDGES[-1], LARGEST_WITH_OFFSET))
     lies &= np.abs(offset) <= OFFSET_EDGE
     sign = np.where(offset > 0.0, 1, np.where(offset < 0.0, 2, 0))

@@ -42,21 +42,9 @@ def cubic_in_middle(left: Any, right: Any, d_left: Any, d_right: Any) -> Any:
 def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) -> tuple[Any, Any]:
     """Maximum of a curve within an interval that rises at its begin and falls at its end.
 
-    docs/method.md (98) is its place, (99) its value.
-
-    Parameters
-    ----------
-    left, right : float or vector
-        Values at the ends.
-    d_left, d_right : float or vector
-        Slopes times the interval's width.
-    middle : float or vector
-        True value in the middle less the cubic's.
-
-    Returns
-    -------
-    tuple of float
-        The maximum, and the correction by the middle in it.
+    docs/method.md (98) is its place, (99) its value. Given are, as numbers or vectors, the values
+    at the ends, the slopes times the width, and the true value in the middle less the cubic's.
+    Returns the maximum, and the correction by the middle in it.
     """
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right

@@ -24,15 +24,9 @@ def add_products(
 ) -> None:
     """Add weight times pressure times velocity at the points of every interval, folded.
 
-    Parameters
-    ----------
-    pressure : ndarray, shape (rows, at least begin + points * steps)
-        From `begin` on: the first point of all intervals of the cycle, then the second one, and so
-        on.
-    velocity : ndarray, shape (terms, points * steps)
-    weights : ndarray, shape (points,)
-    total : ndarray, shape (rows, terms, nodes)
-        What is added to; the cycle is folded at the period of `nodes` intervals.
+    `pressure` (row, point) from `begin` on and `velocity` (term, point) have the first point of all
+    intervals of the cycle, then the second one, and so on; `total` is (row, term, node). The cycle
+    is folded at the period of so many intervals as there are nodes.
     """
     rows, terms, nodes = total.shape
     steps = velocity.shape[1] // weights.size
@@ -52,18 +46,10 @@ def add_products(
 def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float, mean: Floats) -> None:
     """Turn mean torques of intervals into the work at nodes and between, docs/method.md (50).
 
-    Parameters
-    ----------
-    sums : ndarray, shape (parts, terms, nodes)
-        Mean torque of each interval; becomes the work at the node before it, without its mean.
-    halves : ndarray, shape (parts, terms, nodes)
-        Part of the first half of each interval; becomes the work in its middle.
-    rates : ndarray, shape (parts, terms, nodes)
-        Torque at the nodes, from which its mean is subtracted.
-    width : float
-        Of an interval [rad].
-    mean : ndarray, shape (parts, terms)
-        Gets the mean torque.
+    All are (part, term, node): `sums` has the mean torque of each interval, and gets the work at
+    the node before it, without its mean; `halves` has what the first half of each adds to that, and
+    gets the work in its middle; `rates` has the torque at the nodes, and loses its mean, which
+    `mean` (part, term) gets. `width` is that of an interval [rad].
     """
     parts, terms, nodes = sums.shape
     for part in range(parts):
@@ -101,25 +87,12 @@ def arrange(
     work: Floats, halves: Floats, rates: Floats, width: float, fine: Floats, weights: Floats,
     coarse: Floats, integral: Floats,
 ) -> None:  # fmt: skip
-    """Put work and torque at nodes into the order in which solvers read them.
+    """Put what `cumulate` gives into the order in which solvers read it: `fine`, `coarse`.
 
-    Parameters
-    ----------
-    work, halves, rates : ndarray, shape (parts, terms, nodes)
-        Work at the nodes and in the middle of the intervals behind them, torque at the nodes.
-    width : float
-        Of an interval [rad].
-    fine : ndarray, shape (parts, nodes, 4, terms)
-        Gets work and torque at the nodes, what the cubic through both misses in the middles,
-        docs/method.md (60), and what a polynomial through coarse nodes misses of the integral of
-        the work, docs/method.md (63).
-    weights : ndarray, shape (stride, stencil)
-        Of that polynomial at the nodes of a coarse interval.
-    integral : ndarray, shape (coarse nodes + stencil,)
-        Scratch.
-    coarse : ndarray, shape (parts, coarse nodes, 2, terms)
-        Gets the work at the coarse nodes, and what six of them miss of its mean over the coarse
-        interval behind each, docs/method.md (72).
+    Their shapes and meanings are those of `columns.Columns`; what is missed of the middles is
+    docs/method.md (60), of the integral of the work (63), and of its mean (72). `weights` (node,
+    coarse node) are of the polynomial through coarse nodes, `integral` (coarse nodes and a stencil)
+    is scratch, `width` that of an interval [rad].
     """
     parts, terms, nodes = work.shape
     stride, many = nodes // coarse.shape[1], coarse.shape[1]
