@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine_dyn.compilation import inlined
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.given_numbers import given_number
 from engine_dyn.pressure.diagram import Diagram
@@ -32,23 +31,16 @@ from engine_dyn.units import BAR
 __all__ = [
     "FrictionShape",
     "StrokeFriction",
-    "auxiliary_torque",
     "friction_mean_effective_pressure",
     "friction_torque",
     "mean_parts",
     "mean_piston_speed",
     "stacked_parts",
-    "stroke_friction_parts",
-    "stroke_friction_parts_at",
-    "stroke_friction_slopes_at",
 ]
 
 
 PANELS = 180
 """Panels of a stroke over which means are taken."""
-
-DEAD_CENTRE = 1e-9
-"""Reduced speed, and sine, up to which only rounding tells them from 0."""
 
 
 def mean_piston_speed(stroke: Any, speed: Any) -> Any:
@@ -84,17 +76,6 @@ def friction_torque(friction_pressure: Any, displacement: Any, period: Any) -> A
     return friction_pressure * displacement / period
 
 
-def auxiliary_torque(
-    constant: Any, speed: Any, speed_share: Any = 0.0, speed_square_share: Any = 0.0
-) -> Any:
-    """Torque of the auxiliaries [N m], positive, to be subtracted: a + b omega + c omega^2.
-
-    `constant` [N m], `speed` of the crank [rad/s], `speed_share` [N m s], `speed_square_share`
-    [N m s2].
-    """
-    return constant + (speed_share + speed_square_share * speed) * speed
-
-
 class StrokeFriction(NamedTuple):
     """Friction that varies over the stroke: levels of its four parts, all [Pa].
 
@@ -121,61 +102,24 @@ class StrokeFriction(NamedTuple):
         return self.boundary, self.mixed, self.hydrodynamic, self.skirt
 
 
-Parts = tuple[Any, Any, Any, Any]
-"""A number or an array for each part: boundary, mixed, hydrodynamic, skirt."""
-
-
-def stroke_friction_parts(load: Any, speed: Any, sine: Any) -> Parts:
-    """Torques of the four parts of `FrictionShape`, not scaled; numbers or arrays alike.
+def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
+    """Torques of the four parts of `FrictionShape`, not scaled, shape (4, ...).
 
     docs/method.md (31): N u, N u (1 - |sin(phi)|), sqrt(N u) u and u^2, with u = |c/(r omega)|.
 
     Parameters
     ----------
-    load : float or ndarray
+    load : array_like
         N, the pressure on the rings [Pa]; a negative one lifts them and counts as 0.
-    speed : float or ndarray
+    speed : array_like
         c/(r omega) of the piston [1].
-    sine : float or ndarray
+    sine : array_like
         Sine of the cylinder's own crank angle [1].
     """
-    fast = abs(speed)
+    fast = np.abs(speed)
     dry = np.maximum(load, 0.0) * fast
-    return dry, dry * (1.0 - abs(sine)), np.sqrt(dry) * fast, fast * fast
-
-
-stroke_friction_parts_at = inlined(stroke_friction_parts)
-"""`stroke_friction_parts` of numbers, for kernels."""
-
-
-@inlined
-def stroke_friction_slopes_at(
-    load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
-) -> Parts:
-    """Slopes over the angle of what `stroke_friction_parts` returns, docs/method.md (31).
-
-    `rise` and `rate` are the slopes of load and speed. At a dead centre, where the slopes jump,
-    their mean on both sides is returned.
-    """
-    if load <= 0.0:
-        load, rise = 0.0, 0.0
-    fast, faster = abs(speed), 0.0
-    if fast > DEAD_CENTRE:
-        faster = rate if speed > 0.0 else -rate
-    turn = 0.0
-    if abs(sine) > DEAD_CENTRE:
-        turn = -cosine if sine > 0.0 else cosine
-    dry, drier = load * fast, rise * fast + load * faster
-    wet = 0.0
-    if dry > 0.0:
-        wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
-    slow = 1.0 - abs(sine)
-    return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
-
-
-def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
-    """`stroke_friction_parts` of arrays that broadcast, shape (4, ...)."""
-    return np.stack(np.broadcast_arrays(*stroke_friction_parts(load, speed, sine)))
+    parts = dry, dry * (1.0 - np.abs(sine)), np.sqrt(dry) * fast, fast * fast
+    return np.stack(np.broadcast_arrays(*parts))
 
 
 def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:

@@ -19,14 +19,12 @@ __all__ = ["ITERATED", "ITERATED_FINER", "compare"]
 SAFETY, LEAST_ERROR = 7.0, 9e-10
 """Factor on the difference to a solution with four times the nodes, and a constant that is added,
 because both solutions see the knots of a tabulated diagram alike, and both have the same columns.
-Both numbers were measured with benchmarks.stress: with twice the nodes, the error of one rough
-diagram in three hundred was above the estimate; with four times, that of none of 800. What the
-columns miss was up to 7.7e-10 of delta in 1 200 designs, most with 10 and 12 cylinders."""
+Both were measured with benchmarks.stress: the error of none of 800 rough diagrams was above the
+estimate, and columns missed up to 7.7e-10 of delta, most with 10 and 12 cylinders."""
 
 SAFETY_OF_SLOWEST = 2.0
-"""Factor on the difference of the smallest speed. With four times the nodes the error is at most a
-quarter even at first order, so it is at most 4/3 of the difference. The remainder of the factor is
-room for rounding, which near a stall is alike in both solutions."""
+"""Factor on the difference of the smallest speed: 4/3 at first order, and room for rounding, which
+near a stall is alike in both solutions."""
 
 ITERATED = 1e-2
 """Fraction of the tolerance that the iteration of the load term may leave of the range of q."""

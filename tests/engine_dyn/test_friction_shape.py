@@ -1,9 +1,8 @@
-"""Friction over the crank angle, Chen and Flynn's full form, auxiliaries."""
+"""Friction over the crank angle, Chen and Flynn's full form."""
 
 from __future__ import annotations
 
 import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads import friction
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
@@ -168,31 +166,6 @@ def test_rings_that_lift(fired: Diagram) -> None:
     )
 
 
-def test_the_slopes_of_the_parts_by_differences(fired: Diagram) -> None:
-    """And the compiled parts against the same formula in Python."""
-    phi, h = np.linspace(-6.0, 6.0, 61) + 0.01, 1e-6
-
-    def at(angle: float) -> tuple[float, float]:
-        return float(1.5 * BAR + fired(angle) - BAR), float(velocity(angle, 0.28))
-
-    for angle in phi.tolist():
-        load, speed = at(angle)
-        parts = friction.stroke_friction_parts_at(load, speed, math.sin(angle))
-        expected = friction.stroke_friction_parts(load, speed, math.sin(angle))
-        np.testing.assert_allclose(parts, expected, rtol=1e-14)
-        slopes = friction.stroke_friction_slopes_at(
-            load, float(fired.derivative(angle)), speed, float(acceleration(angle, 0.28)),
-            math.sin(angle), math.cos(angle),
-        )  # fmt: skip
-        ends = [
-            np.array(friction.stroke_friction_parts(*at(angle + way), math.sin(angle + way)))
-            for way in (h, -h)
-        ]
-        np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / (2.0 * h), rtol=2e-5, atol=1.0)
-    assert friction.stroke_friction_slopes_at(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
-    assert friction.stroke_friction_slopes_at(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
-
-
 # Means
 
 
@@ -214,8 +187,3 @@ def test_a_motored_engine_has_the_friction_of_its_motored_peak() -> None:
         for d in (fired, motored)
     ]
     assert forms[0] - forms[1] == pytest.approx(0.005 * (fired.peak - motored.peak), rel=1e-9)
-
-
-def test_auxiliaries() -> None:
-    assert friction.auxiliary_torque(3.0, 100.0) == 3.0
-    assert friction.auxiliary_torque(3.0, 100.0, 0.01, 2e-4) == pytest.approx(3.0 + 1.0 + 2.0)
