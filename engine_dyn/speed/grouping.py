@@ -88,7 +88,7 @@ class Grouping:
         return self.driven.motor or self.driven.over_speed is not None
 
     def works(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Work]:
-        """Designs at some flat places, or all, in groups and pieces, with their columns.
+        """Designs at some flat places, or all, in groups and in pieces sorted by their diagram.
 
         `finer` is a factor on the number of nodes; where `alone`, each crank ratio and offset gets
         columns of its own, which miss nothing.
@@ -98,7 +98,12 @@ class Grouping:
             end = min(begin + SLAB, size)
             slab = np.arange(begin, end) if places is None else places[begin:end]
             for chosen, source in self._groups(self.inputs.at(slab), finer, alone):
-                yield from self._pieces(chosen, source, finer)
+                row = np.floor(chosen.take("row")).astype(np.int64)
+                if row.size > 1:
+                    chosen = chosen.subset(_order(row))
+                for first in range(0, chosen.places.size, PIECE):
+                    piece = chosen.subset(slice(first, first + PIECE))
+                    yield from self._with_columns(piece, source, finer)
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
@@ -124,20 +129,12 @@ class Grouping:
             return np.zeros(1, dtype=np.int64)
         return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
 
-    def _pieces(self, chosen: Chosen, source: Source, finer: int) -> Iterator[Work]:
-        """A group in pieces that are sorted by their diagram, with the columns of each."""
-        row = np.floor(chosen.take("row")).astype(np.int64)
-        if row.size > 1:
-            chosen = chosen.subset(_order(row))
-        for begin in range(0, chosen.places.size, PIECE):
-            yield from self._works_of(chosen.subset(slice(begin, begin + PIECE)), source, finer)
-
-    def _works_of(self, piece: Chosen, source: Source, finer: int) -> Iterator[Work]:
+    def _with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Work]:
         """A piece with its columns, divided where these are too many or too rough for some."""
         needs, size = needs_of(piece, source.load is not None), piece.places.size
         if needs.parts.number * len(source.box.degrees) > MOST_PARTS and size > 1:
             for half in (slice(None, size // 2), slice(size // 2, None)):
-                yield from self._works_of(piece.subset(half), source, finer)
+                yield from self._with_columns(piece.subset(half), source, finer)
             return
         columns = columns_of(source, needs.parts)
         # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
@@ -150,9 +147,9 @@ class Grouping:
             return
         fewest = 2 * source.nodes.number * source.nodes.times
         closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
-        yield from self._works_of(piece.subset(rough), closer, 2 * finer)
+        yield from self._with_columns(piece.subset(rough), closer, 2 * finer)
         if not rough.all():
-            yield from self._works_of(piece.subset(~rough), source, finer)
+            yield from self._with_columns(piece.subset(~rough), source, finer)
 
 
 def _boxes(chosen: Chosen, radius: float, alone: bool) -> Integers:

@@ -19,15 +19,10 @@ BATCH, GENERAL = "batch solver", "general solver"
 
 @dataclass
 class Tally:
-    """Numbers of designs by what solved them.
+    """Numbers of `designs` that each solver was given; of `deferred` that the batch solver left.
 
-    Attributes
-    ----------
-    designs : Counter
-        Designs given to each solver. Designs that are solved again, for their error or because they
-        missed the tolerance, count again.
-    deferred : int
-        Of those given to the batch solver, how many it left to the general one.
+    Designs that are solved again, for their error or because they missed the tolerance, count
+    again.
     """
 
     designs: Counter[str] = field(default_factory=Counter)

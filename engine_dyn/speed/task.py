@@ -13,20 +13,10 @@ __all__ = ["Task"]
 class Task(NamedTuple):
     """What all designs of a call have in common.
 
-    Attributes
-    ----------
-    method : int
-        Code of `engine_dyn.speed.methods`.
-    variable : bool
-        Whether the inertia varies over the crank angle.
-    closure : int
-        POWER_MEAN or CYCLE_TIME.
-    tolerance, iterated : float
-        Relative error of delta aimed at, and error that iterations may leave over the range of q.
-    form : Form
-        Of the law over speed.
-    angles : Angles
-        Where curves are wanted.
+    `method` and `closure` are codes of `engine_dyn.speed.methods`, `variable` says whether the
+    inertia varies over the crank angle, `tolerance` is the relative error of delta aimed at,
+    `iterated` the error over the range of q that iterations may leave, and curves are wanted at
+    `angles`.
     """
 
     method: int

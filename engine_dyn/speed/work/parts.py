@@ -29,16 +29,10 @@ class RubbedDiagram(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What columns are wanted of.
+    """What columns are wanted of: rows of the family, friction over the stroke, loads over angle.
 
-    Attributes
-    ----------
-    rows : ndarray of int
-        Rows of the family, ascending.
-    rubbed : tuple of RubbedDiagram
-        Whose friction over the stroke is wanted: `FRICTION_PARTS` parts each.
-    loads : tuple of (float, float)
-        Gear ratio and phase [rad] of loads over angle.
+    `rows` ascend, friction has `FRICTION_PARTS` parts for each of `rubbed`, and `loads` are gear
+    ratios and phases [rad].
     """
 
     rows: Integers
