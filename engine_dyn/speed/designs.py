@@ -72,10 +72,8 @@ class Inputs:
     @classmethod
     def of(cls, inputs: Mapping[str, Any], shape: tuple[int, ...]) -> Inputs:
         """Give all inputs as many axes as `shape` has."""
-        arrays = {}
-        for name, value in inputs.items():
-            array = np.asarray(value)
-            arrays[name] = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
+        axes = len(shape)
+        arrays = {name: np.array(one, copy=None, ndmin=axes) for name, one in inputs.items()}
         return cls(arrays, shape)
 
     @property
@@ -97,8 +95,7 @@ class Chosen:
 
     @cached_property
     def _along(self) -> tuple[Integers, ...]:
-        shape = self.inputs.shape
-        return tuple(np.unravel_index(self.places, shape)) if shape else ()
+        return tuple(np.unravel_index(self.places, self.inputs.shape))
 
     def take(self, name: str) -> npt.NDArray[Any]:
         """Values of an input, shape (designs,), or (1,) where all have the same."""
@@ -107,10 +104,8 @@ class Chosen:
             return array.reshape(1)
         if array.size == self.inputs.size:
             return array.reshape(-1)[self.places]
-        index = [
-            here if size > 1 else 0 for here, size in zip(self._along, array.shape, strict=True)
-        ]
-        return np.asarray(array[tuple(index)])
+        axes = zip(self._along, array.shape, strict=True)
+        return np.asarray(array[tuple(here if size > 1 else 0 for here, size in axes)])
 
     def full(self, name: str) -> npt.NDArray[Any]:
         """Values of an input, shape (designs,)."""

@@ -28,9 +28,8 @@ def run_on_threads(
     Jobs are made in the calling thread, and only a few are waiting, because each holds memory.
     """
     first = list(islice(jobs, 2))
-    several = threads > 1 and len(first) > 1  # a pool costs some 200 us
     all_jobs = chain(first, jobs)
-    if not several:
+    if threads == 1 or len(first) < 2:  # a pool costs some 200 us
         for job in all_jobs:
             do(job)
             if progress:
