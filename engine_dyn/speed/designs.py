@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial.chebyshev import chebvander
 
 from engine_dyn.loads.laws import LawFacts
 from engine_dyn.speed.fields import FRICTION_NAMES
@@ -163,11 +162,21 @@ def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
     return Needs(parts, part, share)
 
 
+def _factors(degrees: Integers, place: Sequence[Floats]) -> Floats:
+    """Chebyshev polynomials of both places, docs/method.md (58), shape (designs, term)."""
+    found = np.ones((place[0].size, len(degrees)))
+    for side, x in enumerate(place):
+        before, now = np.ones(x.size), x
+        for degree in range(1, int(degrees[:, side].max()) + 1):
+            found[:, degrees[:, side] == degree] *= now[:, None]
+            before, now = now, 2.0 * x * now - before
+    return found
+
+
 def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts) -> Designs:
     """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
-    Results go to their places among all designs. `missed` is what the columns miss of V. Factors
-    are Chebyshev polynomials, docs/method.md (58).
+    Results go to their places among all designs. `missed` is what the columns miss of V.
     """
     speed, inertia, lever = chosen.take("speed"), chosen.take("inertia"), chosen.lever()
     radius = 0.5 * chosen.take("double_radius")
@@ -179,11 +188,9 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
     def whole(value: Any) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(value, chosen.places.shape), dtype=np.float64)
 
-    ratio, offset = map(whole, box.place(chosen.take("crank_ratio"), chosen.take("offset_ratio")))
-    of_ratio, of_offset = box.degrees.T
-    factor = chebvander(ratio, of_ratio.max())[:, of_ratio]
-    factor *= chebvander(offset, of_offset.max())[:, of_offset]
-    same = np.stack([ratio, offset, *needs.part, *needs.share])
+    crank = chosen.take("crank_ratio"), chosen.take("offset_ratio")
+    place = [whole(side) for side in box.place(*crank)]
+    same = np.stack([*place, *needs.part, *needs.share])
     changes = (same[:, 1:] != same[:, :-1]).any(axis=0)
     return Designs(
         gas=whole(lever / energy),
@@ -194,7 +201,7 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
         first=whole(first),
         second=whole(second),
         gear=whole(chosen.take("gear_ratio")),
-        factor=np.ascontiguousarray(factor),
+        factor=_factors(box.degrees, place),
         table=np.concatenate([[0], np.cumsum(changes)]),
         part=needs.part,
         share=needs.share,

@@ -58,7 +58,9 @@ class Work:
 
     def designs(self) -> Designs:
         """Reduced numbers of the designs, filled up to whole blocks with the last of them."""
-        filled = np.minimum(np.arange(self.size + -self.size % LANES), self.size - 1)
+        filled: Integers | slice = slice(None)
+        if self.size % LANES:
+            filled = np.minimum(np.arange(self.size + -self.size % LANES), self.size - 1)
         needs = self.needs._replace(
             part=self.needs.part[:, filled], share=self.needs.share[:, filled]
         )
