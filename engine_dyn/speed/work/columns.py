@@ -28,7 +28,6 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box
-from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 from engine_dyn.speed.work.parts import (
     FIRST_GAS,
     FRICTION_PARTS,
@@ -37,7 +36,7 @@ from engine_dyn.speed.work.parts import (
     Parts,
     RubbedDiagram,
 )
-from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
+from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arranged, cumulate
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["ATMOSPHERE", "FEWEST_NODES", "Columns", "columns_of", "mean_weights", "nodes_of"]
@@ -183,7 +182,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         for member in source.members:
             _add_friction(source, diagram, member, work[here], halves[here], rates[here])
     for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_load)):
-        cumulate(work[summed], halves[summed], rates[summed], source.width, mean[summed])
+        mean[summed] = cumulate(work[summed], halves[summed], rates[summed], source.width)
     # Friction has no mean here: it is part of the mean friction torque.
     mean[parts.first_rubbed : parts.first_load] = 0.0
     _add_square(source, work[SQUARE], halves[SQUARE], rates[SQUARE])
@@ -194,13 +193,8 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (source.load.mean - source.load(theta))
-    fine = np.empty((parts.number, nodes, 4, terms))
     stride = source.nodes.stride
-    coarse = np.empty((parts.number, nodes // stride, 2, terms))
-    arrange(
-        work, halves, rates, source.width, fine, weights_between(stride), coarse,
-        np.empty(nodes // stride + STENCIL),
-    )  # fmt: skip
+    fine, coarse = arranged(work, halves, rates, source.width, stride)
     in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # of the box
     middle = np.asarray(np.einsum("t,ptn->pn", in_the_middle, work))
     return (
