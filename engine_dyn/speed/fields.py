@@ -8,15 +8,9 @@ from typing import NamedTuple
 from engine_dyn.loads import laws
 
 __all__ = [
-    "DEFAULTS",
-    "FIELDS",
-    "FRICTION_NAMES",
-    "INPUT_NAMES",
-    "NAMES_OF_QUANTITIES",
-    "OF_SPEED_ALONE",
-    "TABLE_QUANTITIES",
-    "Field",
-]
+    "DEFAULTS", "FIELDS", "FRICTION_NAMES", "INPUT_NAMES", "NAMES_OF_QUANTITIES", "OF_SPEED_ALONE",
+    "TABLE_QUANTITIES", "Field",
+]  # fmt: skip
 
 
 class Field(NamedTuple):
@@ -24,20 +18,12 @@ class Field(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        Keyword of `engine_dyn.speed.dispatch.solve`.
-    unit : str
-        SI unit.
-    meaning : str
-        One line.
+    name, unit, meaning : str
+        Keyword of `engine_dyn.speed.dispatch.solve`, SI unit, one line.
     default : float or None
         Value where none is given; None where one must be given.
     quantity : str
         Name of the parameter or quantity in `engine_dyn.quantities`; `name` unless given.
-    of_tables : bool
-        Whether the work tables depend on it.
-    of_speed_alone : bool
-        Whether it matters for the periodic speed only, and not for the torque at nominal speed.
     """
 
     name: str
@@ -45,80 +31,57 @@ class Field(NamedTuple):
     meaning: str
     default: float | None = None
     quantity: str = ""
-    of_tables: bool = False
-    of_speed_alone: bool = False
 
 
-_ROWS = (
-    Field("crank_ratio", "1", "crank radius over rod length", of_tables=True),
-    Field("row", "1", "place of the diagram in the family's table", of_tables=True),
-    Field("scale", "1", "factor on the pressure", quantity="pressure_scale", of_tables=True),
-    Field("crankcase_pressure", "Pa", "absolute pressure below the piston", of_tables=True),
-    Field(
-        "offset_ratio", "1", "offset of the piston-pin line over the crank radius", 0.0,
-        of_tables=True,
-    ),
-    Field(
-        "boundary_friction", "Pa", "level of the boundary friction of the rings", 0.0,
-        of_tables=True,
-    ),
-    Field(
-        "mixed_friction", "Pa", "level of the mixed friction of the rings", 0.0, of_tables=True
-    ),
-    Field(
-        "hydrodynamic_friction", "Pa", "level of the hydrodynamic friction of the rings", 0.0,
-        of_tables=True,
-    ),
-    Field("skirt_friction", "Pa", "level of the friction of the skirt", 0.0, of_tables=True),
-    Field("ring_pressure", "Pa", "contact pressure of the rings without gas", 0.0, of_tables=True),
+_OF_TABLES = (
+    Field("crank_ratio", "1", "crank radius over rod length"),
+    Field("row", "1", "place of the diagram in the family's table"),
+    Field("scale", "1", "factor on the pressure", quantity="pressure_scale"),
+    Field("crankcase_pressure", "Pa", "absolute pressure below the piston"),
+    Field("offset_ratio", "1", "offset of the piston-pin line over the crank radius", 0.0),
+    Field("boundary_friction", "Pa", "level of the boundary friction of the rings", 0.0),
+    Field("mixed_friction", "Pa", "level of the mixed friction of the rings", 0.0),
+    Field("hydrodynamic_friction", "Pa", "level of the hydrodynamic friction of the rings", 0.0),
+    Field("skirt_friction", "Pa", "level of the friction of the skirt", 0.0),
+    Field("ring_pressure", "Pa", "contact pressure of the rings without gas", 0.0),
+)
+_OF_TORQUE = (
     Field("bore", "m", "diameter of the cylinder"),
     Field("double_radius", "m", "two crank radii: the stroke where the pin has no offset"),
     Field("mass", "kg", "reciprocating mass of a cylinder", quantity="reciprocating_mass"),
     Field("speed", "rad/s", "nominal crank speed"),
-    Field("inertia", "kg m2", "moment of inertia of the whole engine", of_speed_alone=True),
-    Field(
-        "exponent", "1", "exponent alpha of the load", quantity="load_exponent",
-        of_speed_alone=True,
-    ),
-    Field(
-        "offset", "N m", "load torque a that does not depend on the speed", quantity="load_offset",
-        of_speed_alone=True,
-    ),
-    Field(
-        "mean_torque", "N m", "mean torque over the cycle", quantity="torque_mean",
-        of_speed_alone=True,
-    ),
-    *(Field(one.name, one.unit, one.meaning, one.default, one.quantity) for one in laws.INPUTS),
     Field("friction_torque", "N m", "mean friction torque, positive"),
-    Field(
-        "start_speed", "rad/s", "speed at which repeated cycles start; 0: nominal", 0.0,
-        of_speed_alone=True,
-    ),
-    Field(
-        "passes", "1", "cycles to repeat; 0: until the cycle closes", 0.0, of_speed_alone=True
-    ),
-    Field(
-        "start_angle", "rad", "angle at which repeated cycles start", -math.pi,
-        of_speed_alone=True,
-    ),
     Field("load_phase", "rad", "angle of the load at firing dead centre", 0.0),
+    Field("load_scale", "1", "factor on a load over angle", 1.0, "load_table_factor"),
+    *(Field(*one) for one in laws.INPUTS),
+)
+_OF_SPEED_ALONE = (
+    Field("inertia", "kg m2", "moment of inertia of the whole engine"),
+    Field("exponent", "1", "exponent alpha of the load", quantity="load_exponent"),
     Field(
-        "load_scale", "1", "factor on a load over angle", 1.0, quantity="load_table_factor"
+        "offset", "N m", "load torque a that does not depend on the speed", quantity="load_offset"
     ),
-)  # fmt: skip
+    Field("mean_torque", "N m", "mean torque over the cycle", quantity="torque_mean"),
+    Field("start_speed", "rad/s", "speed at which repeated cycles start; 0: nominal", 0.0),
+    Field("passes", "1", "cycles to repeat; 0: until the cycle closes", 0.0),
+    Field("start_angle", "rad", "angle at which repeated cycles start", -math.pi),
+)
 
-FIELDS = tuple(field._replace(quantity=field.quantity or field.name) for field in _ROWS)
+FIELDS = tuple(
+    field._replace(quantity=field.quantity or field.name)
+    for field in (*_OF_TABLES, *_OF_TORQUE, *_OF_SPEED_ALONE)
+)
 """All inputs."""
 
 INPUT_NAMES = tuple(field.name for field in FIELDS)
 
-TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS if field.of_tables)
+TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS[: len(_OF_TABLES)])
 """Inputs that the work tables depend on, under the names of the graph of quantities."""
 
 DEFAULTS = {field.name: field.default for field in FIELDS if field.default is not None}
 """Values of inputs that need not be given."""
 
-OF_SPEED_ALONE = tuple(field.name for field in FIELDS if field.of_speed_alone)
+OF_SPEED_ALONE = tuple(field.name for field in _OF_SPEED_ALONE)
 """Inputs that the torque at nominal speed does not depend on."""
 
 FRICTION_NAMES = (

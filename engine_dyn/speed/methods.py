@@ -8,19 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 __all__ = [
-    "AUTO",
-    "CLOSED",
-    "CLOSURES",
-    "CYCLE_TIME",
-    "INERTIA_MODELS",
-    "METHODS",
-    "METHOD_NAMES",
-    "NEWTON",
-    "POWER_MEAN",
-    "STEPPING",
-    "THESIS",
-    "Method",
-]
+    "AUTO", "CLOSED", "CLOSURES", "CYCLE_TIME", "INERTIA_MODELS", "METHODS", "METHOD_NAMES",
+    "NEWTON", "POWER_MEAN", "STEPPING", "THESIS", "Method",
+]  # fmt: skip
 
 
 class Method(NamedTuple):
@@ -59,25 +49,18 @@ class Method(NamedTuple):
         return (not self.laws or law in self.laws) and (self.over_angle or not over_angle)
 
 
-_METHODS: list[Method] = []
-
-
-def _method(name: str, meaning: str, **facts: object) -> int:
-    """Add a row to the table and return its code, which kernels know."""
-    _METHODS.append(Method(name, meaning, **facts))  # type: ignore[arg-type]  # see Method
-    return len(_METHODS) - 1
-
-
-AUTO = _method("auto", "the cheapest method that meets the tolerance", in_batch=True)
-THESIS = _method(
-    "thesis", "explicit Euler steps of one degree, as Kakaitsas (2015) prints them", steps=True,
-    laws=("power_law",), over_angle=False,
+METHODS = (
+    Method("auto", "the cheapest method that meets the tolerance", in_batch=True),
+    Method(
+        "thesis", "explicit Euler steps of one degree, as Kakaitsas (2015) prints them",
+        steps=True, laws=("power_law",), over_angle=False,
+    ),
+    Method("newton", "Newton's method on the whole periodic curve"),
+    Method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0)),
 )  # fmt: skip
-NEWTON = _method("newton", "Newton's method on the whole periodic curve")
-CLOSED = _method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0))
+"""All methods, in the order of their codes, which kernels know."""
 
-METHODS = tuple(_METHODS)
-"""All methods, in the order of their codes."""
+AUTO, THESIS, NEWTON, CLOSED = range(len(METHODS))
 
 METHOD_NAMES = tuple(method.name for method in METHODS)
 

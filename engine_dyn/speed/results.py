@@ -10,28 +10,9 @@ import numpy.typing as npt
 from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [
-    "CANCELLED",
-    "COMPARED",
-    "CURVES",
-    "CURVE_NAMES",
-    "DELTA",
-    "DELTA_ERROR",
-    "DELTA_MIDRANGE",
-    "IDLE",
-    "ITERATIONS",
-    "LOAD_FACTOR",
-    "OMEGA_MAX",
-    "OMEGA_MEAN",
-    "OMEGA_MIN",
-    "RESULTS",
-    "ROUNDING",
-    "SCALARS",
-    "SCALAR_NAMES",
-    "TORQUE_NAMES",
-    "TORQUE_RESULTS",
-    "Result",
-    "Results",
-]
+    "CANCELLED", "COMPARED", "CURVES", "CURVE_NAMES", "IDLE", "RESULTS", "ROUNDING", "SCALAR_NAMES",
+    "TORQUE_NAMES", "TORQUE_RESULTS", "Result", "Results",
+]  # fmt: skip
 
 
 class Result(NamedTuple):
@@ -52,51 +33,37 @@ class Result(NamedTuple):
     source: str
 
 
-_RESULTS: list[Result] = []
-
-
-def _result(name: str, symbol: str, unit: str, long_name: str, source: str) -> int:
-    """Add a row to the table and return its place."""
-    _RESULTS.append(Result(name, symbol, unit, long_name, source))
-    return len(_RESULTS) - 1
-
-
-DELTA = _result(
-    "delta", r"\delta", "1", "coefficient of speed fluctuation (cyclic irregularity)",
-    "Kakaitsas eq. 3.6",
+RESULTS = (
+    Result(
+        "delta", r"\delta", "1", "coefficient of speed fluctuation (cyclic irregularity)",
+        "Kakaitsas eq. 3.6",
+    ),
+    Result(
+        "delta_midrange", r"\delta_{mid}", "1",
+        "coefficient of speed fluctuation (cyclic irregularity) over the mid-range speed",
+        "Kakaitsas eq. 3.7, Asgari 19",
+    ),
+    Result("omega_max", r"\omega_{max}", "rad s-1", "largest crank speed", "Kakaitsas eq. 3.6"),
+    Result("omega_min", r"\omega_{min}", "rad s-1", "smallest crank speed", "Kakaitsas eq. 3.6"),
+    Result(
+        "omega_mean", r"\omega_m", "rad s-1", "mean crank speed over crank angle",
+        "Kakaitsas eq. 3.6",
+    ),
+    Result(
+        "load_factor", "", "1", "load coefficient over its value at nominal speed",
+        "closure cycle_time",
+    ),
+    Result(
+        "delta_error", r"\Delta\delta/\delta", "1",
+        "estimated relative error of the coefficient of speed fluctuation",
+        "against a solution with more nodes, or that of omega_min where it is more; thesis: "
+        "against the periodic solution",
+    ),
+    Result(
+        "iterations", "i", "1", "number of cycles computed, or of iterations", "this project"
+    ),
 )  # fmt: skip
-DELTA_MIDRANGE = _result(
-    "delta_midrange", r"\delta_{mid}", "1",
-    "coefficient of speed fluctuation (cyclic irregularity) over the mid-range speed",
-    "Kakaitsas eq. 3.7, Asgari 19",
-)  # fmt: skip
-OMEGA_MAX = _result(
-    "omega_max", r"\omega_{max}", "rad s-1", "largest crank speed", "Kakaitsas eq. 3.6"
-)
-OMEGA_MIN = _result(
-    "omega_min", r"\omega_{min}", "rad s-1", "smallest crank speed", "Kakaitsas eq. 3.6"
-)
-OMEGA_MEAN = _result(
-    "omega_mean", r"\omega_m", "rad s-1", "mean crank speed over crank angle", "Kakaitsas eq. 3.6"
-)
-LOAD_FACTOR = _result(
-    "load_factor", "", "1", "load coefficient over its value at nominal speed",
-    "closure cycle_time",
-)  # fmt: skip
-DELTA_ERROR = _result(
-    "delta_error", r"\Delta\delta/\delta", "1",
-    "estimated relative error of the coefficient of speed fluctuation",
-    "against a solution with more nodes, or that of omega_min where it is more; thesis: against "
-    "the periodic solution",
-)  # fmt: skip
-ITERATIONS = _result(
-    "iterations", "i", "1", "number of cycles computed, or of iterations", "this project"
-)
-
-RESULTS = tuple(_RESULTS)
-"""Scalar results of the periodic solution, in the order of their places."""
-
-SCALARS = len(RESULTS)
+"""Scalar results of the periodic solution, in the order in which `store` has their values."""
 
 SCALAR_NAMES = tuple(result.name for result in RESULTS)
 

@@ -8,36 +8,20 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.results import (
-    DELTA,
-    DELTA_ERROR,
-    DELTA_MIDRANGE,
-    LOAD_FACTOR,
-    OMEGA_MAX,
-    OMEGA_MEAN,
-    OMEGA_MIN,
-    SCALARS,
-    Results,
-)
+from engine_dyn.speed.results import Results
 from engine_dyn.speed.work.interpolation import STENCIL, lagrange_weights
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["Angles", "angles_of", "store", "store_curves", "store_nothing"]
-
 
 PLACES = 2.0**26
 """Parts of an interval to which places are rounded."""
 
 
 class Angles(NamedTuple):
-    """Where curves are wanted, in terms of the fine nodes of a period.
+    """Where curves are wanted: the node at or before each angle, and weights of those around it.
 
-    Attributes
-    ----------
-    node : ndarray of int, shape (angle,)
-        Node at or before each angle.
-    weight : ndarray, shape (angle, STENCIL)
-        Weights of the nodes around it.
+    Shapes (angle,) and (angle, STENCIL); nodes are the fine ones of a period.
     """
 
     node: Integers
@@ -64,41 +48,24 @@ def store(
 
     `wanted` and `scalars` are as of `Results`. The load factor 1/mu is that of docs/method.md (52).
     """
-    for result in range(SCALARS):
-        row = wanted[result]
-        if row < 0:
-            continue
-        if result == DELTA:
-            value = span / mean
-        elif result == DELTA_MIDRANGE:
-            value = 2.0 * span / (high + low)
-        elif result == OMEGA_MAX:
-            value = high
-        elif result == OMEGA_MIN:
-            value = low
-        elif result == OMEGA_MEAN:
-            value = mean
-        elif result == LOAD_FACTOR:
-            value = 1.0 / mu
-        elif result == DELTA_ERROR:
-            value = error
-        else:
-            value = passes
-        scalars[row, target] = value
+    values = (
+        span / mean, 2.0 * span / (high + low), high, low, mean, 1.0 / mu, error, passes,
+    )  # fmt: skip
+    for result in range(len(values)):
+        if wanted[result] >= 0:
+            scalars[wanted[result], target] = values[result]
 
 
 @inlined
 def store_nothing(target: int, code: int, results: Results) -> None:
     """Write NaN for a design that has no numbers, and its outcome."""
-    nothing = math.nan
     results.status[target] = code
-    store(
-        target, nothing, nothing, nothing, nothing, nothing, nothing, nothing, results.wanted,
-        results.scalars,
-    )  # fmt: skip
+    for row in results.wanted:
+        if row >= 0:
+            results.scalars[row, target] = math.nan
     for curve in (results.omega, results.acceleration):
         for i in range(curve.shape[1]):
-            curve[target, i] = nothing
+            curve[target, i] = math.nan
 
 
 @inlined

@@ -12,6 +12,7 @@ from engine_dyn.loads import laws
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.variants import ALTERNATIVES
 from engine_dyn.speed import fields, methods, results
+from engine_dyn.speed.storage import store
 
 
 def test_codes_of_methods_are_their_places() -> None:
@@ -25,12 +26,17 @@ def test_inputs_of_laws_are_inputs_of_solvers() -> None:
     for law in laws.LAWS:
         assert set(law.numbers) <= set(fields.INPUT_NAMES) and len(law.numbers) <= 2
     assert len(set(fields.INPUT_NAMES)) == len(fields.FIELDS)
-    assert set(fields.FRICTION_NAMES) <= {f.name for f in fields.FIELDS if f.of_tables}
+    assert set(fields.FRICTION_NAMES) <= set(fields.TABLE_QUANTITIES)
 
 
 def test_places_of_results_are_those_of_their_names() -> None:
-    for name in results.SCALAR_NAMES:
-        assert results.SCALAR_NAMES[getattr(results, name.upper())] == name
+    numbers = {
+        "delta": 0.4, "delta_midrange": 0.5, "omega_max": 5.0, "omega_min": 3.0, "omega_mean": 5.0,
+        "load_factor": 0.25, "delta_error": 0.01, "iterations": 7.0,
+    }  # fmt: skip
+    found = np.empty((len(numbers), 1))
+    store(0, 5.0, 3.0, 5.0, 2.0, 4.0, 0.01, 7.0, np.arange(len(numbers)), found)
+    assert dict(zip(results.SCALAR_NAMES, found[:, 0].tolist(), strict=True)) == numbers
 
 
 def test_results_are_quantities() -> None:
