@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.compilation import inlined, kernel
-from engine_dyn.geometry.cylinders import Cylinders, Member
+from engine_dyn.compilation import kernel
+from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
-from engine_dyn.speed.designs import LEVELS, Chosen
+from engine_dyn.speed.designs import LEVELS
 from engine_dyn.speed.general.front import solve_one_by_one
 from engine_dyn.speed.grouping import Work
 from engine_dyn.speed.results import SCALAR_NAMES, Results
@@ -71,14 +71,13 @@ class Law(NamedTuple):
 def step_cycles(
     cycle: Cycle, law: Law, width: float, start: float, first: int, passes: int, speeds: Floats,
     rates: Floats,
-) -> tuple[int, bool, bool, float, float, float]:  # fmt: skip
+) -> tuple[int, int, float, float, float]:  # fmt: skip
     """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (89).
 
     theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps
     of `width` [rad]. `speeds` gets the samples of the last cycle, `rates` the angular acceleration
     [rad/s2] there. Returns the number of cycles done (`passes`, or until one closes where that is
-    0), whether the cycle closed, whether the engine stalled, and the largest, smallest and mean
-    sample of the last cycle.
+    0), the outcome, and the largest, smallest and mean sample of the last cycle.
     """
     omega, count = start, speeds.size
     limit = passes if passes > 0 else MOST_CYCLES
@@ -87,45 +86,34 @@ def step_cycles(
         begin = omega
         top, bottom, total = -math.inf, math.inf, 0.0
         for i in range(count):
-            j = first + i
-            j = j - count if j >= count else j
+            j = (first + i) % count
             if not (omega > 0.0):
-                return number, False, True, top, bottom, mean
+                return number, STALLED, top, bottom, mean
             speeds[j] = omega
             top, bottom, total = max(top, omega), min(bottom, omega), total + omega
             load = law.offset + law.coefficient * omega**law.exponent
-            rates[j] = (cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega) / cycle.theta[
-                j
-            ]
+            torque = cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega
+            rates[j] = torque / cycle.theta[j]
             omega += rates[j] / omega * width
         mean = total / count
         if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
-            return number, True, False, top, bottom, mean
-    return limit, passes > 0, not (omega > 0.0), top, bottom, mean
-
-
-def _members(cylinders: Cylinders) -> list[Member]:
-    """Cylinders in the order in which torques are added up: that of firing where all are alike."""
-    if not cylinders.plain:
-        return list(cylinders.members)
-    count = cylinders.count
-    return [Member(-i * cylinders.period / count, 1.0, 1.0) for i in range(count)]
+            return number, CONVERGED, top, bottom, mean
+    code = PASSES_DONE if passes > 0 else NOT_CONVERGED
+    return limit, code if omega > 0.0 else STALLED, top, bottom, mean
 
 
 def _cycle_of(
-    one: Chosen, family: Family, cylinders: Cylinders, variable: bool
+    value: dict[str, float], family: Family, cylinders: Cylinders, variable: bool
 ) -> tuple[Cycle, float]:
     """Curves of a design, docs/method.md (27) and (39), and its mean torque at nominal speed."""
-    value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
-    period = family.period
-    count = round(period / DEGREE)
-    angle: Floats = -0.5 * period + np.arange(count, dtype=np.float64) * DEGREE
+    count = round(family.period / DEGREE)
+    angle: Floats = -0.5 * family.period + np.arange(count, dtype=np.float64) * DEGREE
     low = int(math.floor(value["row"]))
     weight = value["row"] - low
     rows = np.array([low, low + (weight > 0.0)])
     gas, shape, square, slope = (np.zeros(count) for _ in range(4))
     levels = np.array([max(value[name], 0.0) for name in LEVELS])
-    for member in _members(cylinders):
+    for member in cylinders.members:
         phi = angle + member.phase
         both = pressures_of_rows(family, rows, phi, member.pressure_factor)
         pressure = value["scale"] * ((1.0 - weight) * both[0] + weight * both[1])
@@ -155,40 +143,19 @@ def _cycle_of(
     return Cycle(engine, theta, moving * slope), mean
 
 
-@inlined
-def _outcome(stalled: bool, passes: int, closed: bool, error: float, tolerance: float) -> int:
-    """Status of a design whose cycles were repeated."""
-    if stalled:
-        return STALLED
-    if passes > 0:
-        return PASSES_DONE
-    if not closed:
-        return NOT_CONVERGED
-    return CONVERGED if error <= tolerance else TOLERANCE_NOT_MET
-
-
-@kernel
-def _store_one(
-    target: int, code: int, numbers: tuple[float, float, float], error: float, cycles: int,
-    speeds: Floats, rates: Floats, sample: Floats, results: Results,
-) -> None:  # fmt: skip
-    """Write the results of a design; the speed follows the method's own step between samples."""
-    high, low, mean = numbers
-    if code == STALLED or code == NOT_CONVERGED:
-        store_nothing(target, code, results)
-        return
-    results.status[target] = code
-    store(
-        target, high, low, mean, high - low, 1.0, error, float(cycles), results.wanted,
-        results.scalars,
-    )  # fmt: skip
-    for i in range(sample.size):
-        j = int(math.floor(sample[i] + 1e-9))
-        fraction = max(sample[i] - j, 0.0)
-        if results.omega.shape[1] > 0:
-            results.omega[target, i] = speeds[j] + fraction * DEGREE * rates[j] / speeds[j]
-        if results.acceleration.shape[1] > 0:
-            results.acceleration[target, i] = rates[j]
+def _store_curves(
+    target: int, speeds: Floats, rates: Floats, angles: Floats, results: Results
+) -> None:
+    """Write the curves of a design; the speed follows the method's own step between samples."""
+    place = np.mod(angles + 0.5 * speeds.size * DEGREE, speeds.size * DEGREE) / DEGREE
+    node = np.floor(place + 1e-9).astype(np.int64)
+    past = np.maximum(place - node, 0.0) * DEGREE
+    speed, rate = speeds[node % speeds.size], rates[node % speeds.size]
+    for curve, values in (
+        (results.omega, speed + past * rate / speed), (results.acceleration, rate),
+    ):  # fmt: skip
+        if curve.shape[1] > 0:
+            curve[target] = values
 
 
 def solve_as_printed(
@@ -198,48 +165,47 @@ def solve_as_printed(
 
     The coefficient k follows from the mean of the samples.
     """
-    family, size = work.source.family, work.size
-    designs = work.designs()
-    wanted = np.array([SCALAR_NAMES.index(name) for name in ("delta", "delta_error")])
-    places = np.full(len(SCALAR_NAMES), -1)
-    places[wanted] = [0, 1]
+    family, size, designs = work.source.family, work.size, work.designs()
+    compared = ("delta", "delta_error")
     nothing = np.empty((1, 0))
     periodic = Results(
-        places, np.full((2, size), np.nan), np.empty(size, dtype=np.int8), nothing, nothing,
+        np.array([compared.index(n) if n in compared else -1 for n in SCALAR_NAMES]),
+        np.full((2, size), np.nan), np.empty(size, dtype=np.int8), nothing, nothing,
         np.zeros(0, dtype=np.bool_),
     )  # fmt: skip
     own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
     plain = task._replace(angles=task.angles._replace(node=task.angles.node[:0]))
     solve_one_by_one(np.arange(size), plain, work.columns, own, periodic, last=False)
-    sample = np.mod(angles + 0.5 * family.period, family.period) / DEGREE
+    count = round(family.period / DEGREE)
+    speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):
         target, code = int(designs.target[i]), int(periodic.status[i])
-        count = round(family.period / DEGREE)
-        speeds, rates = np.zeros(count), np.zeros(count)
-        numbers, error, cycles = (math.nan, math.nan, math.nan), 0.0, 0
         if code in (NO_STEADY_STATE, INVALID_INPUT):
-            numbers_code = code
-            _store_one(target, STALLED, numbers, error, cycles, speeds, rates, sample, results)
-            results.status[target] = numbers_code
+            store_nothing(target, code, results)
             continue
         one = work.chosen.subset(np.array([i]))
-        cycle, mean = _cycle_of(one, family, cylinders, task.variable)
-        given = {
-            n: float(one.take(n).flat[0])
-            for n in ("offset", "exponent", "speed", "passes", "start_speed", "start_angle")
-        }
+        value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
+        cycle, mean_torque = _cycle_of(value, family, cylinders, task.variable)
         # An idle engine has no load.
-        surplus = mean - given["offset"] if designs.kappa[i] != 0.0 else 0.0
-        law = Law(given["offset"], surplus / given["speed"] ** given["exponent"], given["exponent"])
-        first = (int(round(given["start_angle"] / DEGREE)) + count // 2) % count
-        passes = int(given["passes"])
-        cycles, closed, stalled, *found = step_cycles(
-            cycle, law, DEGREE, given["start_speed"] or given["speed"], first, passes, speeds, rates
-        )
-        numbers = tuple(found)
-        delta, error = periodic.scalars[:, i]
-        error = 0.0 if math.isnan(error) else error
-        if delta > 0.0 and not stalled:
-            error += abs((found[0] - found[1]) / found[2] - delta) / delta
-        status = _outcome(stalled, passes, closed, error, task.tolerance)
-        _store_one(target, status, numbers, error, cycles, speeds, rates, sample, results)
+        surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
+        coefficient = surplus / value["speed"] ** value["exponent"]
+        cycles, code, high, low, mean = step_cycles(
+            cycle, Law(value["offset"], coefficient, value["exponent"]), DEGREE,
+            value["start_speed"] or value["speed"],
+            (round(value["start_angle"] / DEGREE) + count // 2) % count, int(value["passes"]),
+            speeds, rates,
+        )  # fmt: skip
+        if code in (STALLED, NOT_CONVERGED):
+            store_nothing(target, code, results)
+            continue
+        delta, error = np.nan_to_num(periodic.scalars[:, i], posinf=math.inf)
+        if delta > 0.0:
+            error += abs((high - low) / mean - delta) / delta
+        if code == CONVERGED and error > task.tolerance:
+            code = TOLERANCE_NOT_MET
+        results.status[target] = code
+        store(
+            target, high, low, mean, high - low, 1.0, float(error), float(cycles), results.wanted,
+            results.scalars,
+        )  # fmt: skip
+        _store_curves(target, speeds, rates, angles, results)
