@@ -19,11 +19,10 @@ from engine_dyn.speed import dispatch
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
-    MEANINGS,
     NOT_CONVERGED,
     STALLED,
     TOLERANCE_NOT_MET,
-    has_numbers,
+    WITH_NUMBERS,
 )
 from engine_dyn.types import Floats
 
@@ -53,8 +52,7 @@ TOO_LIGHT = STALLED, INVALID_INPUT
 inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
-    "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress",
-    "tolerance", "driven", "general", "finer", "iterated", "wanted",
+    "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",
 )  # fmt: skip
 """Arguments of `dispatch.solve` that are not inputs of each design."""
 
@@ -83,8 +81,9 @@ class Required(NamedTuple):
 
 
 def solve_for_inertia(
-    *, wanted_delta: Any, energy_swing: Any = None, tolerance: float = 1e-6, **given: Any
-) -> Required:
+    *, wanted_delta: Any, energy_swing: Any = None, tolerance: float = 1e-6,
+    progress: Callable[[int], None] | None = None, **given: Any,
+) -> Required:  # fmt: skip
     """Find the inertia that gives a wanted delta, for every design of a product of axes.
 
     Parameters
@@ -97,18 +96,21 @@ def solve_for_inertia(
         the fluctuation with a large inertia.
     tolerance : float
         Relative error of delta aimed at.
+    progress : callable, optional
+        Called with the number of designs done since the last call.
     **given
-        As `dispatch.solve`, without `inertia` and `wanted`.
+        As `dispatch.solve`, without `inertia`; `wanted` and `crank_angle` are not used.
 
     Returns
     -------
     Required
     """
-    columns: dict[str, Any] = {k: np.asarray(v) for k, v in given.items() if k not in _WHOLE}
-    whole: dict[str, Any] = {
-        k: v for k, v in given.items() if k in _WHOLE and k not in ("wanted", "crank_angle")
+    whole = {name: given[name] for name in _WHOLE if name in given}
+    columns: dict[str, Any] = {
+        name: np.asarray(value)
+        for name, value in given.items()
+        if name not in (*_WHOLE, "wanted", "crank_angle")
     }
-    progress = whole.pop("progress", None)
     goal = np.asarray(wanted_delta, dtype=float)
     if energy_swing is None:
         energy_swing = _swing_of_heavy(whole, columns)
@@ -117,21 +119,16 @@ def solve_for_inertia(
     size = int(np.prod(shape, dtype=np.int64))
 
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
-        if active.size > FEW * size:
-            found = dispatch.solve(
-                wanted=("delta",), tolerance=tolerance, inertia=inertia.reshape(shape),
-                **whole, **columns,
-            )  # fmt: skip
-            return found["delta"].reshape(-1)[active], found["status"].reshape(-1)[active]
-        places = np.unravel_index(active, shape) if shape else ()
-        alone: dict[str, Any] = {
-            name: np.broadcast_to(column, shape)[places].reshape(-1) if column.ndim else column
-            for name, column in columns.items()
-        }
-        found = dispatch.solve(
-            wanted=("delta",), tolerance=tolerance, inertia=inertia[active], **whole, **alone
-        )
-        return found["delta"].reshape(-1), found["status"].reshape(-1)
+        places: Any = active
+        given: dict[str, Any] = {**columns, "inertia": inertia.reshape(shape)}
+        if active.size <= FEW * size:
+            places, along = slice(None), np.unravel_index(active, shape) if shape else ()
+            given = {
+                name: np.broadcast_to(one, shape)[along].reshape(-1) if one.ndim else one
+                for name, one in given.items()
+            }
+        found = dispatch.solve(wanted=("delta",), tolerance=tolerance, **whole, **given)
+        return found["delta"].reshape(-1)[places], found["status"].reshape(-1)[places]
 
     def flat(value: Any) -> Floats:
         return np.array(np.broadcast_to(value, shape), dtype=float).reshape(-1)
@@ -139,10 +136,7 @@ def solve_for_inertia(
     with np.errstate(divide="ignore", invalid="ignore"):
         start = flat(swing) / (flat(goal) * flat(columns["speed"]) ** 2)
     found = search(outcome, start, flat(goal), tolerance, progress)
-    return Required(
-        found.inertia.reshape(shape), found.status.reshape(shape), found.largest.reshape(shape),
-        found.lightest.reshape(shape),
-    )  # fmt: skip
+    return Required._make(array.reshape(shape) for array in found)
 
 
 def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
@@ -185,57 +179,49 @@ def search(
     progress : callable, optional
         Called with the number of designs done since the last call.
     """
-    size = start.size
     with np.errstate(divide="ignore", invalid="ignore"):
         x, target = np.log(start), np.log(goal)
-    state = np.full(size, NOT_CONVERGED, dtype=np.int8)
+    state = np.where(np.isfinite(x), NOT_CONVERGED, INVALID_INPUT).astype(np.int8)
+    active = np.flatnonzero(state == NOT_CONVERGED)
     # Ends of the bracket, too light (or delta too large) and too heavy, with the residual there.
-    low, high = np.full(size, -np.inf), np.full(size, np.inf)
-    low_code = np.full(size, CONVERGED, dtype=np.int8)
-    high_miss = np.full(size, np.nan)
-    last_x, last_miss = np.full(size, np.nan), np.full(size, np.nan)
-    runs = np.array([has_numbers(code) for code in range(len(MEANINGS))])
-    active = np.flatnonzero(np.isfinite(x))
-    state[~np.isfinite(x)] = INVALID_INPUT
+    low, high = np.full(x.size, -np.inf), np.full(x.size, np.inf)
+    low_code = np.full(x.size, CONVERGED, dtype=np.int8)
+    high_miss, last_x, last_miss = np.full((3, x.size), np.nan)
     for _ in range(MOST_STEPS):
         if not active.size:
             break
+        here = x[active]
         delta, code = outcome(active, np.exp(x))
         with np.errstate(divide="ignore", invalid="ignore"):
             miss = np.log(delta) - target[active]
-        number = runs[code] & np.isfinite(miss)
-        light = np.isin(code, TOO_LIGHT)
-        here = x[active]
+            slope = (miss - last_miss[active]) / (here - last_x[active])
+        runs, light = np.isin(code, WITH_NUMBERS), np.isin(code, TOO_LIGHT)
+        number = runs & np.isfinite(miss)
         # An outcome that is neither a number nor too light does not depend on the inertia.
         lost = ~number & ~light
-        state[active[lost]] = np.where(runs[code[lost]], INVALID_INPUT, code[lost])
-        above = light | (number & (miss > 0.0))
+        above, below = light | (number & (miss > 0.0)), number & (miss <= 0.0)
         low[active[above]] = np.maximum(low[active[above]], here[above])
-        low_code[active[above]] = np.where(light, code, CONVERGED).astype(np.int8)[above]
-        below = number & (miss <= 0.0)
+        low_code[active[above]] = np.where(light, code, CONVERGED)[above]
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
+        last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
+        left, right, stops = low[active], high[active], low_code[active]
         done = number & (np.abs(miss) <= ENOUGH * tolerance)
-        state[active[done]] = code[done]
         # The bracket has the width of rounding: delta jumps there by more than the tolerance,
         # or the engine stops before delta is the wanted one.
-        narrow = (high - low)[active] <= 4e-16 * np.maximum(np.abs(here), 1.0)
-        narrow &= ~done & ~lost
-        stops = low_code[active] != CONVERGED
-        state[active[narrow]] = np.where(stops, low_code[active], TOLERANCE_NOT_MET)[narrow]
-        go = ~(done | lost | narrow)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope = (miss - last_miss[active]) / (here - last_x[active])
+        narrow = right - left <= 4e-16 * np.maximum(np.abs(here), 1.0)
+        state[active] = np.select(
+            [lost & runs, lost | done, narrow & (stops != CONVERGED), narrow],
+            [np.int8(INVALID_INPUT), code, stops, np.int8(TOLERANCE_NOT_MET)],
+            np.int8(NOT_CONVERGED),
+        )
         slope = np.where(np.isfinite(slope) & (slope > SLOPES[0]) & (slope < SLOPES[1]), slope, -1)
         step = np.clip(-miss / slope, -LONGEST_STEP, LONGEST_STEP)
-        step = np.where(light, 0.5 * LONGEST_STEP, step)
-        after = here + step
-        left, right = low[active], high[active]
-        bracketed = np.isfinite(left) & np.isfinite(right)
-        middle = 0.5 * (np.where(bracketed, left, 0.0) + np.where(bracketed, right, 0.0))
+        after = here + np.where(light, 0.5 * LONGEST_STEP, step)
         # Where the engine stalls there is no slope to follow: the bracket is halved.
-        outside = (after <= left) | (after >= right) | light
-        after = np.where(outside & bracketed, middle, after)
-        last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
+        halved = np.isfinite(left) & np.isfinite(right)
+        halved &= (after <= left) | (after >= right) | light
+        after[halved] = 0.5 * (left[halved] + right[halved])
+        go = ~(lost | done | narrow)
         x[active[go]] = after[go]
         if progress is not None:
             progress(int(np.count_nonzero(~go)))
@@ -243,6 +229,5 @@ def search(
     # Designs without further steps while the engine stalls at the lower end of the bracket.
     unfinished = (state == NOT_CONVERGED) & (low_code != CONVERGED)
     state[unfinished] = low_code[unfinished]
-    return Required(
-        np.where(runs[state], np.exp(x), np.nan), state, np.exp(high_miss + target), np.exp(high)
-    )
+    inertia = np.where(np.isin(state, WITH_NUMBERS), np.exp(x), np.nan)
+    return Required(inertia, state, np.exp(high_miss + target), np.exp(high))

@@ -56,7 +56,7 @@ def by_newton(
         array[:] = values
     law, _ = law_of(1.0, 2.0 * half, 0.0, 1.0, Form(POWER, 1.0, False, np.zeros((3, 0))))
     design = Design(0.0, kappa, law, half, half == 0.0, 1.0)
-    steps, mu, _, _ = newton(closure, 2.0 * np.pi / nodes, 1e-7, 60, design, curve)
+    steps, mu, _ = newton(closure, 2.0 * np.pi / nodes, design, curve)
     return steps, mu, (1.0 + curve.d) / tau
 
 

@@ -18,7 +18,7 @@ from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
-__all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "pulls_back"]
+__all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "opposes"]
 
 
 class Design(NamedTuple):
@@ -37,24 +37,22 @@ class Design(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Equation and solution of one design at the nodes, docs/method.md (53) and (54).
+    """Equation and solution of one design, docs/method.md (53) and (54); all of shape (node,).
 
     Attributes
     ----------
-    w, dw, tau, dtau : ndarray, shape (node,)
+    w, dw, tau, dtau : ndarray
         Reduced work, inertia over its mean, and their slopes.
-    w_missed, tau_missed : ndarray, shape (node,)
+    w_missed, tau_missed : ndarray
         What cubics through values and slopes miss in the middle of the intervals behind.
-    d, q : ndarray, shape (node,)
-        chi - 1 and q of the solution.
-    force, first : ndarray, shape (node,)
+    d, q, rate : ndarray
+        chi - 1, q and its slope, of the solution.
+    force, first : ndarray
         F(q) and its slope.
-    rate : ndarray, shape (node,)
-        Slope of q.
-    slope, between : ndarray, shape (node,)
+    slope, between : ndarray
         Slope of chi, and chi - 1 in the middle of intervals, where cycles were followed in time.
-    work : ndarray, shape (6, node)
-        Scratch.
+    f, df, b, db, by_mu, grow, shift, push : ndarray
+        Scratch of Newton's method.
     """
 
     w: Floats
@@ -65,19 +63,24 @@ class Curve(NamedTuple):
     tau_missed: Floats
     d: Floats
     q: Floats
+    rate: Floats
     force: Floats
     first: Floats
-    rate: Floats
     slope: Floats
     between: Floats
-    work: Floats
+    f: Floats
+    df: Floats
+    b: Floats
+    db: Floats
+    by_mu: Floats
+    grow: Floats
+    shift: Floats
+    push: Floats
 
 
 def make_curve(nodes: int) -> Curve:
     """Memory of one design."""
-    return Curve(
-        **{name: np.zeros((6, nodes) if name == "work" else nodes) for name in Curve._fields}
-    )
+    return Curve(*(np.zeros(nodes) for _ in Curve._fields))
 
 
 @inlined
@@ -122,21 +125,22 @@ def _slope_of(law: Law) -> tuple[float, bool]:
 
     A table that does not is refused: it holds no speed.
     """
-    flat, found = law.kind != TABLE, 0.0
-    for i in range(3):
-        q = 0.25 * 4.0**i
+    flat, slope = law.kind != TABLE, 0.0
+    for q in (0.25, 4.0, 1.0):
         value, slope = load_terms(q, law)
         flat = flat and value == 1.0 and slope == 0.0
-        found = slope if i == 1 else found
-    return found, flat
+    return slope, flat
 
 
 @inlined
-def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tuple[Design, int]:
-    """Reduced numbers of a design whose curve is filled in, and its outcome so far.
+def begin_design(
+    which: int, task: Task, columns: Columns, designs: Designs, curve: Curve
+) -> tuple[Design, int]:
+    """Fill in the curve of a design; its reduced numbers and its outcome so far.
 
     docs/method.md (51), and (67) for idle.
     """
+    fill_curve(which, task.variable, columns, designs, curve)
     law, sign = law_of(
         designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
         task.form,
@@ -164,11 +168,10 @@ def begin_design(which: int, task: Task, designs: Designs, curve: Curve) -> tupl
 
 
 @inlined
-def pulls_back(design: Design) -> bool:
-    """Whether load or driver oppose a deviation from the nominal speed, or leave it as it is.
+def opposes(slope: float, design: Design) -> bool:
+    """Whether load or driver oppose a deviation, or leave it as it is: docs/method.md (92), (93).
 
-    docs/method.md (92).
+    `slope` has the sign of the law's slope: F'(1) at the nominal speed, or its mean over a cycle. A
+    power law always does, and one that does not depend on the speed leaves the deviation.
     """
-    if is_power(design.law) or design.flat or design.kappa == 0.0:
-        return True
-    return design.kappa * design.slope > 0.0
+    return is_power(design.law) or design.flat or design.kappa == 0.0 or design.kappa * slope > 0.0

@@ -1,17 +1,25 @@
-"""The front of the general solver: what its kernels need beside the designs."""
+"""The general solver: any designs, one after the other."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from engine_dyn.loads.laws import POWER
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.loads.laws import FLOOR, POWER, covers, is_power, load_terms
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.general.curve import make_curve
-from engine_dyn.speed.general.driver import follow_designs, solve_designs
+from engine_dyn.speed.general.curve import Curve, Design, begin_design, make_curve, opposes
+from engine_dyn.speed.general.newton import fill_force, newton
+from engine_dyn.speed.general.speeds import STRONG_LOAD, fill_rate, speeds_of, take_slope
+from engine_dyn.speed.general.stable_cycle import stable_cycle
+from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.results import Results
+from engine_dyn.speed.storage import store, store_curves, store_nothing
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import (
+    CONVERGED,
     INVALID_INPUT,
     NO_STEADY_STATE,
     NOT_CONVERGED,
@@ -21,6 +29,13 @@ from engine_dyn.status import (
 from engine_dyn.types import Integers
 
 __all__ = ["solve_one_by_one"]
+
+CERTAIN = 0.01
+"""Margin by which the mean of docs/method.md (94) over nodes must exceed 1, because it stands for
+an integral."""
+
+ROUNDED = 1.0 + 1e-9
+"""Factor by which rounding may place the mean speed outside the extremes."""
 
 
 def solve_one_by_one(
@@ -50,3 +65,126 @@ def followed(task: Task, last: bool) -> tuple[int, ...]:
     doubtful = (NOT_CONVERGED, STALLED, NO_STEADY_STATE, INVALID_INPUT)
     of_law = () if task.form.kind == POWER else doubtful
     return (*of_law, NOT_CONVERGED, TOLERANCE_NOT_MET) if last else of_law
+
+
+@kernel
+def solve_designs(
+    chosen: Integers, task: Task, columns: Columns, designs: Designs, curve: Curve,
+    results: Results,
+) -> None:  # fmt: skip
+    """Solve the designs `chosen` by Newton's method; `curve` is scratch."""
+    width = columns.width
+    for which in chosen:
+        design, code = begin_design(which, task, columns, designs, curve)
+        mu, steps = 1.0, 0
+        if code == CONVERGED:
+            with_mean = task.closure == POWER_MEAN and is_power(design.law)
+            if with_mean and _must_stall(width, design, curve):
+                code = STALLED
+            else:
+                steps, mu, smallest = newton(task.closure, width, design, curve)
+                if steps < 0:
+                    code = NOT_CONVERGED if smallest > FLOOR else STALLED
+        _write(which, code, mu, 0.0, steps, width, task, design, designs, curve, results)
+
+
+@kernel
+def follow_designs(
+    chosen: Integers, task: Task, columns: Columns, designs: Designs, curve: Curve,
+    results: Results,
+) -> None:  # fmt: skip
+    """Follow cycles of the designs `chosen`, for which Newton's method found none.
+
+    A design that has no stable cycle near or above the nominal speed gets the outcome that this
+    says; one without torque to balance, or whose law repels the nominal speed, keeps its outcome.
+    """
+    width = columns.width
+    for which in chosen:
+        design, code = begin_design(which, task, columns, designs, curve)
+        holds = not design.flat and opposes(design.slope, design)
+        if code != CONVERGED or design.kappa == 0.0 or not holds:
+            continue
+        missed_tolerance = results.status[designs.target[which]] == TOLERANCE_NOT_MET
+        # Cycles improve on Newton's steps along a strong load only. With a weak one deviations
+        # shrink so slowly that rounding blurs the speed, which Newton's method has of the closure.
+        if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
+            continue
+        code, cycles, mu, missed = stable_cycle(task.closure, width, design, curve)
+        if missed_tolerance and code != CONVERGED:
+            continue
+        missed = max(missed, 1e-15)
+        _write(which, code, mu, missed, cycles, width, task, design, designs, curve, results)
+
+
+@inlined
+def _must_stall(width: float, design: Design, curve: Curve) -> bool:
+    """Whether no periodic speed above zero exists, with a power law and the power mean.
+
+    docs/method.md (94). From the angle of the least work on, the load takes at most the work of a
+    whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
+    wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution. The
+    test saves all the steps that Newton's method would need before it gives up.
+    """
+    most = curve.w.max()
+    least = curve.w.min() + design.kappa * width * curve.w.size
+    # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
+    if most - least < 1.0:
+        return False
+    total = 0.0
+    for j in range(curve.w.size):
+        q = max((curve.w[j] - least) / curve.tau[j], FLOOR)
+        total += math.log(q) if design.flat else load_terms(q, design.law)[0] - 1.0
+    return total > CERTAIN * curve.w.size
+
+
+@inlined
+def _is_stable(design: Design, curve: Curve) -> bool:
+    """Whether small deviations from the solution decay, docs/method.md (93).
+
+    A deviation of the energy changes in a period by the factor of docs/method.md (92).
+    """
+    total = 0.0
+    for j in range(curve.q.size):
+        total += curve.first[j] / curve.tau[j]
+    return opposes(total, design)
+
+
+@inlined
+def _write(
+    which: int, code: int, mu: float, missed: float, steps: int, width: float, task: Task,
+    design: Design, designs: Designs, curve: Curve, results: Results,
+) -> None:  # fmt: skip
+    """Judge a solution, docs/method.md section 13.3, and write its results."""
+    high = low = mean = span = error = math.nan
+    if code == CONVERGED:
+        fill_force(design, curve)
+        for j in range(curve.q.size):
+            curve.q[j] = (1.0 + curve.d[j]) / curve.tau[j]
+        # The slope of a solution that was followed in time is no difference of large numbers.
+        if missed > 0.0:
+            take_slope(width, curve)
+        else:
+            fill_rate(mu, design, curve)
+        high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, curve)
+        gear = design.law.nominal / design.nominal
+        if not (low > 0.0):
+            code = STALLED
+        elif not covers(gear * high, gear * low, task.form):
+            code = INVALID_INPUT if opposes(design.slope, design) else NO_STEADY_STATE
+        elif not _is_stable(design, curve):
+            code = NO_STEADY_STATE
+        elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
+            # The load is so strong that the nodes do not resolve the curve at all.
+            code = NOT_CONVERGED
+        elif not (error <= task.tolerance):
+            code = TOLERANCE_NOT_MET
+    if (code == STALLED or code == NOT_CONVERGED) and not opposes(design.slope, design):
+        code = NO_STEADY_STATE
+    target = designs.target[which]
+    if code != CONVERGED and code != TOLERANCE_NOT_MET:
+        store_nothing(target, code, results)
+        return
+    results.status[target] = code
+    store(target, high, low, mean, span, mu, error, float(steps), results.wanted, results.scalars)
+    if task.angles.node.size > 0:
+        store_curves(target, design.nominal, curve.q, curve.rate, task.angles, results)

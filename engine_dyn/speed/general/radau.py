@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Law, load_terms
+from engine_dyn.speed.general.curve import Curve
 from engine_dyn.types import Floats
 
 __all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
@@ -55,7 +56,8 @@ class Passed(NamedTuple):
     """What becomes of the energy over an interval.
 
     `end` and `middle` are its values there, `slope` its slope at the end times the width, `factor`
-    that of a small deviation over the interval, and `missed` bounds the error of one passage.
+    that of a small deviation over the interval, and `missed` bounds the error of one passage; it is
+    infinite where the equation could not be followed.
     """
 
     end: float
@@ -74,14 +76,9 @@ def slope_of(
     The quartic through four slopes whose integral is the rise of the values.
     """
     nodes = value.size
-    after = j + 1 if j + 1 < nodes else 0
-    far, before = after + 1 if after + 1 < nodes else 0, j - 1 if j > 0 else nodes - 1
-    s0, s1, s2, s3 = (
-        width * slope[before],
-        width * slope[j],
-        width * slope[after],
-        width * slope[far],
-    )
+    after, far = (j + 1) % nodes, (j + 2) % nodes
+    s0, s1 = width * slope[(j - 1) % nodes], width * slope[j]
+    s2, s3 = width * slope[after], width * slope[far]
     c0, c1 = s1, -s0 / 3.0 - 0.5 * s1 + s2 - s3 / 6.0
     c2, c3 = 0.5 * (s0 + s2) - s1, (s3 - s0) / 6.0 + 0.5 * (s1 - s2)
     missed = 30.0 / 11.0 * (value[after] - value[j] - (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0))
@@ -89,22 +86,15 @@ def slope_of(
 
 
 @inlined
-def interval_of(
-    work: tuple[float, float, float, float, float], start: float, scale: float,
-    turn: tuple[float, float, float, float, float],
-) -> Interval:  # fmt: skip
-    """Make an interval of the work's slope and of tau = `start` + `scale` times the rest of V."""
+def interval_of(j: int, width: float, curve: Curve) -> Interval:
+    """The interval between node j and the next."""
+    turn = slope_of(j, width, curve.tau, curve.dtau)
     return Interval(
-        work,
+        slope_of(j, width, curve.w, curve.dw),
         (
-            start,
-            scale * turn[0],
-            scale * turn[1] / 2.0,
-            scale * turn[2] / 3.0,
-            scale * turn[3] / 4.0,
-            scale * turn[4] / 5.0,
+            curve.tau[j], turn[0], turn[1] / 2.0, turn[2] / 3.0, turn[3] / 4.0, turn[4] / 5.0,
         ),
-    )
+    )  # fmt: skip
 
 
 @inlined
@@ -173,41 +163,36 @@ def _step(
 
 
 @inlined
-def _in_steps(
-    steps: int, e: float, interval: Interval, push: float, mu: float, law: Law
-) -> tuple[Passed, bool]:
+def _in_steps(steps: int, e: float, interval: Interval, push: float, mu: float, law: Law) -> Passed:
     """Pass an interval in so many equal steps; the middle has no meaning with one step."""
     size, slope, factor, middle = 1.0 / steps, 0.0, 1.0, e
     for k in range(steps):
         e, slope, more, found = _step(k * size, size, e, interval, push, mu, law)
         factor *= more
         if not found:
-            return Passed(e, middle, slope, factor, math.inf), False
+            return Passed(e, middle, slope, factor, math.inf)
         if 2 * (k + 1) == steps:
             middle = e
-    return Passed(e, middle, slope, factor, 0.0), True
+    return Passed(e, middle, slope, factor, 0.0)
 
 
 @inlined
 def pass_interval(
     e: float, interval: Interval, push: float, mu: float, tolerance: float, law: Law
-) -> tuple[Passed, bool]:
+) -> Passed:
     """Pass an interval in so many steps that twice as many give the same energy at its end.
 
     The difference is at most `tolerance` times the energy, or what twice as many steps do not
-    improve. The last result tells whether the equation could be followed.
+    improve.
     """
-    before, known = _in_steps(1, e, interval, push, mu, law)
-    steps, last = 2, math.inf
+    steps, last = 1, math.inf
+    before = Passed(e, e, 0.0, 1.0, math.inf)
     while True:
-        passed, followed = _in_steps(steps, e, interval, push, mu, law)
-        difference = abs(passed.end - before.end) if known and followed else math.inf
+        passed = _in_steps(steps, e, interval, push, mu, law)
+        known = before.missed == passed.missed == 0.0
+        difference = abs(passed.end - before.end) if known else math.inf
         settled = difference >= 0.5 * last and difference <= 1e-9 * abs(passed.end)
         if difference <= tolerance * abs(passed.end) or settled or 2 * steps > MOST_STEPS:
-            break
-        before, known, last = passed, followed, difference
+            return Passed(passed.end, passed.middle, passed.slope, passed.factor, difference)
+        before, last = passed, difference
         steps *= 2
-    return (
-        Passed(passed.end, passed.middle, passed.slope, passed.factor, difference),
-        followed and difference < math.inf,
-    )

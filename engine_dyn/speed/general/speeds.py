@@ -28,7 +28,7 @@ def _peak(sign: float, j: int, width: float, curve: Curve) -> tuple[float, float
     docs/method.md (98) to (100), and how much it may miss.
     """
     q, tau = curve.q, curve.tau
-    n = j + 1 if j + 1 < q.size else 0
+    n = (j + 1) % q.size
     left, right, d_left, d_right = q[j], q[n], width * curve.rate[j], width * curve.rate[n]
     turn_left, turn_right = width * curve.dtau[j], width * curve.dtau[n]
     energy = curve.w_missed[j] + cubic_in_middle(
@@ -50,14 +50,12 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
     Every interval is looked at in which a local maximum may be higher than the highest node.
     """
     q, rate = curve.q, curve.rate
-    highest, node = -math.inf, 0
-    for j in range(q.size):
-        if sign * q[j] > highest:
-            highest, node = sign * q[j], j
+    node = q.argmax() if sign > 0.0 else q.argmin()
+    highest = sign * q[node]
     # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
     best, miss = highest, width * abs(rate[node])
     for j in range(q.size):
-        n = j + 1 if j + 1 < q.size else 0
+        n = (j + 1) % q.size
         up, down = sign * rate[j], sign * rate[n]
         if up >= 0.0 and down < 0.0 and sign * q[j] + width * up >= highest:
             value, missed = _peak(sign, j, width, curve)
@@ -118,19 +116,10 @@ def take_slope(width: float, curve: Curve) -> None:
     """
     d, slope = curve.d, curve.slope
     for j in range(curve.q.size):
-        n = j + 1 if j + 1 < curve.q.size else 0
+        n = (j + 1) % d.size
         cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
         curve.w_missed[j] = curve.between[j] - cubic
-        curve.rate[j] = (curve.slope[j] - curve.q[j] * curve.dtau[j]) / curve.tau[j]
-
-
-@inlined
-def _acts(curve: Curve) -> bool:
-    """Whether any work is done within the period, so that the speed cannot be constant."""
-    total = 0.0
-    for j in range(curve.w.size):
-        total += abs(curve.dw[j]) + abs(curve.dtau[j])
-    return total > 0.0
+        curve.rate[j] = (slope[j] - curve.q[j] * curve.dtau[j]) / curve.tau[j]
 
 
 @inlined
@@ -159,10 +148,9 @@ def speeds_of(
     error = 0.0
     if span > 0.0:
         error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
-        error += design.unsure / low
-        error /= span
-    elif _acts(curve):
-        error = 1.0  # the fluctuation is below rounding, so 0 misses all of it
+        error = (error + design.unsure / low) / span
+    elif curve.dw.any() or curve.dtau.any():
+        error = 1.0  # work is done, but the fluctuation is below rounding: 0 misses all of it
     error += _unresolved(closure, design, curve)
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:

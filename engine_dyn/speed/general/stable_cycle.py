@@ -14,13 +14,13 @@ import math
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR
 from engine_dyn.speed.general.curve import Curve, Design
-from engine_dyn.speed.general.radau import interval_of, pass_interval, slope_of
+from engine_dyn.speed.general.radau import interval_of, pass_interval
 from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 
 __all__ = ["stable_cycle"]
 
-REPEATS, STANDS, RUNS_AWAY, LOST = range(4)
+REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED
 """What comes of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
 
 HIGHEST = 1e8
@@ -52,17 +52,13 @@ def _pass_cycle(
     STANDS, RUNS_AWAY, is LOST or nothing of this (REPEATS), the energy at the end, the factor of a
     deviation, and the sum of what all intervals may miss.
     """
-    nodes = curve.w.size
     push = design.kappa * width
     e, factor, missed = start, 1.0, 0.0
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        interval = interval_of(
-            slope_of(j, width, curve.w, curve.dw), curve.tau[j], 1.0,
-            slope_of(j, width, curve.tau, curve.dtau),
-        )  # fmt: skip
-        passed, followed = pass_interval(e, interval, push, mu, tolerance, design.law)
-        if not followed:
+    for j in range(curve.w.size):
+        after = (j + 1) % curve.w.size
+        interval = interval_of(j, width, curve)
+        passed = pass_interval(e, interval, push, mu, tolerance, design.law)
+        if not (passed.missed < math.inf):
             return LOST, e, factor, missed
         curve.d[j] = e - 1.0
         curve.between[j] = passed.middle - 1.0
@@ -99,18 +95,14 @@ def _follow(
             continue
         if e >= above and end > e:
             return RUNS_AWAY, e, missed, cycle
-        step = end - e
-        plain = end
+        step, plain = end - e, end
         # Multiples of rounding only: a steady cycle that repels is none.
         rounded = abs(step) <= 2e-14 * abs(end)
         if factor < 1.0:
             step /= 1.0 - factor
             if abs(step) <= closed * abs(end) or rounded:
                 return REPEATS, e, missed + abs(step), cycle
-        if hurried and factor < 1.0 and abs(step) <= 0.5 * e:
-            e += step
-        else:
-            e = end
+        e = e + step if hurried and factor < 1.0 and abs(step) <= 0.5 * e else end
     return LOST, e, math.inf, MOST_CYCLES
 
 
@@ -123,10 +115,8 @@ def _found(
     Starts that lead to standstill lie below all that run away, and steady cycles between them, so
     the next start is higher or lower.
     """
-    low, high = 0.0, above
-    runs_away = False
-    e, cycles = start, 0
-    fate = LOST
+    low, high, e = 0.0, above, start
+    runs_away, fate, cycles = False, LOST, 0
     for _ in range(MOST_STARTS):
         fate, found, _, more = _follow(e, above, mu, False, width, design, curve)
         cycles += more
@@ -160,61 +150,8 @@ def _starts(width: float, design: Design, curve: Curve) -> tuple[float, float]:
     A steady cycle has the nominal speed somewhere. From there on it gains no more than the range of
     the work and the load of a cycle, docs/method.md (88).
     """
-    nodes = curve.w.size
-    least, most, widest = math.inf, -math.inf, 1.0
-    for j in range(nodes):
-        least, most = min(least, curve.w[j]), max(most, curve.w[j])
-        widest = max(widest, curve.tau[j])
-    above = widest + (most - least) + abs(design.kappa) * width * nodes
-    near = curve.tau[0]
-    return max(near + curve.w[0], near), above
-
-
-@inlined
-def _with_time(
-    e: float, above: float, late: float, width: float, design: Design, curve: Curve
-) -> tuple[int, float, float, int]:
-    """The stable cycle whose time is that at nominal speed; mu in place of the energy.
-
-    More mu is less load, or less drive, so the cycle's time falls or rises with it throughout. The
-    search is by secants within a bracket of ln mu, halved where they are slow.
-    """
-    sense = 1.0 if design.kappa > 0.0 else -1.0
-    # From `slow` on, the cycle takes longer than it should; from `quick` on, less long.
-    here = slow = quick = 0.0
-    late_slow = late_quick = 0.0
-    has_slow = has_quick = False
-    step, cycles, missed = 0.05, 0, 0.0
-    for number in range(MOST_MU):
-        if number > 0:
-            fate, found, missed, more = _found(
-                e, above, math.exp(sense * here), width, design, curve
-            )
-            cycles += more
-            if fate == REPEATS:
-                e, late = found, _late(curve)
-            elif fate == LOST:
-                break
-            else:
-                late = math.inf if fate == STANDS else -math.inf
-        if abs(late) <= TIMED:
-            return CONVERGED, math.exp(sense * here), missed, cycles
-        if late > 0.0:
-            slow, late_slow, has_slow = here, late, True
-        else:
-            quick, late_quick, has_quick = here, late, True
-        if has_slow and has_quick:
-            wide = quick - slow
-            if not (abs(wide) > 1e-14 * (1.0 + abs(quick))):
-                break
-            here = slow + 0.5 * wide
-            if late_slow < math.inf and late_quick > -math.inf and number % 3 != 2:
-                here = slow + wide * late_slow / (late_slow - late_quick)
-        else:
-            here += step if has_slow else -step
-            step *= 2.0
-    stands = has_slow and late_slow == math.inf
-    return (STALLED if stands else NOT_CONVERGED), 1.0, missed, cycles
+    gain = curve.w.max() - curve.w.min() + abs(design.kappa) * width * curve.w.size
+    return curve.tau[0] + max(curve.w[0], 0.0), max(curve.tau.max(), 1.0) + gain
 
 
 @inlined
@@ -223,23 +160,44 @@ def stable_cycle(
 ) -> tuple[int, int, float, float]:
     """Find the stable cycle of a design; `curve` gets chi - 1 at the nodes, and its slope.
 
-    Returns the outcome, the number of cycles, mu, and what the numerical integration may miss of
-    the energy.
+    With the closure `cycle_time`, it is the one whose time is that at nominal speed. More mu is
+    less load, or less drive, so the cycle's time falls or rises with it throughout. The search is
+    by secants within a bracket of ln mu, halved where they are slow. Returns the outcome, the
+    number of cycles, mu, and what the numerical integration may miss of the energy.
     """
-    start, above = _starts(width, design, curve)
-    mu = 1.0
-    fate, e, missed, cycles = _found(start, above, mu, width, design, curve)
-    code = CONVERGED
-    if closure == CYCLE_TIME and (fate == REPEATS or fate == STANDS):
-        late = _late(curve) if fate == REPEATS else math.inf
-        code, mu, missed, more = _with_time(
-            e if fate == REPEATS else above, above, late, width, design, curve
-        )
+    sense = 1.0 if design.kappa > 0.0 else -1.0
+    # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they
+    # are known, `late_slow` and `late_quick` are 0.
+    here = slow = quick = late_slow = late_quick = 0.0
+    e, above = _starts(width, design, curve)
+    step, cycles = 0.05, 0
+    for number in range(MOST_MU):
+        mu = math.exp(sense * here)
+        fate, found, missed, more = _found(e, above, mu, width, design, curve)
         cycles += more
-    elif fate == STANDS:
-        code = STALLED
-    elif fate == RUNS_AWAY:
-        code = NO_STEADY_STATE
-    elif fate == LOST:
-        code = NOT_CONVERGED
-    return code, cycles, mu, missed
+        if number == 0 and (closure != CYCLE_TIME or fate == RUNS_AWAY):
+            return fate, cycles, mu, missed
+        if fate == LOST:
+            break
+        if fate == REPEATS:
+            e, late = found, _late(curve)
+        else:
+            late = math.inf if fate == STANDS else -math.inf
+            e = above if number == 0 else e
+        if abs(late) <= TIMED:
+            return CONVERGED, cycles, mu, missed
+        if late > 0.0:
+            slow, late_slow = here, late
+        else:
+            quick, late_quick = here, late
+        if late_slow > 0.0 > late_quick:
+            wide = quick - slow
+            if not (abs(wide) > 1e-14 * (1.0 + abs(quick))):
+                break
+            here = slow + 0.5 * wide
+            if late_slow < math.inf and late_quick > -math.inf and number % 3 != 2:
+                here = slow + wide * late_slow / (late_slow - late_quick)
+        else:
+            here += step if late_slow > 0.0 else -step
+            step *= 2.0
+    return (STALLED if late_slow == math.inf else NOT_CONVERGED), cycles, 1.0, math.inf
