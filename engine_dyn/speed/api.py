@@ -59,20 +59,12 @@ class PeriodicSpeed:
     >>> import engine_dyn
     >>> import numpy as np
     >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
-    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> bar = [1, 1, 1, 1, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
     >>> degrees += [75, 90, 120, 150, 180, 240, 300]
-    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1, 1]
     >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
-    >>> found = engine_dyn.periodic_speed(
-    ...     diagram,
-    ...     bore=0.1,
-    ...     stroke=0.12,
-    ...     crank_ratio=0.25,
-    ...     reciprocating_mass=1.5,
-    ...     inertia=1.0,
-    ...     speed=150.0,
-    ...     crank_angle=np.radians([0, 180]),
-    ... )
+    >>> engine = {"bore": 0.1, "stroke": 0.12, "crank_ratio": 0.25, "reciprocating_mass": 1.5}
+    >>> found = engine_dyn.periodic_speed(diagram, **engine, inertia=1.0, speed=150.0)
     >>> bool(found.omega_min < found.omega_mean < found.omega_max)
     True
     """
@@ -214,19 +206,13 @@ def periodic_speed(
     >>> import engine_dyn
     >>> import numpy as np
     >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
-    >>> bar = [1.0, 1.0, 1.0, 1.0, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
+    >>> bar = [1, 1, 1, 1, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
     >>> degrees += [75, 90, 120, 150, 180, 240, 300]
-    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1.0, 1.0]
+    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1, 1]
     >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> engine = {"bore": 0.1, "stroke": 0.12, "crank_ratio": 0.25, "reciprocating_mass": 1.5}
     >>> found = engine_dyn.periodic_speed(
-    ...     diagram,
-    ...     bore=0.1,
-    ...     stroke=0.12,
-    ...     crank_ratio=0.25,
-    ...     reciprocating_mass=1.5,
-    ...     inertia=1.0,
-    ...     speed=150.0,
-    ...     crank_angle=np.radians([0, 180]),
+    ...     diagram, **engine, inertia=1.0, speed=150.0, crank_angle=np.radians([0, 180])
     ... )
     >>> found.status
     0
@@ -276,22 +262,13 @@ def periodic_speed(
 def _warn_of_implausible(engine: Engine, load: Load, solver: Solver, inertia: float) -> None:
     """Warn of values that engines do not have."""
     found = implausible(
-        engine.diagram,
-        driven=load.driven.has_driver,
-        bore=engine.bore,
-        stroke=engine.stroke,
-        crank_ratio=engine.crank_ratio,
-        reciprocating_mass=engine.reciprocating_mass,
-        inertia=inertia,
-        speed=engine.speed,
-        cylinders=engine.group.cylinders,
-        offset=engine.offset,
-        crankcase_pressure=engine.crankcase_pressure,
-        friction_torque=engine.friction_torque,
-        load_exponent=load.load_exponent,
-        load_offset=load.load_offset,
+        engine.diagram, driven=load.driven.has_driver, bore=engine.bore, stroke=engine.stroke,
+        crank_ratio=engine.crank_ratio, reciprocating_mass=engine.reciprocating_mass,
+        inertia=inertia, speed=engine.speed, cylinders=engine.group.cylinders, offset=engine.offset,
+        crankcase_pressure=engine.crankcase_pressure, friction_torque=engine.friction_torque,
+        load_exponent=load.load_exponent, load_offset=load.load_offset,
         start_speed=solver.start_speed or 0.0,
-    )
+    )  # fmt: skip
     for one in found:
         warnings.warn(str(one), ImplausibleWarning, stacklevel=3)
 
@@ -303,40 +280,26 @@ def _solve(
     driven, gear = load.driven, load.gear(engine.diagram.period)
     torque_mean, constant = engine.torque_mean, load.constant(gear)
     result = dispatch.solve(
-        family=family_of(engine.diagram),
-        driven=driven,
-        wanted=(*SCALAR_NAMES, *(("omega",) if angles.size else ())),
-        method=solver.method,
-        inertia_model=solver.inertia_model,
-        closure=solver.closure,
-        tolerance=solver.tolerance,
+        family=family_of(engine.diagram), driven=driven, method=solver.method,
+        wanted=(*SCALAR_NAMES, "omega") if angles.size else SCALAR_NAMES,
+        inertia_model=solver.inertia_model, closure=solver.closure, tolerance=solver.tolerance,
         cylinders=engine.group.cylinders,
-        cylinders_by_count={engine.group.cylinders: engine.cylinders},
-        crank_angle=angles,
-        threads=1,
-        inertia=inertia,
-        offset=constant,
-        mean_torque=torque_mean,
-        **engine.inputs(),
-        **load.inputs(gear),
-        **load.inputs_over_speed(),
-        **solver.inputs(),
-    )
+        cylinders_by_count={engine.group.cylinders: engine.cylinders}, crank_angle=angles,
+        threads=1, inertia=inertia, offset=constant, mean_torque=torque_mean, **engine.inputs(),
+        **load.inputs(gear), **load.inputs_over_speed(), **solver.inputs(),
+    )  # fmt: skip
+    found = {name: float(result[name]) for name in SCALAR_NAMES}
     code = int(result["status"])
     shape = load.torque_at_nominal(engine.speed, gear)
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = float(np.float64(float(result["load_factor"]) * (torque_mean - constant)) / shape)
+        factor = float(np.float64(found["load_factor"] * (torque_mean - constant)) / shape)
     return PeriodicSpeed(
         status=code,
-        delta=float(result["delta"]),
-        delta_error=float(result["delta_error"]),
-        omega_max=float(result["omega_max"]),
-        omega_min=float(result["omega_min"]),
-        omega_mean=float(result["omega_mean"]),
+        **{n: found[n] for n in ("delta", "delta_error", "omega_max", "omega_min", "omega_mean")},
         torque_mean=torque_mean,
         load_coefficient=0.0 if driven.has_driver else factor,
         driver_factor=-factor if driven.has_driver else 0.0,
-        iterations=int(float(result["iterations"])) if status.has_numbers(code) else 0,
+        iterations=int(found["iterations"]) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
     )
@@ -384,17 +347,10 @@ def energy_swing(
     engine.check()
     tolerance = given_number("tolerance", tolerance)
     check_positive(tolerance=tolerance)
-    by_count = {cylinders: engine.cylinders}
     load = Load(driven, gear_ratio=gear_ratio, load_phase=load_phase, load_scale=load_scale)
     found = torque_extremes(
-        family=family_of(diagram),
-        wanted=("energy_swing",),
-        driven=driven,
-        cylinders=cylinders,
-        cylinders_by_count=by_count,
-        tolerance=tolerance,
-        threads=1,
-        **engine.inputs(),
-        **load.inputs(load.gear(diagram.period)),
-    )
+        family=family_of(diagram), wanted=("energy_swing",), driven=driven, cylinders=cylinders,
+        cylinders_by_count={cylinders: engine.cylinders}, tolerance=tolerance, threads=1,
+        **engine.inputs(), **load.inputs(load.gear(diagram.period)),
+    )  # fmt: skip
     return float(found["energy_swing"])

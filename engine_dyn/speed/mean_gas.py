@@ -9,6 +9,8 @@ that of the motored diagram.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,42 +50,33 @@ def mean_gas_torque(
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
     ratio, offset, places = (np.array(v).reshape(-1) for v in given)
     result = np.empty(ratio.size)
-    number = boxes_of(ratio, offset)
-    for one in np.unique(number):
-        here = np.flatnonzero(number == one)
-        if one != ALONE:
-            _fill(family, box_of(int(one)), pressure_factor, here, ratio, offset, places, result)
-            continue
-        # No box has such cranks: each gets columns of its own.
-        pairs, which = np.unique(np.stack([ratio[here], offset[here]]), axis=1, return_inverse=True)
-        for i, pair in enumerate(pairs.T.tolist()):
-            box = Box(*((side, 0.0) for side in pair))
-            mine = here[which.reshape(-1) == i]
-            _fill(family, box, pressure_factor, mine, ratio, offset, places, result)
+    for box, here in _boxes(ratio, offset):
+        low = np.floor(places[here]).astype(np.int64)
+        weight = places[here] - low
+        rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
+        (means,) = remembered(
+            family, ("mean gas", box, pressure_factor, rows.tobytes()),
+            partial(_means, family, box, pressure_factor, rows),
+        )  # fmt: skip
+        result[here] = _add_up(
+            box.place(ratio[here], offset[here]), box.degrees, np.searchsorted(rows, low), weight,
+            means,
+        )  # fmt: skip
     return result.reshape(given[0].shape)
 
 
-def _fill(
-    family: Family, box: Box, pressure_factor: float, here: Integers, ratio: Floats,
-    offset: Floats, row: Floats, result: Floats,
-) -> None:  # fmt: skip
-    """Means of the designs `here`, which lie in one box."""
-    low = np.floor(row[here]).astype(np.int64)
-    weight = row[here] - low
-    rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
-    means = remembered(
-        family, ("mean gas", box, pressure_factor, rows.tobytes()),
-        lambda: (_means(family, box, pressure_factor, rows),),
-    )[0]  # fmt: skip
-    found = np.empty(here.size)
-    _add_up(
-        box.place(ratio[here], offset[here]), box.degrees, np.searchsorted(rows, low), weight,
-        means, found,
-    )  # fmt: skip
-    result[here] = found
+def _boxes(ratio: Floats, offset: Floats) -> Iterator[tuple[Box, Integers]]:
+    """Boxes of the cranks, and which of them lie there; those of no box get one of their own."""
+    number = boxes_of(ratio, offset)
+    for one in np.unique(number[number != ALONE]).tolist():
+        yield box_of(one), np.flatnonzero(number == one)
+    alone = np.flatnonzero(number == ALONE)
+    pairs, which = np.unique(np.stack([ratio, offset])[:, alone], axis=1, return_inverse=True)
+    for i, (one, other) in enumerate(pairs.T.tolist()):
+        yield Box((one, 0.0), (other, 0.0)), alone[which.reshape(-1) == i]
 
 
-def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> Floats:
+def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> tuple[Floats, ...]:
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
     angle, weights = mean_weights(Member(0.0, pressure_factor, 1.0), box, family.period)
     found = np.empty((rows.size, len(weights)))
@@ -91,7 +84,7 @@ def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> 
         some = rows[begin : begin + ROWS_AT_ONCE]
         pressure = pressures_of_rows(family, some, angle, pressure_factor) - ATMOSPHERE
         _weigh(weights, pressure, found[begin : begin + some.size])
-    return found
+    return (found,)
 
 
 @kernel
@@ -107,42 +100,32 @@ def _weigh(weights: Floats, pressure: Floats, found: Floats) -> None:
 
 @kernel
 def _add_up(
-    place: Floats, degrees: Integers, row: Integers, weight: Floats, means: Floats, found: Floats
-) -> None:
+    place: Floats, degrees: Integers, row: Integers, weight: Floats, means: Floats
+) -> Floats:
     """Sum over columns of each design, between two diagrams."""
+    found = np.zeros(weight.size)
     for i in range(found.size):
-        total = 0.0
         for t in range(degrees.shape[0]):
             mean = (1.0 - weight[i]) * means[row[i], t]
             if weight[i] > 0.0:
                 mean += weight[i] * means[row[i] + 1, t]
-            total += (
-                factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i]) * mean
-            )
-        found[i] = total
+            mean *= factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i])
+            found[i] += mean
+    return found
 
 
 def mean_gas_of_equal_throws(
     crank_ratio: Any, offset: Any, row: Any, family: Family, pressure_factor: Any
 ) -> Any:
-    """Mean of p v [Pa] where all crank radii are the engine's.
+    """Mean of p v [Pa] where all crank radii are the engine's; arguments as of `mean_gas_torque`.
 
-    Parameters
-    ----------
-    crank_ratio, offset : array_like
-        Crank radius over rod length, and offset of the piston-pin line over the crank radius.
-    row : array_like
-        Place of the diagram in the family's table.
-    family : Family
-        Diagrams.
-    pressure_factor : array_like
-        Mean factor of the cylinders on the pressure above motored.
+    `pressure_factor` is the mean factor of the cylinders on the pressure above motored.
     """
     whole = mean_gas_torque(crank_ratio, row, family, offset)
     factor = np.asarray(pressure_factor)
     if (factor == 1.0).all():
         return whole * factor
-    motored = mean_gas_torque(crank_ratio, row, family, offset, pressure_factor=0.0)
+    motored = mean_gas_torque(crank_ratio, row, family, offset, 0.0)
     return np.where(factor == 1.0, whole, motored + factor * (whole - motored))
 
 
@@ -152,7 +135,7 @@ def mean_gas_of_unequal_throws(
 ) -> Any:  # fmt: skip
     """Mean of p v over cylinders on throws of unequal radius, over the engine's radius [Pa].
 
-    Parameters as of `mean_gas_of_equal_throws` and `cylinder_means.value_of_sets`.
+    Arguments as of `mean_gas_torque` and `mean_of_cylinders`.
     """
 
     def of_one(member: Member) -> Any:

@@ -22,7 +22,7 @@ from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.summit import peak_between, summit_at
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Floats
 
 __all__ = ["torque_extremes"]
 
@@ -51,59 +51,43 @@ def torque_extremes(
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
     inputs["cylinders"] = np.asarray(cylinders, dtype=np.int64)
     shape = shape_of(*inputs.values())
-    names = [name for name in TORQUE_NAMES if name in wanted]
-    scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
-    places = np.array([names.index(n) if n in names else -1 for n in TORQUE_NAMES])
+    high, low, swing = results = [
+        np.empty(math.prod(shape) if name in wanted else 0) for name in TORQUE_NAMES
+    ]
     whole = Inputs.of(inputs, shape)
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance, ("cylinders",))
 
     def solve(work: Work) -> None:
-        friction = np.ascontiguousarray(work.chosen.full("friction_torque"), dtype=float)
         designs = work.designs()
-        of_load = designs.part >= work.needs.parts.first_load
-        alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
         curve = make_curve(work.columns.fine.shape[1])
-        if places[2] >= 0:
-            _swings(work.size, work.columns, designs, scalars[places[2]], curve)
-        if places[0] >= 0 or places[1] >= 0:
-            _extremes(work.size, work.columns, alone, friction, places, scalars, curve)
+        if swing.size:
+            _swings(work.size, work.columns, designs, swing, curve)
+        if high.size or low.size:
+            friction = np.ascontiguousarray(work.chosen.full("friction_torque"), dtype=float)
+            of_load = designs.part >= work.needs.parts.first_load
+            alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
+            _extremes(work.size, work.columns, alone, friction, high, low, curve)
 
     cores = threads or os.cpu_count() or 1
     run_on_threads(grouping.works(None, 1), solve, lambda work: work.size, cores, progress)
-    return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
+    found = zip(TORQUE_NAMES, results, strict=True)
+    return {name: array.reshape(shape) for name, array in found if name in wanted}
 
 
 @inlined
-def _range_of(width: float, value: Floats, slope: Floats, missed: Floats) -> tuple[float, float]:
-    """Largest and smallest value of a curve, docs/method.md (98) and (99).
+def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats) -> float:
+    """Largest sign * value of a curve, docs/method.md (98) and (99).
 
     `missed` is what the cubics through values and slopes miss in the middle of intervals.
     """
-    high, low = value[0], value[0]
+    best = value.max() if sign > 0.0 else -value.min()
     for j in range(value.size):
-        high, low = max(high, value[j]), min(low, value[j])
-    top, bottom = high, -low
-    for j in range(value.size):
-        n = j + 1 if j + 1 < value.size else 0
-        for side in range(2):
-            sign = 1.0 if side == 0 else -1.0
-            best = top if side == 0 else bottom
-            up, down = sign * width * slope[j], sign * width * slope[n]
-            if up >= 0.0 and down < 0.0 and sign * value[j] + up >= best:
-                found, _ = peak_between(
-                    sign * value[j], sign * value[n], up, down, sign * missed[j]
-                )
-                if side == 0:
-                    top = max(top, found)
-                else:
-                    bottom = max(bottom, found)
-    return top, -bottom
-
-
-@inlined
-def _energy(which: int, designs: Designs) -> float:
-    """Kinetic energy [J] at nominal speed of 1 kg m2, which designs are reduced with."""
-    return 0.5 * designs.speed[which] ** 2
+        n = (j + 1) % value.size
+        here, up, down = sign * value[j], sign * width * slope[j], sign * width * slope[n]
+        if up >= 0.0 and down < 0.0 and here + up >= best:
+            found, _ = peak_between(here, sign * value[n], up, down, sign * missed[j])
+            best = max(best, found)
+    return best
 
 
 @kernel
@@ -111,17 +95,18 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, curve
     """Ranges of the work of the first designs [J]; `curve` is scratch."""
     for which in range(count):
         fill_curve(which, False, columns, designs, curve)
-        high, low = _range_of(columns.width, curve.w, curve.dw, curve.w_missed)
-        found[designs.target[which]] = _energy(which, designs) * (high - low)
+        swing = 0.0
+        for sign in (1.0, -1.0):
+            swing += _top(sign, columns.width, curve.w, curve.dw, curve.w_missed)
+        # Designs are reduced with the kinetic energy of 1 kg m2 at nominal speed.
+        found[designs.target[which]] = 0.5 * designs.speed[which] ** 2 * swing
 
 
 @inlined
 def _highest(sign: float, v: Floats) -> float:
     """Largest sign * v of a periodic curve, by polynomials through seven nodes."""
-    n, best = v.size, -math.inf
-    for j in range(n):
-        best = max(best, sign * v[j])
-    highest = best
+    n = v.size
+    best = highest = v.max() if sign > 0.0 else -v.min()
     for j in range(n):
         d = sign * v[j]
         c, e = sign * v[(j - 1) % n], sign * v[(j + 1) % n]
@@ -144,22 +129,23 @@ def _highest(sign: float, v: Floats) -> float:
 
 @kernel
 def _extremes(
-    count: int, columns: Columns, designs: Designs, friction: Floats, wanted: Integers,
-    scalars: Floats, curve: Curve,
+    count: int, columns: Columns, designs: Designs, friction: Floats, high: Floats, low: Floats,
+    curve: Curve,
 ) -> None:  # fmt: skip
-    """Largest and smallest torque of the first designs [N m]; `curve` is scratch."""
+    """Largest and smallest torque of the first designs [N m], each where its array is not empty.
+
+    `curve` is scratch.
+    """
     for which in range(count):
         fill_curve(which, False, columns, designs, curve)
         mean = 0.0
         for piece in range(designs.part.shape[0]):
             share = designs.gas[which] * designs.share[piece, which]
+            part = designs.part[piece, which]
             for t in range(designs.factor.shape[1]):
-                mean += (
-                    share * designs.factor[which, t] * columns.mean[designs.part[piece, which], t]
-                )
-        energy, target = _energy(which, designs), designs.target[which]
-        for row in range(2):
-            if wanted[row] >= 0:
-                sign = 1.0 if row == 0 else -1.0
+                mean += share * designs.factor[which, t] * columns.mean[part, t]
+        energy, target = 0.5 * designs.speed[which] ** 2, designs.target[which]
+        for sign, found in ((1.0, high), (-1.0, low)):
+            if found.size > 0:
                 value = sign * _highest(sign, curve.dw) + mean
-                scalars[wanted[row], target] = energy * value - friction[which]
+                found[target] = energy * value - friction[which]
