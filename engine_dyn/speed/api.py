@@ -58,11 +58,9 @@ class PeriodicSpeed:
     --------
     >>> import engine_dyn
     >>> import numpy as np
-    >>> degrees = [-360, -300, -240, -180, -135, -90, -60, -45, -30, -15, 0, 10, 20, 30, 45, 60]
-    >>> bar = [1, 1, 1, 1, 1.2, 2.2, 4.3, 7.1, 14, 28, 48, 56, 46, 32, 18, 11]
-    >>> degrees += [75, 90, 120, 150, 180, 240, 300]
-    >>> bar += [7.5, 5.5, 3.6, 2.3, 1.2, 1, 1]
-    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * np.array(bar))
+    >>> degrees = np.arange(-360, 360)
+    >>> bar = 1.0 + 45.0 * np.exp(-(((degrees - 10) / 35) ** 2))
+    >>> diagram = engine_dyn.diagram_from_points(np.radians(degrees), 1e5 * bar)
     >>> engine = {"bore": 0.1, "stroke": 0.12, "crank_ratio": 0.25, "reciprocating_mass": 1.5}
     >>> found = engine_dyn.periodic_speed(diagram, **engine, inertia=1.0, speed=150.0)
     >>> bool(found.omega_min < found.omega_mean < found.omega_max)
@@ -225,19 +223,17 @@ def periodic_speed(
     solver.check_names()
     inertia = given_number("inertia", inertia)
     check_positive(inertia=inertia)
-    load_linear = given_number("load_linear", load_linear, finite=True)
-    load_square = given_number("load_square", load_square, finite=True)
-    if load_linear or load_square:
-        if load_exponent is not None:
-            raise ValueError(
-                "load_exponent: not allowed together with load_linear or load_square; give one law"
-            )
-        driven = replace(driven, load_law="linear_square")
     load = Load(
         driven, 2.0 if load_exponent is None else load_exponent, load_offset, gear_ratio,
         load_phase, load_scale, synchronous_speed, breakdown_slip, breakdown_torque, load_linear,
         load_square,
     )  # fmt: skip
+    if load.load_linear or load.load_square:
+        if load_exponent is not None:
+            raise ValueError(
+                "load_exponent: not allowed together with load_linear or load_square; give one law"
+            )
+        load = replace(load, driven=replace(driven, load_law="linear_square"))
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,
         CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor),
@@ -306,28 +302,14 @@ def _solve(
 
 
 def energy_swing(
-    diagram: Diagram,
-    *,
-    bore: float,
-    stroke: float,
-    crank_ratio: float,
-    reciprocating_mass: float,
-    speed: float,
-    cylinders: int = 1,
-    offset: float = 0.0,
-    firing_angles: Sequence[float] | None = None,
-    pressure_factor: Sequence[float] | None = None,
-    mass_factor: Sequence[float] | None = None,
-    radius_factor: Sequence[float] | None = None,
-    driven: DrivenMachine = NOTHING_DRIVEN,
-    gear_ratio: float = 1.0,
-    load_phase: float = 0.0,
-    load_scale: float = 1.0,
-    friction_shape: FrictionShape | None = None,
-    crankcase_pressure: float = 101325.0,
-    friction_torque: float = 0.0,
-    tolerance: float = 1e-6,
-) -> float:
+    diagram: Diagram, *, bore: float, stroke: float, crank_ratio: float, reciprocating_mass: float,
+    speed: float, cylinders: int = 1, offset: float = 0.0,
+    firing_angles: Sequence[float] | None = None, pressure_factor: Sequence[float] | None = None,
+    mass_factor: Sequence[float] | None = None, radius_factor: Sequence[float] | None = None,
+    driven: DrivenMachine = NOTHING_DRIVEN, gear_ratio: float = 1.0, load_phase: float = 0.0,
+    load_scale: float = 1.0, friction_shape: FrictionShape | None = None,
+    crankcase_pressure: float = 101325.0, friction_torque: float = 0.0, tolerance: float = 1e-6,
+) -> float:  # fmt: skip
     """Range of the work of the torque at nominal speed, less a load over angle and the mean [J].
 
     Parameters as `periodic_speed`. Friction matters only where `friction_shape` says how it changes

@@ -9,21 +9,15 @@ that are not done, by the same function as a sweep.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn import status
 from engine_dyn.speed import dispatch
-from engine_dyn.status import (
-    CONVERGED,
-    INVALID_INPUT,
-    NOT_CONVERGED,
-    STALLED,
-    TOLERANCE_NOT_MET,
-    WITH_NUMBERS,
-)
 from engine_dyn.types import Floats
 
 __all__ = ["Required", "search", "solve_for_inertia"]
@@ -47,7 +41,7 @@ masses: delta is then small, some 1e-3, and proportional to the swing."""
 FEW = 0.25
 """Fraction of the designs: when no more than that remain, only these are solved."""
 
-TOO_LIGHT = STALLED, INVALID_INPUT
+TOO_LIGHT = status.STALLED, status.INVALID_INPUT
 """Outcomes that more inertia may change: the engine stops within the cycle, or with variable
 inertia the inertia of the reciprocating parts exceeds the given one."""
 
@@ -111,17 +105,14 @@ def solve_for_inertia(
         for name, value in given.items()
         if name not in (*_WHOLE, "wanted", "crank_angle")
     }
-    goal = np.asarray(wanted_delta, dtype=float)
     if energy_swing is None:
         energy_swing = _swing_of_heavy(whole, columns)
-    swing = np.asarray(energy_swing, dtype=float)
-    shape = np.broadcast_shapes(goal.shape, swing.shape, *(c.shape for c in columns.values()))
-    size = int(np.prod(shape, dtype=np.int64))
+    shape = np.broadcast_shapes(*map(np.shape, (wanted_delta, energy_swing, *columns.values())))
 
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
         places: Any = active
         given: dict[str, Any] = {**columns, "inertia": inertia.reshape(shape)}
-        if active.size <= FEW * size:
+        if active.size <= FEW * math.prod(shape):
             places, along = slice(None), np.unravel_index(active, shape) if shape else ()
             given = {
                 name: np.broadcast_to(one, shape)[along].reshape(-1) if one.ndim else one
@@ -134,16 +125,15 @@ def solve_for_inertia(
         return np.array(np.broadcast_to(value, shape), dtype=float).reshape(-1)
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        start = flat(swing) / (flat(goal) * flat(columns["speed"]) ** 2)
-    found = search(outcome, start, flat(goal), tolerance, progress)
+        start = flat(energy_swing) / (flat(wanted_delta) * flat(columns["speed"]) ** 2)
+    found = search(outcome, start, flat(wanted_delta), tolerance, progress)
     return Required._make(array.reshape(shape) for array in found)
 
 
 def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
-    """Energy swing [J] of designs, from delta with a large inertia and a constant load torque.
+    """Energy swing [J] from delta with a large inertia and a constant load: docs/method.md (91).
 
-    docs/method.md (91), whose error is that of delta squared; many designs take a fraction of the
-    time of the extremes of the work. Where there is no periodic speed, some swing from which the
+    Its error is that of delta squared. Where there is no periodic speed, some swing from which the
     search can find out why.
     """
     area = 0.25 * np.pi * columns["bore"] ** 2
@@ -165,27 +155,18 @@ def search(
 ) -> Required:
     """Find the inertia for each of some designs, from a function that solves them.
 
-    Secants over docs/method.md (91), in a bracket.
-
-    Parameters
-    ----------
-    outcome : callable
-        Takes the numbers of the designs to solve and the inertias of all; returns delta and status
-        of those asked for.
-    start, goal : ndarray, shape (designs,)
-        Inertia to begin with [kg m2], wanted delta.
-    tolerance : float
-        Relative error of delta aimed at.
-    progress : callable, optional
-        Called with the number of designs done since the last call.
+    Secants over docs/method.md (91), in a bracket. `outcome` takes the numbers of the designs to
+    solve and the inertias of all, and returns delta and status of those asked for. `start` is the
+    inertia to begin with [kg m2] and `goal` the wanted delta, shape (designs,); the rest is as of
+    `solve_for_inertia`.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         x, target = np.log(start), np.log(goal)
-    state = np.where(np.isfinite(x), NOT_CONVERGED, INVALID_INPUT).astype(np.int8)
-    active = np.flatnonzero(state == NOT_CONVERGED)
+    state = np.where(np.isfinite(x), status.NOT_CONVERGED, status.INVALID_INPUT).astype(np.int8)
+    active = np.flatnonzero(state == status.NOT_CONVERGED)
     # Ends of the bracket, too light (or delta too large) and too heavy, with the residual there.
     low, high = np.full(x.size, -np.inf), np.full(x.size, np.inf)
-    low_code = np.full(x.size, CONVERGED, dtype=np.int8)
+    low_code = np.full(x.size, status.CONVERGED, dtype=np.int8)
     high_miss, last_x, last_miss = np.full((3, x.size), np.nan)
     for _ in range(MOST_STEPS):
         if not active.size:
@@ -195,13 +176,13 @@ def search(
         with np.errstate(divide="ignore", invalid="ignore"):
             miss = np.log(delta) - target[active]
             slope = (miss - last_miss[active]) / (here - last_x[active])
-        runs, light = np.isin(code, WITH_NUMBERS), np.isin(code, TOO_LIGHT)
+        runs, light = np.isin(code, status.WITH_NUMBERS), np.isin(code, TOO_LIGHT)
         number = runs & np.isfinite(miss)
         # An outcome that is neither a number nor too light does not depend on the inertia.
         lost = ~number & ~light
         above, below = light | (number & (miss > 0.0)), number & (miss <= 0.0)
         low[active[above]] = np.maximum(low[active[above]], here[above])
-        low_code[active[above]] = np.where(light, code, CONVERGED)[above]
+        low_code[active[above]] = np.where(light, code, status.CONVERGED)[above]
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
         last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
         left, right, stops = low[active], high[active], low_code[active]
@@ -210,9 +191,9 @@ def search(
         # or the engine stops before delta is the wanted one.
         narrow = right - left <= 4e-16 * np.maximum(np.abs(here), 1.0)
         state[active] = np.select(
-            [lost & runs, lost | done, narrow & (stops != CONVERGED), narrow],
-            [np.int8(INVALID_INPUT), code, stops, np.int8(TOLERANCE_NOT_MET)],
-            np.int8(NOT_CONVERGED),
+            [lost & runs, lost | done, narrow & (stops != status.CONVERGED), narrow],
+            [np.int8(status.INVALID_INPUT), code, stops, np.int8(status.TOLERANCE_NOT_MET)],
+            np.int8(status.NOT_CONVERGED),
         )
         slope = np.where(np.isfinite(slope) & (slope > SLOPES[0]) & (slope < SLOPES[1]), slope, -1)
         step = np.clip(-miss / slope, -LONGEST_STEP, LONGEST_STEP)
@@ -227,7 +208,7 @@ def search(
             progress(int(np.count_nonzero(~go)))
         active = active[go]
     # Designs without further steps while the engine stalls at the lower end of the bracket.
-    unfinished = (state == NOT_CONVERGED) & (low_code != CONVERGED)
+    unfinished = (state == status.NOT_CONVERGED) & (low_code != status.CONVERGED)
     state[unfinished] = low_code[unfinished]
-    inertia = np.where(np.isin(state, WITH_NUMBERS), np.exp(x), np.nan)
+    inertia = np.where(np.isin(state, status.WITH_NUMBERS), np.exp(x), np.nan)
     return Required(inertia, state, np.exp(high_miss + target), np.exp(high))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn import status
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.geometry.slider_crank import acceleration, velocity
@@ -25,15 +26,6 @@ from engine_dyn.speed.grouping import Work
 from engine_dyn.speed.results import SCALAR_NAMES, Results
 from engine_dyn.speed.storage import store, store_nothing
 from engine_dyn.speed.task import Task
-from engine_dyn.status import (
-    CONVERGED,
-    INVALID_INPUT,
-    NO_STEADY_STATE,
-    NOT_CONVERGED,
-    PASSES_DONE,
-    STALLED,
-    TOLERANCE_NOT_MET,
-)
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
@@ -88,7 +80,7 @@ def step_cycles(
         for i in range(count):
             j = (first + i) % count
             if not (omega > 0.0):
-                return number, STALLED, top, bottom, mean
+                return number, status.STALLED, top, bottom, mean
             speeds[j] = omega
             top, bottom, total = max(top, omega), min(bottom, omega), total + omega
             load = law.offset + law.coefficient * omega**law.exponent
@@ -97,9 +89,9 @@ def step_cycles(
             omega += rates[j] / omega * width
         mean = total / count
         if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
-            return number, CONVERGED, top, bottom, mean
-    code = PASSES_DONE if passes > 0 else NOT_CONVERGED
-    return limit, code if omega > 0.0 else STALLED, top, bottom, mean
+            return number, status.CONVERGED, top, bottom, mean
+    code = status.PASSES_DONE if passes > 0 else status.NOT_CONVERGED
+    return limit, code if omega > 0.0 else status.STALLED, top, bottom, mean
 
 
 def _cycle_of(
@@ -180,7 +172,7 @@ def solve_as_printed(
     speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):
         target, code = int(designs.target[i]), int(periodic.status[i])
-        if code in (NO_STEADY_STATE, INVALID_INPUT):
+        if code in (status.NO_STEADY_STATE, status.INVALID_INPUT):
             store_nothing(target, code, results)
             continue
         one = work.chosen.subset(np.array([i]))
@@ -195,14 +187,14 @@ def solve_as_printed(
             (round(value["start_angle"] / DEGREE) + count // 2) % count, int(value["passes"]),
             speeds, rates,
         )  # fmt: skip
-        if code in (STALLED, NOT_CONVERGED):
+        if code in (status.STALLED, status.NOT_CONVERGED):
             store_nothing(target, code, results)
             continue
         delta, error = np.nan_to_num(periodic.scalars[:, i], posinf=math.inf)
         if delta > 0.0:
             error += abs((high - low) / mean - delta) / delta
-        if code == CONVERGED and error > task.tolerance:
-            code = TOLERANCE_NOT_MET
+        if code == status.CONVERGED and error > task.tolerance:
+            code = status.TOLERANCE_NOT_MET
         results.status[target] = code
         store(
             target, high, low, mean, high - low, 1.0, float(error), float(cycles), results.wanted,

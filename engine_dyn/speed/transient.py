@@ -7,7 +7,7 @@ same train closed on itself is there to compare with. docs/method.md (116) to (1
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,13 +20,8 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 
 __all__ = [
-    "SpeedOfTrain",
-    "TorqueTrain",
-    "close_train",
-    "fit_train",
-    "follow_train",
-    "train_of_cycles",
-]
+    "SpeedOfTrain", "TorqueTrain", "close_train", "fit_train", "follow_train", "train_of_cycles",
+]  # fmt: skip
 
 MOST_STEPS = 60
 """Of Newton's or Gauss and Newton's method; three to six are usual."""
@@ -69,14 +64,9 @@ class TorqueTrain:
             raise ValueError(f"step: {self.step:g} rad; must be more than 0")
 
     @property
-    def steps(self) -> int:
-        """Number of steps."""
-        return self.torque.size // 2
-
-    @property
     def angle(self) -> Floats:
         """Angles at the ends of steps [rad] from the beginning, shape (n + 1,)."""
-        return np.asarray(self.step * np.arange(self.steps + 1), dtype=np.float64)
+        return np.asarray(self.step * np.arange(self.torque.size // 2 + 1), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,19 +98,11 @@ class SpeedOfTrain:
 
 
 def train_of_cycles(
-    cycles: Sequence[RecordedCycles],
-    *,
-    bore: float,
-    stroke: float,
-    crank_ratio: float,
-    reciprocating_mass: float,
-    inertia: float,
-    firing_angles: Sequence[float] = (0.0,),
-    friction_torque: float = 0.0,
-    crankcase_pressure: float = 101325.0,
-    exponent: float = 2.0,
+    cycles: Sequence[RecordedCycles], *, bore: float, stroke: float, crank_ratio: float,
+    reciprocating_mass: float, inertia: float, firing_angles: Sequence[float] = (0.0,),
+    friction_torque: float = 0.0, crankcase_pressure: float = 101325.0, exponent: float = 2.0,
     constant: float = 0.0,
-) -> TorqueTrain:
+) -> TorqueTrain:  # fmt: skip
     """Torque and variable inertia over recorded cycles, from their pressures.
 
     Parameters
@@ -177,38 +159,33 @@ def train_of_cycles(
         places = (own - one.angle[0]) / spacing
         pressure = np.interp(places, np.arange(total), one.pressure.reshape(-1), period=total)
         torque += (pressure - crankcase_pressure) * area_radius * reduced
-        whole = one.angle[0] + spacing * np.arange(count)
-        squares += reduced**2 - np.mean(velocity(whole, crank_ratio) ** 2)
+        squares += reduced**2 - np.mean(velocity(one.angle, crank_ratio) ** 2)
     theta = inertia + reciprocating_mass * (0.5 * stroke) ** 2 * squares
     return TorqueTrain(torque, theta, 2.0 * spacing, exponent, constant)
 
 
 @kernel
 def _follow(
-    torque: Floats, inertia: Floats, step: float, constant: float, coefficient: float,
-    exponent: float, start: float, energy: Floats, by_start: Floats, by_coefficient: Floats,
-) -> int:  # fmt: skip
-    """Energy at the ends of steps, with its derivatives; the number of steps that were made.
+    torque: Floats, inertia: Floats, step: float, coefficient: float, exponent: float, start: float
+) -> Floats:
+    """Energy at the ends of steps, with its derivatives, shape (3, n + 1); NaN from a stall on.
 
     Runge and Kutta's method of fourth order for docs/method.md (116) and (117).
     """
+    found = np.full((3, torque.size // 2 + 1), math.nan)
     e, s, g = start, 1.0, 0.0
-    energy[0], by_start[0], by_coefficient[0] = e, s, g
-    for place in range(energy.size - 1):
-        slope_e, slope_s, slope_g = 0.0, 0.0, 0.0
-        last_e, last_s, last_g = 0.0, 0.0, 0.0
-        for stage in range(4):
-            share = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-            at = 2 * place + (0 if stage == 0 else (2 if stage == 3 else 1))
+    found[0, 0], found[1, 0], found[2, 0] = e, s, g
+    for place in range(found.shape[1] - 1):
+        slope_e = slope_s = slope_g = last_e = last_s = last_g = 0.0
+        for at, share, weight in ((0, 0.0, 1.0), (1, 0.5, 2.0), (1, 0.5, 2.0), (2, 1.0, 1.0)):
             now = e + share * step * last_e
             if not now > 0.0:
-                return place
-            power = math.pow(2.0 * now / inertia[at], 0.5 * exponent)
+                return found
+            power = math.pow(2.0 * now / inertia[2 * place + at], 0.5 * exponent)
             fading = coefficient * exponent * power / (2.0 * now)
             last_s = -fading * (s + share * step * last_s)
             last_g = -power - fading * (g + share * step * last_g)
-            last_e = torque[at] - constant - coefficient * power
-            weight = 1.0 if stage == 0 or stage == 3 else 2.0
+            last_e = torque[2 * place + at] - coefficient * power
             slope_e += weight * last_e
             slope_s += weight * last_s
             slope_g += weight * last_g
@@ -216,9 +193,9 @@ def _follow(
         s += step / 6.0 * slope_s
         g += step / 6.0 * slope_g
         if not e > 0.0:
-            return place
-        energy[place + 1], by_start[place + 1], by_coefficient[place + 1] = e, s, g
-    return energy.size - 1
+            break
+        found[0, place + 1], found[1, place + 1], found[2, place + 1] = e, s, g
+    return found
 
 
 def follow_train(train: TorqueTrain, start_speed: float, load_coefficient: float) -> SpeedOfTrain:
@@ -241,35 +218,24 @@ def follow_train(train: TorqueTrain, start_speed: float, load_coefficient: float
     start_speed = given_number("start_speed", start_speed)
     if not start_speed > 0.0:
         raise ValueError(f"start_speed: {start_speed:g} rad/s; must be more than 0")
-    energy, by_start, by_coefficient = np.full((3, train.steps + 1), np.nan)
     ends = np.ascontiguousarray(train.inertia[::2])
-    done = _follow(
-        train.torque, train.inertia, float(train.step), float(train.constant),
-        float(load_coefficient), float(train.exponent), 0.5 * ends[0] * start_speed**2, energy,
-        by_start, by_coefficient,
+    energy, by_start, by_coefficient = _follow(
+        train.torque - train.constant, train.inertia, float(train.step), float(load_coefficient),
+        float(train.exponent), 0.5 * ends[0] * start_speed**2,
     )  # fmt: skip
     speed = np.sqrt(2.0 * energy / ends)
     by_energy = 1.0 / (ends * speed)
     return SpeedOfTrain(
-        status.CONVERGED if done == train.steps else status.STALLED,
-        train.angle,
-        speed,
-        start_speed,
-        float(load_coefficient),
-        float(by_start[-1]),
-        by_start * by_energy * ends[0] * start_speed,
-        by_coefficient * by_energy,
-    )
+        status.STALLED if math.isnan(energy[-1]) else status.CONVERGED, train.angle, speed,
+        start_speed, float(load_coefficient), float(by_start[-1]),
+        by_start * by_energy * ends[0] * start_speed, by_coefficient * by_energy,
+    )  # fmt: skip
 
 
 def fit_train(
-    train: TorqueTrain,
-    edges: Floats,
-    measured: Floats,
-    *,
-    start_speed: float | None = None,
+    train: TorqueTrain, edges: Floats, measured: Floats, *, start_speed: float | None = None,
     load_coefficient: float | None = None,
-) -> SpeedOfTrain:
+) -> SpeedOfTrain:  # fmt: skip
     """Fit first speed and load coefficient to measured speeds: docs/method.md (119).
 
     Parameters
@@ -299,12 +265,10 @@ def fit_train(
         raise ValueError("measured: at least two speeds are needed for first speed and load")
 
     def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
-        slowness = 1.0 / found.speed
-        means = np.diff(edges) / np.diff(_integral_at(slowness, train, edges))
+        slowness, length = 1.0 / found.speed, np.diff(edges)
+        means = length / np.diff(_integral_at(slowness, train, edges))
         slopes = [
-            means**2
-            / np.diff(edges)
-            * np.diff(_integral_at(slowness**2 * derivative, train, edges))
+            means**2 / length * np.diff(_integral_at(slowness**2 * derivative, train, edges))
             for derivative in (found.by_start, found.by_coefficient)
         ]
         return (means - measured)[known], np.stack(slopes, axis=1)[known]
@@ -333,20 +297,16 @@ def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
     mean_speed = given_number("mean_speed", mean_speed)
     if not mean_speed > 0.0:
         raise ValueError(f"mean_speed: {mean_speed:g} rad/s; must be more than 0")
-    length = train.angle[-1]
+    length = train.angle[-1:]
 
     def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
-        rise = found.speed[-1] / found.speed[0] - 1.0
-        ratio = found.speed[-1] / found.speed[0]
-        whole = np.array([length])
-        curves = (found.speed, found.by_start, found.by_coefficient)
-        mean, *slopes = (float(_integral_at(c, train, whole)[0]) / length for c in curves)
-        rows = [
-            [found.by_start[-1] / found.speed[0] - ratio / found.speed[0] * found.by_start[0],
-             found.by_coefficient[-1] / found.speed[0]],
-            [slopes[0] / mean_speed, slopes[1] / mean_speed],
-        ]  # fmt: skip
-        return np.array([rise, mean / mean_speed - 1.0]), np.array(rows)
+        curves = np.stack([found.speed, found.by_start, found.by_coefficient])
+        first, last = curves[:, 0], curves[:, -1]
+        means = np.stack([_integral_at(one, train, length) for one in curves])[:, 0] / length
+        ratios = means / mean_speed
+        rise = last[0] / first[0]
+        rows = np.stack([(last - rise * first)[1:] / first[0], ratios[1:]])
+        return np.array([rise - 1.0, ratios[0] - 1.0]), rows
 
     return _solved(train, mean_speed, None, mean_speed, defects)
 
@@ -354,13 +314,11 @@ def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
 def _integral_at(values: Floats, train: TorqueTrain, at: Floats) -> Floats:
     """Integral over the angle from the beginning, of the parabolas through three ends of steps."""
     step, count = train.step, values.size - 1
-    if count < 2:
-        parts = 0.5 * step * (values[1:] + values[:-1])
-    else:  # mean of the two parabolas that share an interval, one at the ends
-        bend = np.empty(count + 1)
-        bend[1:-1] = values[2:] - 2.0 * values[1:-1] + values[:-2]
-        bend[0], bend[-1] = bend[1], bend[-2]
-        parts = step * (0.5 * (values[1:] + values[:-1]) - (bend[1:] + bend[:-1]) / 24.0)
+    # The mean of the two parabolas that share an interval, one at the ends; of one step, a line.
+    bend = np.zeros(count + 1)
+    bend[1:-1] = values[2:] - 2.0 * values[1:-1] + values[:-2]
+    bend[0], bend[-1] = bend[1], bend[-2]
+    parts = step * (0.5 * (values[1:] + values[:-1]) - (bend[1:] + bend[:-1]) / 24.0)
     total = np.concatenate([[0.0], np.cumsum(parts)])
     place = np.clip((at / step).astype(np.int64), 0, count - 1)
     u = at / step - place
@@ -370,10 +328,10 @@ def _integral_at(values: Floats, train: TorqueTrain, at: Floats) -> Floats:
 
 
 def _solved(
-    train: TorqueTrain, start: float, coefficient: float | None, level: float, defects: object
-) -> SpeedOfTrain:
+    train: TorqueTrain, start: float, coefficient: float | None, level: float,
+    defects: Callable[[SpeedOfTrain], tuple[Floats, Floats]],
+) -> SpeedOfTrain:  # fmt: skip
     """Gauss and Newton's method for the first speed and k; steps are halved where they stall."""
-    assert callable(defects)
     if coefficient is None:
         coefficient = (float(train.torque.mean()) - train.constant) / level**train.exponent
     found = follow_train(train, start, coefficient)

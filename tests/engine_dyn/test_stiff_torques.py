@@ -206,7 +206,7 @@ def test_curves_over_the_angle_of_a_stiff_design() -> None:
 def test_an_interval_of_a_linear_law(push: float) -> None:
     """e' = c - push (e - 1) over one interval: e = 1 + c/push + (e_0 - 1 - c/push) exp(-push)."""
     c, start = 0.3, 1.7
-    interval = radau.Interval((c, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    interval = radau.Interval((c, 0.0, 0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0, 0.0, 0.0))
     proportional, _ = law_of(80.0, 0.0, 1.0, 1.0, Form(LINEAR_SQUARE, 1.0, False, np.zeros((3, 0))))
     passed = radau.pass_interval(start, interval, push, 1.0, 1e-13, proportional)
     steady = 1.0 + c / push

@@ -13,7 +13,7 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
 from engine_dyn.speed.task import Task
-from engine_dyn.speed.work.columns import SLOPE, VALUE, Columns
+from engine_dyn.speed.work.columns import MIDDLE, SLOPE, VALUE, Columns
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
@@ -45,10 +45,8 @@ class Curve(NamedTuple):
         Reduced work, inertia over its mean, and their slopes.
     w_missed, tau_missed : ndarray
         What cubics through values and slopes miss in the middle of the intervals behind.
-    d, q, rate : ndarray
-        chi - 1, q and its slope, of the solution.
-    force, first : ndarray
-        F(q) and its slope.
+    d, q, rate, force, first : ndarray
+        chi - 1, q and its slope, F(q) and its slope, of the solution.
     slope, between : ndarray
         Slope of chi, and chi - 1 in the middle of intervals, where cycles were followed in time.
     f, df, b, db, by_mu, grow, shift, push : ndarray
@@ -85,13 +83,11 @@ def make_curve(nodes: int) -> Curve:
 
 @inlined
 def _add_part(
-    part: int, share: float, columns: Columns, factor: Floats, value: Floats, slope: Floats,
-    missed: Floats,
-) -> None:  # fmt: skip
+    part: int, share: float, columns: Columns, factor: Floats, curves: tuple[Floats, Floats, Floats]
+) -> None:
     """Add a part of the columns to a curve, to its slope, and to what cubics miss of it."""
-    for row in range(3):
-        curve = value if row == VALUE else (slope if row == SLOPE else missed)
-        column = columns.fine[part]
+    for row in (VALUE, SLOPE, MIDDLE):
+        curve, column = curves[row], columns.fine[part]
         for j in range(curve.size):
             total = 0.0
             for t in range(factor.size):
@@ -104,6 +100,7 @@ def fill_curve(
     which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve
 ) -> None:
     """Fill in w, w', tau and tau' at the nodes: docs/method.md (54)."""
+    work, inertia = (curve.w, curve.dw, curve.w_missed), (curve.tau, curve.dtau, curve.tau_missed)
     for j in range(curve.w.size):
         curve.w[j] = curve.dw[j] = curve.w_missed[j] = curve.dtau[j] = curve.tau_missed[j] = 0.0
         curve.tau[j] = 1.0
@@ -111,12 +108,10 @@ def fill_curve(
     for piece in range(designs.part.shape[0]):
         share = gas * designs.share[piece, which]
         if share != 0.0:
-            part = designs.part[piece, which]
-            _add_part(part, share, columns, factor, curve.w, curve.dw, curve.w_missed)
-    if variable:
-        _add_part(SQUARE, eta, columns, factor, curve.tau, curve.dtau, curve.tau_missed)
-    else:
-        _add_part(SQUARE, -eta, columns, factor, curve.w, curve.dw, curve.w_missed)
+            _add_part(designs.part[piece, which], share, columns, factor, work)
+    _add_part(
+        SQUARE, eta if variable else -eta, columns, factor, inertia if variable else work
+    )  # fmt: skip
 
 
 @inlined

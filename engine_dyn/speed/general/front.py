@@ -6,26 +6,19 @@ import math
 
 import numpy as np
 
+from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import FLOOR, POWER, covers, is_power, load_terms
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.general.curve import Curve, Design, begin_design, make_curve, opposes
-from engine_dyn.speed.general.newton import fill_force, newton
-from engine_dyn.speed.general.speeds import STRONG_LOAD, fill_rate, speeds_of, take_slope
+from engine_dyn.speed.general.newton import newton
+from engine_dyn.speed.general.speeds import STRONG_LOAD, speeds_of
 from engine_dyn.speed.general.stable_cycle import stable_cycle
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import store, store_curves, store_nothing
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.status import (
-    CONVERGED,
-    INVALID_INPUT,
-    NO_STEADY_STATE,
-    NOT_CONVERGED,
-    STALLED,
-    TOLERANCE_NOT_MET,
-)
 from engine_dyn.types import Integers
 
 __all__ = ["solve_one_by_one"]
@@ -62,9 +55,9 @@ def followed(task: Task, last: bool) -> tuple[int, ...]:
     such as one beyond the ends of a table. The last number of nodes is where a missed tolerance
     counts: the load may be so strong that no number of nodes resolves it.
     """
-    doubtful = (NOT_CONVERGED, STALLED, NO_STEADY_STATE, INVALID_INPUT)
+    doubtful = (status.NOT_CONVERGED, status.STALLED, status.NO_STEADY_STATE, status.INVALID_INPUT)
     of_law = () if task.form.kind == POWER else doubtful
-    return (*of_law, NOT_CONVERGED, TOLERANCE_NOT_MET) if last else of_law
+    return (*of_law, status.NOT_CONVERGED, status.TOLERANCE_NOT_MET) if last else of_law
 
 
 @kernel
@@ -77,14 +70,14 @@ def solve_designs(
     for which in chosen:
         design, code = begin_design(which, task, columns, designs, curve)
         mu, steps = 1.0, 0
-        if code == CONVERGED:
+        if code == status.CONVERGED:
             with_mean = task.closure == POWER_MEAN and is_power(design.law)
             if with_mean and _must_stall(width, design, curve):
-                code = STALLED
+                code = status.STALLED
             else:
                 steps, mu, smallest = newton(task.closure, width, design, curve)
                 if steps < 0:
-                    code = NOT_CONVERGED if smallest > FLOOR else STALLED
+                    code = status.NOT_CONVERGED if smallest > FLOOR else status.STALLED
         _write(which, code, mu, 0.0, steps, width, task, design, designs, curve, results)
 
 
@@ -102,15 +95,15 @@ def follow_designs(
     for which in chosen:
         design, code = begin_design(which, task, columns, designs, curve)
         holds = not design.flat and opposes(design.slope, design)
-        if code != CONVERGED or design.kappa == 0.0 or not holds:
+        if code != status.CONVERGED or design.kappa == 0.0 or not holds:
             continue
-        missed_tolerance = results.status[designs.target[which]] == TOLERANCE_NOT_MET
+        missed_tolerance = results.status[designs.target[which]] == status.TOLERANCE_NOT_MET
         # Cycles improve on Newton's steps along a strong load only. With a weak one deviations
         # shrink so slowly that rounding blurs the speed, which Newton's method has of the closure.
         if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
             continue
         code, cycles, mu, missed = stable_cycle(task.closure, width, design, curve)
-        if missed_tolerance and code != CONVERGED:
+        if missed_tolerance and code != status.CONVERGED:
             continue
         missed = max(missed, 1e-15)
         _write(which, code, mu, missed, cycles, width, task, design, designs, curve, results)
@@ -122,8 +115,7 @@ def _must_stall(width: float, design: Design, curve: Curve) -> bool:
 
     docs/method.md (94). From the angle of the least work on, the load takes at most the work of a
     whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
-    wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution. The
-    test saves all the steps that Newton's method would need before it gives up.
+    wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution.
     """
     most = curve.w.max()
     least = curve.w.min() + design.kappa * width * curve.w.size
@@ -156,32 +148,25 @@ def _write(
 ) -> None:  # fmt: skip
     """Judge a solution, docs/method.md section 13.3, and write its results."""
     high = low = mean = span = error = math.nan
-    if code == CONVERGED:
-        fill_force(design, curve)
-        for j in range(curve.q.size):
-            curve.q[j] = (1.0 + curve.d[j]) / curve.tau[j]
-        # The slope of a solution that was followed in time is no difference of large numbers.
-        if missed > 0.0:
-            take_slope(width, curve)
-        else:
-            fill_rate(mu, design, curve)
+    holds = opposes(design.slope, design)
+    if code == status.CONVERGED:
         high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, curve)
         gear = design.law.nominal / design.nominal
         if not (low > 0.0):
-            code = STALLED
+            code = status.STALLED
         elif not covers(gear * high, gear * low, task.form):
-            code = INVALID_INPUT if opposes(design.slope, design) else NO_STEADY_STATE
+            code = status.INVALID_INPUT if holds else status.NO_STEADY_STATE
         elif not _is_stable(design, curve):
-            code = NO_STEADY_STATE
+            code = status.NO_STEADY_STATE
         elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
             # The load is so strong that the nodes do not resolve the curve at all.
-            code = NOT_CONVERGED
+            code = status.NOT_CONVERGED
         elif not (error <= task.tolerance):
-            code = TOLERANCE_NOT_MET
-    if (code == STALLED or code == NOT_CONVERGED) and not opposes(design.slope, design):
-        code = NO_STEADY_STATE
+            code = status.TOLERANCE_NOT_MET
+    if (code == status.STALLED or code == status.NOT_CONVERGED) and not holds:
+        code = status.NO_STEADY_STATE
     target = designs.target[which]
-    if code != CONVERGED and code != TOLERANCE_NOT_MET:
+    if code != status.CONVERGED and code != status.TOLERANCE_NOT_MET:
         store_nothing(target, code, results)
         return
     results.status[target] = code

@@ -38,9 +38,7 @@ this small nothing of it remains."""
 def closure_terms(
     q: float, force: float, first: float, flat: bool, closure: int
 ) -> tuple[float, float]:
-    """Return the density of the closure's residual, whose mean must vanish, and its derivative.
-
-    `force` and `first` are F(q) and its slope.
+    """What the closure wants to have the mean 0, and its derivative; `force` and `first` are of F.
 
     Cycle time: q^(-1/2) - 1, docs/method.md (66). Power mean of order alpha: q^(alpha/2) - 1,
     docs/method.md (64), with log q as its limit alpha -> 0, docs/method.md (65).
@@ -48,15 +46,11 @@ def closure_terms(
     if closure != CYCLE_TIME and not flat:
         return force - 1.0, first
     base = max(q, FLOOR)
+    value, slope = math.log(base), 1.0 / base
     if closure == CYCLE_TIME:
-        value = 1.0 / math.sqrt(base) - 1.0
-        slope = -0.5 * (value + 1.0) / base
-    else:
-        value = math.log(base)
-        slope = 1.0 / base
-    if q < FLOOR:
-        value += slope * (q - FLOOR)
-    return value, slope
+        root = 1.0 / math.sqrt(base)
+        value, slope = root - 1.0, -0.5 * root / base
+    return value + slope * min(q - FLOOR, 0.0), slope
 
 
 @inlined
@@ -100,9 +94,8 @@ def _start(design: Design, curve: Curve) -> None:
 def _settle(width: float, design: Design, curve: Curve) -> None:
     """Repeat cycles of implicit Euler steps from d[0] until they nearly close.
 
-    The load opposes every deviation, so the cycles converge from any start, and faster the stronger
-    the load is. After a few cycles the function ends in any case, because a weak load needs no
-    better start.
+    The load opposes every deviation, so they converge from any start, and faster the stronger the
+    load is. They end after a few cycles in any case: a weak load needs no better start.
     """
     w, tau, d, nodes = curve.w, curve.tau, curve.d, curve.w.size
     value, push = d[0], design.kappa * width

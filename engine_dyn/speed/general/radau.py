@@ -32,6 +32,9 @@ END_1 = (1.0 - PLACE_2) / (PLACE_1 * (PLACE_1 - PLACE_2) * (PLACE_1 - 1.0))
 END_2 = (1.0 - PLACE_1) / (PLACE_2 * (PLACE_2 - PLACE_1) * (PLACE_2 - 1.0))
 END_3 = 1.0 + 1.0 / (1.0 - PLACE_1) + 1.0 / (1.0 - PLACE_2)
 
+Quartic = tuple[float, float, float, float, float]
+"""Coefficients of a polynomial in t from 0 to 1, ascending."""
+
 MOST_STEPS = 256
 """Steps of an interval at most, a power of two."""
 
@@ -43,13 +46,14 @@ SOLVED = 1e-14
 
 
 class Interval(NamedTuple):
-    """Slope of the work times the width, and tau, as polynomials in t from 0 to 1.
+    """Slope of the work times the width, tau at the begin, and its slope: docs/method.md (84).
 
-    docs/method.md (84); the coefficients ascend.
+    That slope is times the width too, and its coefficients are divided by 1 to 5.
     """
 
-    work: tuple[float, float, float, float, float]
-    tau: tuple[float, float, float, float, float, float]
+    work: Quartic
+    start: float
+    turn: Quartic
 
 
 class Passed(NamedTuple):
@@ -68,9 +72,7 @@ class Passed(NamedTuple):
 
 
 @inlined
-def slope_of(
-    j: int, width: float, value: Floats, slope: Floats
-) -> tuple[float, float, float, float, float]:
+def slope_of(j: int, width: float, value: Floats, slope: Floats) -> Quartic:
     """Coefficients of the slope, times the width, between node j and the next: docs/method.md (84).
 
     The quartic through four slopes whose integral is the rise of the values.
@@ -88,13 +90,9 @@ def slope_of(
 @inlined
 def interval_of(j: int, width: float, curve: Curve) -> Interval:
     """The interval between node j and the next."""
-    turn = slope_of(j, width, curve.tau, curve.dtau)
-    return Interval(
-        slope_of(j, width, curve.w, curve.dw),
-        (
-            curve.tau[j], turn[0], turn[1] / 2.0, turn[2] / 3.0, turn[3] / 4.0, turn[4] / 5.0,
-        ),
-    )  # fmt: skip
+    c = slope_of(j, width, curve.tau, curve.dtau)
+    turn = c[0], c[1] / 2.0, c[2] / 3.0, c[3] / 4.0, c[4] / 5.0
+    return Interval(slope_of(j, width, curve.w, curve.dw), curve.tau[j], turn)
 
 
 @inlined
@@ -105,8 +103,8 @@ def rate_at(
 
     `push` is kappa times the width.
     """
-    c, s = interval.work, interval.tau
-    tau = s[0] + t * (s[1] + t * (s[2] + t * (s[3] + t * (s[4] + t * s[5]))))
+    c, s = interval.work, interval.turn
+    tau = interval.start + t * (s[0] + t * (s[1] + t * (s[2] + t * (s[3] + t * s[4]))))
     force, first = load_terms(e / tau, law)
     rate = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4]))) - push * (force / mu - 1.0)
     return rate, -push / mu * first / tau
@@ -119,10 +117,9 @@ def _step(
 ) -> tuple[float, float, float, bool]:
     """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
 
-    The stages are those of docs/method.md (85), found by Newton's method. The slope, times the
-    width, is that of the polynomial through the stages, docs/method.md (86), because the terms of
-    the equation itself nearly cancel where it is stiff. The last result tells whether the stages
-    were found.
+    The stages are those of docs/method.md (85), found by Newton's method; whether they were is the
+    last result. The slope, times the width, is that of the polynomial through them, (86), because
+    the terms of the equation itself nearly cancel where it is stiff.
     """
     z1 = z2 = z3 = 0.0
     factor, found = 1.0, False

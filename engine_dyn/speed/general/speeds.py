@@ -10,11 +10,11 @@ import math
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.curve import Curve, Design
-from engine_dyn.speed.general.newton import closure_terms
+from engine_dyn.speed.general.newton import closure_terms, fill_force
 from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
 from engine_dyn.types import Floats
 
-__all__ = ["STRONG_LOAD", "fill_rate", "speeds_of", "take_slope"]
+__all__ = ["STRONG_LOAD", "speeds_of"]
 
 STRONG_LOAD = 1e-3
 """Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
@@ -66,21 +66,20 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
 
 
 @inlined
-def _unresolved(closure: int, design: Design, curve: Curve) -> float:
-    """Relative difference of the means over even and odd nodes, of the speed and of the closure.
+def _mean(closure: int, design: Design, curve: Curve) -> tuple[float, float]:
+    """Mean of sqrt(q), and what the nodes do not resolve: docs/method.md (102).
 
-    docs/method.md (102).
+    That is the relative difference of the means over even and odd nodes, of speed and closure.
     """
-    speed = closed = both = 0.0
-    q = curve.q
+    q, total, speed, closed = curve.q, 0.0, 0.0, 0.0
     for j in range(q.size):
         sign = 1.0 if j % 2 == 0 else -1.0
-        root = math.sqrt(max(q[j], 0.0))
+        root = math.sqrt(q[j])
         value, _ = closure_terms(q[j], curve.force[j], curve.first[j], design.flat, closure)
-        both += root
+        total += root
         speed += sign * root
         closed += sign * value
-    return abs(speed) / both + abs(closed) / q.size
+    return total / q.size, abs(speed) / total + abs(closed) / q.size
 
 
 @inlined
@@ -101,25 +100,25 @@ def _load_missed(mu: float, width: float, design: Design, force: Floats) -> floa
 
 
 @inlined
-def fill_rate(mu: float, design: Design, curve: Curve) -> None:
-    """Slope of q at the nodes, docs/method.md (97)."""
-    for j in range(curve.q.size):
-        slope = curve.dw[j] - design.kappa * (curve.force[j] / mu - 1.0)
-        curve.rate[j] = (slope - curve.q[j] * curve.dtau[j]) / curve.tau[j]
+def _fill_solution(mu: float, missed: float, width: float, design: Design, curve: Curve) -> None:
+    """Fill in q and its slope at the nodes, docs/method.md (97).
 
-
-@inlined
-def take_slope(width: float, curve: Curve) -> None:
-    """Slope of q at the nodes from that of the energy, which was followed in time.
-
-    What cubics miss is that of the energy then, not of the work.
+    Of a solution that was followed in time, where `missed` is not 0, the slope of the energy is
+    known, and no difference of large numbers; what cubics miss is that of the energy then, not of
+    the work.
     """
-    d, slope = curve.d, curve.slope
-    for j in range(curve.q.size):
-        n = (j + 1) % d.size
-        cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
-        curve.w_missed[j] = curve.between[j] - cubic
-        curve.rate[j] = (slope[j] - curve.q[j] * curve.dtau[j]) / curve.tau[j]
+    d, slope, tau = curve.d, curve.slope, curve.tau
+    fill_force(design, curve)
+    for j in range(d.size):
+        if missed == 0.0:
+            slope[j] = curve.dw[j] - design.kappa * (curve.force[j] / mu - 1.0)
+        curve.q[j] = (1.0 + d[j]) / tau[j]
+        curve.rate[j] = (slope[j] - curve.q[j] * curve.dtau[j]) / tau[j]
+    if missed > 0.0:
+        for j in range(d.size):
+            n = (j + 1) % d.size
+            cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
+            curve.w_missed[j] = curve.between[j] - cubic
 
 
 @inlined
@@ -131,18 +130,16 @@ def speeds_of(
     docs/method.md (101) and (104). `missed` is what the solution may miss of q in all. The estimate
     is that of the smallest speed, where it is larger: near a stall that speed is far less than the
     range, and its error may be as large. It is 1 where the fluctuation is less than rounding. All
-    are NaN where the smallest q is not above FLOOR. The slopes of q must be known.
+    are NaN where the smallest q is not above FLOOR.
     """
-    q, nan = curve.q, math.nan
+    _fill_solution(mu, missed, width, design, curve)
+    nan, nominal = math.nan, design.nominal
     high, high_miss = _extreme(1.0, width, curve)
     low, low_miss = _extreme(-1.0, width, curve)
     if not (low > FLOOR):
         return nan, nan, nan, nan, nan
     range_of_q = high - low
-    mean = 0.0
-    for j in range(q.size):
-        mean += math.sqrt(q[j])
-    mean /= q.size
+    mean, unresolved = _mean(closure, design, curve)
     high, low = math.sqrt(high), math.sqrt(low)
     span = range_of_q / (high + low)
     error = 0.0
@@ -151,10 +148,9 @@ def speeds_of(
         error = (error + design.unsure / low) / span
     elif curve.dw.any() or curve.dtau.any():
         error = 1.0  # work is done, but the fluctuation is below rounding: 0 misses all of it
-    error += _unresolved(closure, design, curve)
+    error += unresolved
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:
         error += _load_missed(mu, width, design, curve.force) / range_of_q
     error *= max(1.0, span / low)
-    nominal = design.nominal
     return nominal * high, nominal * low, nominal * mean, nominal * span, error

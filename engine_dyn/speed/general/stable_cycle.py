@@ -144,17 +144,6 @@ def _late(curve: Curve) -> float:
 
 
 @inlined
-def _starts(width: float, design: Design, curve: Curve) -> tuple[float, float]:
-    """Energies at node 0 from which cycles are followed: near nominal, and above all.
-
-    A steady cycle has the nominal speed somewhere. From there on it gains no more than the range of
-    the work and the load of a cycle, docs/method.md (88).
-    """
-    gain = curve.w.max() - curve.w.min() + abs(design.kappa) * width * curve.w.size
-    return curve.tau[0] + max(curve.w[0], 0.0), max(curve.tau.max(), 1.0) + gain
-
-
-@inlined
 def stable_cycle(
     closure: int, width: float, design: Design, curve: Curve
 ) -> tuple[int, int, float, float]:
@@ -169,7 +158,10 @@ def stable_cycle(
     # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they
     # are known, `late_slow` and `late_quick` are 0.
     here = slow = quick = late_slow = late_quick = 0.0
-    e, above = _starts(width, design, curve)
+    # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
+    # of the work and the load of a cycle, docs/method.md (88): none begins `above`.
+    gain = curve.w.max() - curve.w.min() + abs(design.kappa) * width * curve.w.size
+    e, above = curve.tau[0] + max(curve.w[0], 0.0), max(curve.tau.max(), 1.0) + gain
     step, cycles = 0.05, 0
     for number in range(MOST_MU):
         mu = math.exp(sense * here)
