@@ -18,10 +18,8 @@ class Method(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        Name in scenes and in `periodic_speed`.
-    meaning : str
-        One line.
+    name, meaning : str
+        Name in scenes and in `periodic_speed`; one line.
     steps : bool
         Whether it repeats cycles from a start. Such a method cannot solve for the load coefficient,
         and its error does not fall with more nodes.

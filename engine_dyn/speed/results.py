@@ -59,9 +59,7 @@ RESULTS = (
         "against a solution with more nodes, or that of omega_min where it is more; thesis: "
         "against the periodic solution",
     ),
-    Result(
-        "iterations", "i", "1", "number of cycles computed, or of iterations", "this project"
-    ),
+    Result("iterations", "i", "1", "number of cycles computed, or of iterations", "this project"),
 )  # fmt: skip
 """Scalar results of the periodic solution, in the order in which `store` has their values."""
 

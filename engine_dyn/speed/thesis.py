@@ -166,8 +166,7 @@ def solve_as_printed(
         np.zeros(0, dtype=np.bool_),
     )  # fmt: skip
     own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
-    plain = task._replace(angles=task.angles._replace(node=task.angles.node[:0]))
-    solve_one_by_one(np.arange(size), plain, work.columns, own, periodic, last=False)
+    solve_one_by_one(np.arange(size), task, work.columns, own, periodic, last=False)
     count = round(family.period / DEGREE)
     speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):

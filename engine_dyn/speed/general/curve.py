@@ -25,7 +25,7 @@ class Design(NamedTuple):
     """Reduced numbers of one design, docs/method.md (51).
 
     `unsure` is that of `Designs`, `slope` is F'(1), `flat` says that the law does not depend on the
-    speed, `nominal` is omega_n [rad/s].
+    speed from half to twice the nominal one, `nominal` is omega_n [rad/s].
     """
 
     unsure: float
@@ -115,19 +115,6 @@ def fill_curve(
 
 
 @inlined
-def _slope_of(law: Law) -> tuple[float, bool]:
-    """F'(1) of a law, and whether it does not depend on the speed, from half to twice the nominal.
-
-    A table that does not is refused: it holds no speed.
-    """
-    flat, slope = law.kind != TABLE, 0.0
-    for q in (0.25, 4.0, 1.0):
-        value, slope = load_terms(q, law)
-        flat = flat and value == 1.0 and slope == 0.0
-    return slope, flat
-
-
-@inlined
 def begin_design(
     which: int, task: Task, columns: Columns, designs: Designs, curve: Curve
 ) -> tuple[Design, int]:
@@ -158,7 +145,11 @@ def begin_design(
     closed = is_power(law) and (law.first == 0.0 or law.first == 2.0)
     if task.method == CLOSED and not closed:
         code = INVALID_INPUT
-    slope, flat = _slope_of(law)
+    # A table is never flat: one that does not change with the speed is refused, it holds none.
+    flat, slope = law.kind != TABLE, 0.0
+    for q in (0.25, 4.0, 1.0):
+        value, slope = load_terms(q, law)
+        flat = flat and value == 1.0 and slope == 0.0
     return Design(designs.unsure[which], kappa, law, slope, flat, designs.speed[which]), code
 
 

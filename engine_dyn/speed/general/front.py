@@ -130,18 +130,6 @@ def _must_stall(width: float, design: Design, curve: Curve) -> bool:
 
 
 @inlined
-def _is_stable(design: Design, curve: Curve) -> bool:
-    """Whether small deviations from the solution decay, docs/method.md (93).
-
-    A deviation of the energy changes in a period by the factor of docs/method.md (92).
-    """
-    total = 0.0
-    for j in range(curve.q.size):
-        total += curve.first[j] / curve.tau[j]
-    return opposes(total, design)
-
-
-@inlined
 def _write(
     which: int, code: int, mu: float, missed: float, steps: int, width: float, task: Task,
     design: Design, designs: Designs, curve: Curve, results: Results,
@@ -151,12 +139,14 @@ def _write(
     holds = opposes(design.slope, design)
     if code == status.CONVERGED:
         high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, curve)
-        gear = design.law.nominal / design.nominal
+        gear, slope = design.law.nominal / design.nominal, 0.0
+        for j in range(curve.q.size):
+            slope += curve.first[j] / curve.tau[j]
         if not (low > 0.0):
             code = status.STALLED
         elif not covers(gear * high, gear * low, task.form):
             code = status.INVALID_INPUT if holds else status.NO_STEADY_STATE
-        elif not _is_stable(design, curve):
+        elif not opposes(slope, design):  # small deviations grow, docs/method.md (93)
             code = status.NO_STEADY_STATE
         elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
             # The load is so strong that the nodes do not resolve the curve at all.
@@ -171,5 +161,4 @@ def _write(
         return
     results.status[target] = code
     store(target, high, low, mean, span, mu, error, float(steps), results.wanted, results.scalars)
-    if task.angles.node.size > 0:
-        store_curves(target, design.nominal, curve.q, curve.rate, task.angles, results)
+    store_curves(target, design.nominal, curve.q, curve.rate, task.angles, results)

@@ -191,10 +191,7 @@ def _ends(
 
 @inlined
 def _steps(closure: int, width: float, design: Design, curve: Curve) -> tuple[int, float, float]:
-    """Newton's steps from the start in `curve.d`, docs/method.md (80) to (83).
-
-    Results are those of `newton`.
-    """
+    """Newton's steps from the start in `curve.d`, docs/method.md (80) to (83), as of `newton`."""
     d, tau, delta, nodes = curve.d, curve.tau, curve.shift, curve.w.size
     fixed, mu, smallest = closure == POWER_MEAN, 1.0, 0.0
     for step in range(1, MOST_STEPS + 1):

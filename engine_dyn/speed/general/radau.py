@@ -61,7 +61,7 @@ class Passed(NamedTuple):
 
     `end` and `middle` are its values there, `slope` its slope at the end times the width, `factor`
     that of a small deviation over the interval, and `missed` bounds the error of one passage; it is
-    infinite where the equation could not be followed.
+    NaN where the equation could not be followed.
     """
 
     end: float
@@ -160,36 +160,30 @@ def _step(
 
 
 @inlined
-def _in_steps(steps: int, e: float, interval: Interval, push: float, mu: float, law: Law) -> Passed:
-    """Pass an interval in so many equal steps; the middle has no meaning with one step."""
-    size, slope, factor, middle = 1.0 / steps, 0.0, 1.0, e
-    for k in range(steps):
-        e, slope, more, found = _step(k * size, size, e, interval, push, mu, law)
-        factor *= more
-        if not found:
-            return Passed(e, middle, slope, factor, math.inf)
-        if 2 * (k + 1) == steps:
-            middle = e
-    return Passed(e, middle, slope, factor, 0.0)
-
-
-@inlined
 def pass_interval(
-    e: float, interval: Interval, push: float, mu: float, tolerance: float, law: Law
+    start: float, interval: Interval, push: float, mu: float, tolerance: float, law: Law
 ) -> Passed:
-    """Pass an interval in so many steps that twice as many give the same energy at its end.
+    """Pass an interval in so many equal steps that twice as many give the same energy at its end.
 
     The difference is at most `tolerance` times the energy, or what twice as many steps do not
     improve.
     """
-    steps, last = 1, math.inf
-    before = Passed(e, e, 0.0, 1.0, math.inf)
+    steps, before, last = 1, math.nan, math.inf
     while True:
-        passed = _in_steps(steps, e, interval, push, mu, law)
-        known = before.missed == passed.missed == 0.0
-        difference = abs(passed.end - before.end) if known else math.inf
-        settled = difference >= 0.5 * last and difference <= 1e-9 * abs(passed.end)
-        if difference <= tolerance * abs(passed.end) or settled or 2 * steps > MOST_STEPS:
-            return Passed(passed.end, passed.middle, passed.slope, passed.factor, difference)
-        before, last = passed, difference
+        e, middle, slope, factor, followed = start, start, 0.0, 1.0, True
+        for k in range(steps):
+            e, slope, more, found = _step(k / steps, 1.0 / steps, e, interval, push, mu, law)
+            factor *= more
+            followed = followed and found
+            if not followed:
+                break
+            if 2 * (k + 1) == steps:
+                middle = e
+        # NaN where one of both could not be followed.
+        difference = abs(e - before) if followed else math.nan
+        settled = difference >= 0.5 * last and difference <= 1e-9 * abs(e)
+        if difference <= tolerance * abs(e) or settled or 2 * steps > MOST_STEPS:
+            return Passed(e, middle, slope, factor, difference)
+        before = e if followed else math.nan
+        last = math.inf if math.isnan(difference) else difference
         steps *= 2
