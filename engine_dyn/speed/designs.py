@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -162,17 +162,6 @@ def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
     return Needs(parts, part, share)
 
 
-def _factors(degrees: Integers, place: Sequence[Floats]) -> Floats:
-    """Chebyshev polynomials of both places, docs/method.md (58), shape (designs, term)."""
-    found = np.ones((place[0].size, len(degrees)))
-    for side, x in enumerate(place):
-        before, now = np.ones(x.size), x
-        for degree in range(1, int(degrees[:, side].max()) + 1):
-            found[:, degrees[:, side] == degree] *= now[:, None]
-            before, now = now, 2.0 * x * now - before
-    return found
-
-
 def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts) -> Designs:
     """Reduced numbers of some designs, docs/method.md (22), (49) and (51).
 
@@ -188,9 +177,8 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
     def whole(value: Any) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(value, chosen.places.shape), dtype=np.float64)
 
-    crank = chosen.take("crank_ratio"), chosen.take("offset_ratio")
-    place = [whole(side) for side in box.place(*crank)]
-    same = np.stack([*place, *needs.part, *needs.share])
+    crank = whole(chosen.take("crank_ratio")), whole(chosen.take("offset_ratio"))
+    same = np.stack([*crank, *needs.part, *needs.share])
     changes = (same[:, 1:] != same[:, :-1]).any(axis=0)
     return Designs(
         gas=whole(lever / energy),
@@ -201,7 +189,7 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
         first=whole(first),
         second=whole(second),
         gear=whole(chosen.take("gear_ratio")),
-        factor=_factors(box.degrees, place),
+        factor=box.factors(*crank),
         table=np.concatenate([[0], np.cumsum(changes)]),
         part=needs.part,
         share=needs.share,

@@ -21,7 +21,7 @@ from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
-from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of, factor_of
+from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of
 from engine_dyn.speed.work.columns import ATMOSPHERE, mean_weights
 from engine_dyn.types import Floats, Integers
 
@@ -58,10 +58,8 @@ def mean_gas_torque(
             family, ("mean gas", box, pressure_factor, rows.tobytes()),
             partial(_means, family, box, pressure_factor, rows),
         )  # fmt: skip
-        result[here] = _add_up(
-            box.place(ratio[here], offset[here]), box.degrees, np.searchsorted(rows, low), weight,
-            means,
-        )  # fmt: skip
+        factors = box.factors(ratio[here], offset[here])
+        result[here] = _add_up(factors, np.searchsorted(rows, low), weight, means)
     return result.reshape(given[0].shape)
 
 
@@ -99,18 +97,14 @@ def _weigh(weights: Floats, pressure: Floats, found: Floats) -> None:
 
 
 @kernel
-def _add_up(
-    place: Floats, degrees: Integers, row: Integers, weight: Floats, means: Floats
-) -> Floats:
+def _add_up(factors: Floats, row: Integers, weight: Floats, means: Floats) -> Floats:
     """Sum over columns of each design, between two diagrams."""
     found = np.zeros(weight.size)
     for i in range(found.size):
-        for t in range(degrees.shape[0]):
-            mean = (1.0 - weight[i]) * means[row[i], t]
-            if weight[i] > 0.0:
-                mean += weight[i] * means[row[i] + 1, t]
-            mean *= factor_of(degrees[t, 0], place[0, i]) * factor_of(degrees[t, 1], place[1, i])
-            found[i] += mean
+        after = row[i] + (weight[i] > 0.0)
+        for t in range(factors.shape[1]):
+            mean = (1.0 - weight[i]) * means[row[i], t] + weight[i] * means[after, t]
+            found[i] += factors[i, t] * mean
     return found
 
 

@@ -235,7 +235,7 @@ def make_scratch(columns: Columns) -> Scratch:
 @inlined
 def repeat_ends(curve: Rows) -> None:
     """Repeat a curve before and behind the period."""
-    nodes = curve.rows - 2 * HALO
+    nodes = curve.shape[0] - 2 * HALO
     for i in range(HALO):
         write(curve, i, read(curve, nodes + i))
         write(curve, HALO + nodes + i, read(curve, HALO + i))

@@ -42,7 +42,7 @@ def mean_speeds(lanes: Lanes, curves: Curves) -> None:
 
     The mean of X is 0; what it is over the coarse nodes is taken away again.
     """
-    total, nodes = 0.0 * read(lanes.high, 0), curves.missed.rows
+    total, nodes = 0.0 * read(lanes.high, 0), curves.missed.shape[0]
     for i in range(nodes):
         work = read(curves.work, HALO + i)
         total = total + (root(1.0 + read(curves.u, HALO + i)) - 0.5 * work)
@@ -63,7 +63,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     tops, bottoms = 0.0 * high, 0.0 * high
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
-    for i in range(curves.missed.rows):
+    for i in range(curves.missed.shape[0]):
         after = read(curves.u, HALO + i + 1)
         reach = 1.5 * u - 0.25 * (before + after)
         top = (reach >= high) & (u >= before) & (u > after)
@@ -161,7 +161,7 @@ def climb(
 
     Returns it, and the correction by the middle in it.
     """
-    peaks, stride = scratch.peaks, scratch.table.weights.rows
+    peaks, stride = scratch.peaks, scratch.table.weights.shape[0]
     step = 0.0 * read(weights.beta, block)
     going = step >= 0.0
     last = now = Seen(step, step, step, step, step, step)
@@ -183,7 +183,7 @@ def climb(
         write(peaks.step, 0, where(going, step, 0.0))
         for k in range(LANES):
             node = peaks.node[0, k] + int(peaks.step[0, k])
-            peaks.node[0, k] = node % scratch.table.known.columns
+            peaks.node[0, k] = node % scratch.table.known.shape[1]
     left, right = chosen(step > 0.0, last, now), chosen(step > 0.0, now, last)
     middle = middle_of(variable, left, right)
     value, bump = peak_between(
@@ -196,11 +196,10 @@ def climb(
 @inlined
 def fill_hidden(block: int, columns: Tables, designs: Designs, peaks: Peaks) -> None:
     """How far u may rise between coarse nodes above what their values tell."""
-    part: Any = designs.part
-    share, jagged = designs.share, columns.jagged
+    part, share, jagged = designs.part, designs.share, columns.jagged
     for k in range(LANES):
         total = 0.0
-        for piece in range(part.rows):
+        for piece in range(part.shape[0]):
             which = block * LANES + k
             total += abs(share[piece, which]) * jagged[0, part[piece, which]]
         peaks.hidden[0, k] = JAGGED * designs.gas[block, k] * total
@@ -213,7 +212,7 @@ def fill_extremes(
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
-    size, stride = scratch.table.known.columns, scratch.table.weights.rows
+    size, stride = scratch.table.known.shape[1], scratch.table.weights.shape[0]
     fill_hidden(block, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0

@@ -35,24 +35,22 @@ WITHIN = 1e-10
 """Largest of the last coefficients, over the range of the law."""
 
 
-def _tables() -> tuple[Floats, Floats, Floats]:
-    """Points, and matrices from values to Chebyshev coefficients and to those of powers."""
+def _tables() -> tuple[Floats, Floats]:
+    """Points, and matrices from values there to coefficients of powers."""
     points = np.zeros((len(SIZES), MOST_TERMS))
-    chebyshev = np.zeros((len(SIZES), MOST_TERMS, MOST_TERMS))
-    powers = np.zeros_like(chebyshev)
+    powers = np.zeros((len(SIZES), MOST_TERMS, MOST_TERMS))
     for i, size in enumerate(SIZES):
         angle = (np.arange(size) + 0.5) * np.pi / size
         points[i, :size] = np.cos(angle)
         matrix = 2.0 / size * np.cos(np.outer(np.arange(size), angle))
         matrix[0] *= 0.5
-        chebyshev[i, :size, :size] = matrix
         for column in range(size):
             found = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
             powers[i, : len(found), column] = found
-    return points, chebyshev, powers
+    return points, powers
 
 
-_POINTS, _CHEBYSHEV, _POWERS = _tables()
+_POINTS, _POWERS = _tables()
 
 
 @inlined
@@ -94,17 +92,14 @@ def fit_law(
             elif flat:  # at the nominal speed alone
                 return 0, 0.0, 1.0
             least, most = min(least, values[m]), max(most, values[m])
-        missed = 0.0
-        for n in range(size - 2, size):
-            coefficient = 0.0
+        for n in range(size):
+            total = 0.0
             for m in range(size):
-                coefficient += _CHEBYSHEV[i, n, m] * values[m]
-            missed += abs(coefficient)
-        if missed <= WITHIN * (most - least):
-            for n in range(size):
-                total = 0.0
-                for m in range(size):
-                    total += _POWERS[i, n, m] * values[m]
-                terms[n, lane] = total
+                total += _POWERS[i, n, m] * values[m]
+            terms[n, lane] = total
+        # Chebyshev's polynomial of degree n begins with 2^(n - 1) x^n, so the last two coefficients
+        # of his polynomials follow from those of powers.
+        missed = abs(terms[size - 1, lane]) + 2.0 * abs(terms[size - 2, lane])
+        if missed * 0.5 ** (size - 2) <= WITHIN * (most - least):
             return size, centre, 1.0 / half
     return 0, 0.0, 1.0

@@ -51,8 +51,7 @@ def work_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
     table, seen, nodes = scratch.table, scratch.peaks.seen, scratch.peaks.node
     known, mixed, values = table.known, table.mixed, table.fine
     fine, factor, number = columns.fine, designs.factor, designs.table
-    part: Any = designs.part
-    share, terms = designs.share, mixed.columns
+    part, share, terms = designs.part, designs.share, mixed.shape[1]
     for k in range(LANES):
         which, node = block * LANES + k, nodes[0, k]
         if known[0, node] != number[block, k]:
@@ -60,13 +59,13 @@ def work_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratc
             for kind in range(KINDS):
                 for t in range(terms):
                     mixed[kind, t] = 0.0
-            for piece in range(part.rows):
-                here = KINDS * (part[piece, which] * known.columns + node)
+            for piece in range(part.shape[0]):
+                here = KINDS * (part[piece, which] * known.shape[1] + node)
                 of_part = share[piece, which]
                 for kind in range(KINDS):
                     for t in range(terms):
                         mixed[kind, t] += of_part * fine[here + kind, t]
-            here = KINDS * (SQUARE * known.columns + node)
+            here = KINDS * (SQUARE * known.shape[1] + node)
             for kind in range(KINDS):
                 gas = square = 0.0
                 for t in range(terms):
@@ -83,7 +82,7 @@ def load_at_nodes(scratch: Scratch) -> None:
     weights, curves, peaks = scratch.table.weights, scratch.curves, scratch.peaks
     seen = peaks.seen
     for k in range(LANES):
-        coarse, place = peaks.node[0, k] // weights.rows, peaks.node[0, k] % weights.rows
+        coarse, place = peaks.node[0, k] // weights.shape[0], peaks.node[0, k] % weights.shape[0]
         y = r = 0.0
         for j in range(STENCIL):
             there = HALO + coarse + j - (STENCIL // 2 - 1)
@@ -96,7 +95,7 @@ def load_at_nodes(scratch: Scratch) -> None:
 def load_at_node(node: int, scratch: Scratch) -> None:
     """The same, where all lanes are at one node."""
     weights, curves, seen = scratch.table.weights, scratch.curves, scratch.peaks.seen
-    coarse, place = node // weights.rows, node % weights.rows
+    coarse, place = node // weights.shape[0], node % weights.shape[0]
     y = r = 0.0 * read(curves.steep, coarse)
     for j in range(STENCIL):
         there = HALO + coarse + j - (STENCIL // 2 - 1)

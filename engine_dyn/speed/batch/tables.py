@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, Tables, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
@@ -21,12 +19,12 @@ LIGHTEST = 0.4
 def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows) -> None:
     """Add the columns of a part, times `table.share` and the factors."""
     shared, share = table.shared, read(table.share, 0)
-    for t in range(shared.rows):
+    for t in range(shared.shape[0]):
         write(shared, t, share * read(table.factor, t))
-    for i in range(curve.rows):
-        place = 2 * (part * curve.rows + i)
+    for i in range(curve.shape[0]):
+        place = 2 * (part * curve.shape[0] + i)
         value, rough = read(curve, i), read(missed, i)
-        for t in range(shared.rows):
+        for t in range(shared.shape[0]):
             factor = read(shared, t)
             value = value + factor * coarse[place, t]
             rough = rough + factor * coarse[place + 1, t]
@@ -37,19 +35,18 @@ def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows
 @inlined
 def fill_tables(block: int, columns: Tables, designs: Designs, table: Table) -> None:
     """Work tables of the designs of a block."""
-    coarse, share, first = columns.coarse, designs.share, block * LANES
-    part: Any = designs.part
-    for t in range(table.factor.rows):
+    coarse, part, share, first = columns.coarse, designs.part, designs.share, block * LANES
+    for t in range(table.factor.shape[0]):
         for lane in range(LANES):
             table.factor[t, lane] = designs.factor[first + lane, t]
-    for i in range(table.gas.rows):
+    for i in range(table.gas.shape[0]):
         write(table.gas, i, 0.0)
         write(table.gas_missed, i, 0.0)
         write(table.square, i, 0.0)
         write(table.square_missed, i, 0.0)
     write(table.share, 0, 1.0)
     add_columns(SQUARE, coarse, table, table.square, table.square_missed)
-    for piece in range(part.rows):
+    for piece in range(part.shape[0]):
         # Designs that have a part in common follow each other; others get 0 of it.
         begin = 0
         while begin < LANES:
@@ -75,7 +72,7 @@ def fill_work(
     table, curves, state = scratch.table, scratch.curves, read(weights.state, block)
     gas, eta = read(designs.gas, block), read(designs.eta, block)
     lightest = 1.0 + 0.0 * eta
-    for i in range(table.gas.rows):
+    for i in range(table.gas.shape[0]):
         v = eta * read(table.square, i)
         write(curves.work, HALO + i, gas * read(table.gas, i) - v)
         write(

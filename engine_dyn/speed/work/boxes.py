@@ -13,10 +13,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["ALONE", "DEGREE", "Box", "box_of", "boxes_of", "factor_of"]
+__all__ = ["ALONE", "DEGREE", "Box", "box_of", "boxes_of"]
 
 DEGREE = 8
 """Chebyshev points of ratio and offset; products of polynomials are kept up to below this total
@@ -80,24 +79,17 @@ class Box:
         one, other = self.degrees.T
         return np.ascontiguousarray(full[one * self._angles[1].size + other])
 
-    def place(self, ratio: Floats, offset: Floats) -> Floats:
-        """Ratios and offsets as places from -1 to 1 within the box, shape (2, ...)."""
-        places = [
-            (value - centre) / width if width > 0.0 else np.zeros_like(value)
-            for value, (centre, width) in ((ratio, self.ratio), (offset, self.offset))
-        ]
-        return np.stack(np.broadcast_arrays(*places))
-
-
-@inlined
-def factor_of(degree: int, place: float) -> float:
-    """Chebyshev polynomial of a place from -1 to 1."""
-    if degree == 0:
-        return 1.0
-    before, now = 1.0, place
-    for _ in range(degree - 1):
-        before, now = now, 2.0 * place * now - before
-    return now
+    def factors(self, ratio: Floats, offset: Floats) -> Floats:
+        """Chebyshev polynomials of both, docs/method.md (58), shape (designs, term)."""
+        found = np.ones((ratio.size, len(self.degrees)))
+        sides = (ratio, self.ratio), (offset, self.offset)
+        for degrees, (value, (centre, width)) in zip(self.degrees.T, sides, strict=True):
+            x = (value - centre) / (width or 1.0)
+            before, now = np.ones(x.size), x
+            for degree in range(1, int(degrees.max()) + 1):
+                found[:, degrees == degree] *= now[:, None]
+                before, now = now, 2.0 * x * now - before
+        return found
 
 
 def _matrix(angle: Floats) -> Floats:
