@@ -7,6 +7,7 @@ import math
 from benchmarks.studies import LOOP, ONE_TABLE
 from benchmarks.study_times import LOOP_STEPS, Measurement, Studies, ratio_of
 from benchmarks.wording import number, rows, small, span
+from engine_dyn.speed.mechanisms import BATCH
 
 __all__ = ["studies_section", "table"]
 
@@ -29,10 +30,11 @@ def _row(found: Studies, row: Measurement) -> list[str]:
     reached = aim is None or not math.isfinite(ratio) or ratio >= aim.wanted
     shown = "-" if not math.isfinite(ratio) else f"{ratio:.2g}"
     tally, errors = row.tally, row.errors
+    left = tally.deferred / (tally.designs[BATCH] or math.nan)
     holds = "-" if math.isnan(errors.honest) else _percent(errors.honest)
     return [
         row.study.words, shown if reached else f"**{shown}**", wanted, dream, to,
-        number(row.timing.rate), number(row.timing.count, 6), _percent(tally.deferred_share),
+        number(row.timing.rate), number(row.timing.count, 6), _percent(left),
         _percent(tally.general_share), small(errors.delta), small(errors.speeds), holds,
         _percent(row.converged), "-" if row.compiling < 0.05 else span(row.compiling),
     ]  # fmt: skip

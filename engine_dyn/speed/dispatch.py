@@ -292,7 +292,7 @@ def _solve_work(sweep: Sweep, work: Work) -> None:
             results.deferred[chosen.places] = left
     if sweep.tally is not None:
         solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
-        sweep.tally.note(solver, work.size, to_general)
+        sweep.tally.notes.append((solver, work.size, to_general))
     rest = np.flatnonzero(left)
     if rest.size:
         solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)

@@ -54,38 +54,15 @@ def closure_terms(
 
 
 @inlined
-def _start(design: Design, curve: Curve) -> None:
-    """Fill `curve.d` with the solution in the limit of no load, whose power mean is 1.
-
-    docs/method.md (64) and (65). The mean rises with s = chi - 1 - w, and is above 1 where q >= 1
-    everywhere. For laws that are no power, it is the mean of q.
-    """
+def _start(curve: Curve) -> None:
+    """Fill `curve.d` with the work and a level with which the mean of q is 1, and q above 0."""
     w, tau, nodes = curve.w, curve.tau, curve.w.size
-    by_law = is_power(design.law) or design.flat
-    low, high = -math.inf, -math.inf
+    total, slope, low = 0.0, 0.0, -math.inf
     for j in range(nodes):
+        total += (1.0 + w[j]) / tau[j]
+        slope += 1.0 / tau[j]
         low = max(low, FLOOR * tau[j] - 1.0 - w[j])
-        high = max(high, tau[j] - 1.0 - w[j])
-    level = max(low, 0.0)
-    for _ in range(60):
-        total = total_slope = 0.0
-        for j in range(nodes):
-            q = (1.0 + w[j] + level) / tau[j]
-            value, slope = q - 1.0, 1.0
-            if by_law:
-                force, first = load_terms(q, design.law)
-                value, slope = closure_terms(q, force, first, design.flat, POWER_MEAN)
-            total += value
-            total_slope += slope / tau[j]
-        if total > 0.0:
-            high = level
-        else:
-            low = level
-        if abs(total) <= 1e-6 * nodes:
-            break
-        level -= total / total_slope
-        if not (low < level < high):
-            level = 0.5 * (low + high)
+    level = max((nodes - total) / slope, low)
     for j in range(nodes):
         curve.d[j] = w[j] + level
 
@@ -231,7 +208,7 @@ def newton(closure: int, width: float, design: Design, curve: Curve) -> tuple[in
     solution with the power mean. Returns the number of steps (negative: not converged), mu and the
     smallest q.
     """
-    _start(design, curve)
+    _start(curve)
     if is_power(design.law) and not design.flat:
         _settle(width, design, curve)
     taken, mu, smallest = 0, 1.0, 0.0
