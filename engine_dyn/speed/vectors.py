@@ -31,12 +31,8 @@ __all__ = [
     "LANES",
     "Rows",
     "any_of",
-    "largest",
-    "least",
-    "magnitude",
     "new_rows",
     "read",
-    "root",
     "rows_of",
     "where",
     "write",
@@ -66,26 +62,6 @@ class _Model(models.PrimitiveModel):
 
 
 # --- functions for numbers and vectors ------------------------------------------------------------
-
-
-def largest(one: Any, other: Any) -> Any:
-    """Return the larger of two, the second where one of them is NaN."""
-    return np.where(one > other, one, other)
-
-
-def least(one: Any, other: Any) -> Any:
-    """Return the smaller of two, the second where one of them is NaN."""
-    return np.where(one < other, one, other)
-
-
-def root(value: Any) -> Any:
-    """Square root."""
-    return np.sqrt(value)
-
-
-def magnitude(value: Any) -> Any:
-    """Absolute value."""
-    return np.abs(value)
 
 
 def where(truth: Any, one: Any, other: Any) -> Any:
@@ -123,7 +99,7 @@ def _teach(function: Any, build: Callable[..., Any], result: Any, of_numbers: An
     """Compile a function of vectors and numbers: `build` makes its instructions.
 
     `result` is what it gives where any input is a vector, `of_numbers` where none is; None where
-    that is Numba's own operator.
+    Numba knows this itself. Of two of which one is NaN, the larger and the smaller is the second.
     """
     inputs = build.__code__.co_argcount - 1
 
@@ -152,11 +128,8 @@ def _intrinsic(name: str) -> Callable[..., Any]:
     """Instruction of LLVM that takes one value."""
 
     def build(builder: Any, a: Any) -> Any:
-        kind = f"v{LANES}f64" if isinstance(a.type, ir.VectorType) else "f64"
-        whole = ir.FunctionType(a.type, [a.type])
-        return builder.call(
-            builder.module.declare_intrinsic(f"llvm.{name}.{kind}", fnty=whole), [a]
-        )
+        whole, kind = ir.FunctionType(a.type, [a.type]), f"llvm.{name}.v{LANES}f64"
+        return builder.call(builder.module.declare_intrinsic(kind, fnty=whole), [a])
 
     return build
 
@@ -176,10 +149,10 @@ _teach(operator.ge, lambda builder, a, b: builder.fcmp_ordered(">=", a, b), TRUT
 _teach(operator.lt, lambda builder, a, b: builder.fcmp_ordered("<", a, b), TRUTHS)
 _teach(operator.le, lambda builder, a, b: builder.fcmp_ordered("<=", a, b), TRUTHS)
 _teach(operator.and_, lambda builder, a, b: builder.and_(a, b), TRUTHS)
-_teach(largest, _select(">"), VECTOR, NUMBER)
-_teach(least, _select("<"), VECTOR, NUMBER)
-_teach(root, _intrinsic("sqrt"), VECTOR, NUMBER)
-_teach(magnitude, _intrinsic("fabs"), VECTOR, NUMBER)
+_teach(np.maximum, _select(">"), VECTOR)
+_teach(np.minimum, _select("<"), VECTOR)
+_teach(np.sqrt, _intrinsic("sqrt"), VECTOR)
+_teach(np.abs, _intrinsic("fabs"), VECTOR)
 _teach(where, lambda builder, a, b, c: builder.select(a, b, c), VECTOR, NUMBER)
 
 

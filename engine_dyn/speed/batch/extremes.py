@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import (
     HALO,
@@ -26,7 +28,7 @@ from engine_dyn.speed.batch.block import (
 from engine_dyn.speed.batch.nodes import Seen, load_at_nodes, seen_by, work_at_nodes
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.vectors import LANES, Rows, any_of, magnitude, read, root, where, write
+from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
 
 __all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
@@ -45,7 +47,7 @@ def mean_speeds(lanes: Lanes, curves: Curves) -> None:
     total, nodes = 0.0 * read(lanes.high, 0), curves.missed.shape[0]
     for i in range(nodes):
         work = read(curves.work, HALO + i)
-        total = total + (root(1.0 + read(curves.u, HALO + i)) - 0.5 * work)
+        total = total + (np.sqrt(1.0 + read(curves.u, HALO + i)) - 0.5 * work)
     write(lanes.mean, 0, total / nodes)
 
 
@@ -190,7 +192,7 @@ def climb(
         sign * left.u, sign * right.u, sign * left.slope, sign * right.slope, sign * middle
     )
     # Where no extreme is on this side, the node is the highest.
-    return where(going, sign * last.u, value), where(going, 0.0, magnitude(bump))
+    return where(going, sign * last.u, value), where(going, 0.0, np.abs(bump))
 
 
 @inlined

@@ -23,6 +23,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import POWER, Form, law_of
 from engine_dyn.speed.batch.block import (
@@ -43,11 +45,7 @@ from engine_dyn.speed.vectors import (
     LANES,
     Rows,
     any_of,
-    largest,
-    least,
-    magnitude,
     read,
-    root,
     where,
     write,
 )
@@ -99,7 +97,7 @@ def close_period(variable: bool, start: Any, decay: Any, curves: Curves) -> tupl
             u = u * read(curves.light, i)
         write(curves.load, HALO + i, y)
         write(curves.u, HALO + i, u)
-        high, low = largest(u, high), least(u, low)
+        high, low = np.maximum(u, high), np.minimum(u, low)
     return high, low
 
 
@@ -129,7 +127,7 @@ def fill_drive(
         force, _ = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
         old = read(drive, HALO + i)
         new = where(going, force * gain + shift + read(curves.load, HALO + i), old)
-        change = largest(magnitude(new - old), change)
+        change = np.maximum(np.abs(new - old), change)
         write(curves.drive, HALO + i, new)
     repeat_ends(curves.drive)
     return change
@@ -200,7 +198,7 @@ def lateness(curves: Curves) -> Any:
     total = 0.0 * read(curves.u, HALO)
     nodes = curves.missed.shape[0]
     for i in range(nodes):
-        slow = 1.0 / root(1.0 + read(curves.u, HALO + i))
+        slow = 1.0 / np.sqrt(1.0 + read(curves.u, HALO + i))
         total = total + (slow - 1.0 + 0.5 * read(curves.work, HALO + i))
     return total / nodes
 
@@ -214,9 +212,9 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     """
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
-    span, reach = high - low, largest(high - centre, centre - low)
+    span, reach = high - low, np.maximum(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    shrinks = largest(change / largest(last, ROUNDING), SHRINKS)
+    shrinks = np.maximum(change / np.maximum(last, ROUNDING), SHRINKS)
     shrinks = where(change < last, shrinks, 0.5)
     ahead = change * shrinks / (1.0 - shrinks)
     done = where(change <= ROUNDING, SETTLED, where(ahead <= tolerance * span, SETTLED, SOLVING))
@@ -254,7 +252,7 @@ def solve_curves(
                 mu = mu + late
             change = fill_drive(terms, law, going, mu, lanes, drive, curves)
             drive = curves.drive
-            change = largest(magnitude(late), change)
+            change = np.maximum(np.abs(late), change)
         behind = run_load(decay, of_mass, of_tilt, drive, curves)
         high, low = close_period(variable, behind / end, decay, curves)
         write(lanes.high, 0, high)

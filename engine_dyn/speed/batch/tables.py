@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, Tables, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.vectors import LANES, Rows, least, read, where, write
+from engine_dyn.speed.vectors import LANES, Rows, read, where, write
 from engine_dyn.speed.work.parts import SQUARE
 
 __all__ = ["fill_tables", "fill_work"]
@@ -79,7 +81,7 @@ def fill_work(
             curves.missed, i, gas * read(table.gas_missed, i) - eta * read(table.square_missed, i)
         )
         if variable:
-            lightest = least(1.0 + v, lightest)
+            lightest = np.minimum(1.0 + v, lightest)
             write(curves.light, i, 1.0 / (1.0 + v))
     repeat_ends(curves.work)
     if variable:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.vectors import largest, least, magnitude, root, where
+from engine_dyn.speed.vectors import where
 
 __all__ = ["WINDOW", "cubic_in_middle", "peak_between", "summit_at"]
 
@@ -28,7 +30,7 @@ def summit_at(b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
         slope = d1 + t * d2 + (3.0 * t * t - 1.0) / 6.0 * d3 + (2.0 * t * t - 1.0) / 12.0 * t * d4
         bend = d2 + t * d3 + (6.0 * t * t - 1.0) / 12.0 * d4
         t = where(bend < 0.0, t - slope / bend, 0.0)
-        t = least(1.0, largest(-1.0, t))
+        t = np.minimum(1.0, np.maximum(-1.0, t))
     return t
 
 
@@ -49,8 +51,8 @@ def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) 
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right
     a = d_left + d_right - 2.0 * rise
-    below = b - root(largest(b * b - 3.0 * a * d_left, 0.0))
-    t = where(magnitude(below) > 0.0, (0.0 - d_left) / below, 0.0)
-    t = least(largest(t, 0.0), 1.0)
+    below = b - np.sqrt(np.maximum(b * b - 3.0 * a * d_left, 0.0))
+    t = where(np.abs(below) > 0.0, (0.0 - d_left) / below, 0.0)
+    t = np.minimum(np.maximum(t, 0.0), 1.0)
     bump = 16.0 * t * t * (1.0 - t) * (1.0 - t) * middle
     return left + t * (d_left + t * (b + t * a)) + bump, bump
