@@ -115,22 +115,18 @@ def between_nodes() -> list[Row]:
 
 def columns() -> list[Row]:
     """Error of the velocity as a sum of columns."""
-    velocity, factor_of = of_code("mechanism", "velocity"), of_code("boxes", "factor_of")
+    velocity = of_code("mechanism", "velocity")
     edges, signs = of_code("boxes", "RATIO_EDGES"), of_code("boxes", "SIGNS")
     angle, worst = np.linspace(0.0, 2.0 * math.pi, 181), [0.0, 0.0]
     for number in range(signs * (len(edges) - 1)):
         if number % signs > 0 and edges[number // signs] >= 0.5:
             continue
-        box = of_code("boxes", "box_of")(number)
+        box = of_code("boxes", "box_of")(number, 0.0, 0.0)
         made = box.transform @ velocity(angle, box.samples[:, :1], box.samples[:, 1:])
         for x in np.linspace(-0.98, 1.0, 13):
             for y in (-1.0, -0.7, 0.0, 0.7, 1.0):
                 ratio, offset = box.ratio[0] + x * box.ratio[1], box.offset[0] + y * box.offset[1]
-                place = box.place(np.array(ratio), np.array(offset))
-                factors = [
-                    factor_of(int(i), place[0]) * factor_of(int(j), place[1])
-                    for i, j in box.degrees
-                ]
+                (factors,) = box.factors(np.array([ratio]), np.array([offset]))
                 missed = np.abs(factors @ made - velocity(angle, ratio, offset)).max()
                 worst[number % signs > 0] = max(worst[number % signs > 0], missed)
     return [
@@ -189,8 +185,8 @@ def stencils() -> list[Row]:
         curves.work[halo + place] = 1.0  # seen from the interval behind node 0
         found = []
         for of_mass, of_tilt in ((1.0, 0.0), (0.0, 1.0)):
-            weights = np.broadcast_to([[0.0], [of_mass], [of_tilt]], (3, curves.work.columns))
-            of_code("solution", "run_load")(*weights, curves)
+            weights = np.broadcast_to([[0.0], [of_mass], [of_tilt]], (3, curves.work.shape[1]))
+            of_code("solution", "run_load")(*weights, curves.work, curves)
             found.append(curves.load[halo + 1, 0])
         of_mean = float(mean[place + 2])
         of_moment = float(moment[place + 1]) if -1 <= place <= 2 else 0.0

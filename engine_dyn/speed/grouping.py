@@ -20,7 +20,7 @@ from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.designs import Chosen, Designs, Inputs, Needs, needs_of, reduced
 from engine_dyn.speed.vectors import LANES
-from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of
+from engine_dyn.speed.work.boxes import box_of, boxes_of
 from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns_of, nodes_of
 from engine_dyn.speed.work.parts import FIRST_GAS
 from engine_dyn.types import Integers
@@ -118,10 +118,11 @@ class Grouping:
             radius = max(cylinders.radius_factors)
             times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
             nodes = nodes_of(times, finer * FEWEST_NODES, self._is_steep)
-            for alike in _split(same, [_boxes(same, radius, alone)]):
-                ratio, offset = (float(alike.take(name)[0]) for name in CRANK)
-                number = int(_boxes(alike.subset(slice(1)), radius, alone)[0])
-                box = Box((ratio, 0.0), (offset, 0.0)) if number < 0 else box_of(number, radius)
+            ratio, offset = (same.take(name) for name in CRANK)
+            for alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
+                ratio, offset = (alike.take(name)[:1] for name in CRANK)
+                number = int(boxes_of(ratio, offset, radius, alone)[0])
+                box = box_of(number, float(ratio[0]), float(offset[0]), radius)
                 yield alike, Source(family, cylinders, box, nodes, load)
 
     def _repeats(self, chosen: Chosen) -> Integers:
@@ -152,17 +153,6 @@ class Grouping:
         yield from self._with_columns(piece.subset(rough), closer, 2 * finer)
         if not rough.all():
             yield from self._with_columns(piece.subset(~rough), source, finer)
-
-
-def _boxes(chosen: Chosen, radius: float, alone: bool) -> Integers:
-    """Number of each design's box; where it has none, a number below 0 that its crank alone has."""
-    crank = np.stack(np.broadcast_arrays(*(chosen.take(name) for name in CRANK)))
-    number = np.full(crank.shape[1], ALONE) if alone else boxes_of(crank[0], crank[1], radius)
-    lonely = number == ALONE
-    if lonely.any():
-        _, own = np.unique(crank[:, lonely], axis=1, return_inverse=True)
-        number[lonely] = ALONE - own.reshape(-1)
-    return number
 
 
 def _split(chosen: Chosen, keys: Sequence[npt.NDArray[Any]]) -> Iterator[Chosen]:

@@ -9,7 +9,6 @@ that of the motored diagram.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -21,7 +20,7 @@ from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
-from engine_dyn.speed.work.boxes import ALONE, Box, box_of, boxes_of
+from engine_dyn.speed.work.boxes import Box, box_of, boxes_of
 from engine_dyn.speed.work.columns import ATMOSPHERE, mean_weights
 from engine_dyn.types import Floats, Integers
 
@@ -49,8 +48,10 @@ def mean_gas_torque(
     )
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
     ratio, offset, places = (np.array(v).reshape(-1) for v in given)
-    result = np.empty(ratio.size)
-    for box, here in _boxes(ratio, offset):
+    result, number = np.empty(ratio.size), boxes_of(ratio, offset)
+    for one in np.unique(number).tolist():
+        here = np.flatnonzero(number == one)
+        box = box_of(one, float(ratio[here[0]]), float(offset[here[0]]))
         low = np.floor(places[here]).astype(np.int64)
         weight = places[here] - low
         rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
@@ -61,17 +62,6 @@ def mean_gas_torque(
         factors = box.factors(ratio[here], offset[here])
         result[here] = _add_up(factors, np.searchsorted(rows, low), weight, means)
     return result.reshape(given[0].shape)
-
-
-def _boxes(ratio: Floats, offset: Floats) -> Iterator[tuple[Box, Integers]]:
-    """Boxes of the cranks, and which of them lie there; those of no box get one of their own."""
-    number = boxes_of(ratio, offset)
-    for one in np.unique(number[number != ALONE]).tolist():
-        yield box_of(one), np.flatnonzero(number == one)
-    alone = np.flatnonzero(number == ALONE)
-    pairs, which = np.unique(np.stack([ratio, offset])[:, alone], axis=1, return_inverse=True)
-    for i, (one, other) in enumerate(pairs.T.tolist()):
-        yield Box((one, 0.0), (other, 0.0)), alone[which.reshape(-1) == i]
 
 
 def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> tuple[Floats, ...]:

@@ -242,7 +242,7 @@ def _cycle_nodes(engine: Cylinders) -> float:
 
 def _columns_of_box(plan: Plan) -> tuple[int, int]:
     """How many boxes of crank ratio and offset there are, and how many columns most have."""
-    from engine_dyn.speed.work.boxes import ALONE, box_of, boxes_of
+    from engine_dyn.speed.work.boxes import box_of, boxes_of
 
     def given(*names: str) -> npt.NDArray[Any]:
         """Sum of some leaves over the axes of the scene."""
@@ -258,11 +258,8 @@ def _columns_of_box(plan: Plan) -> tuple[int, int]:
     rest = np.maximum(rod * rod - half * half, 1e-12)
     radius = half * np.sqrt(np.maximum(1.0 - offset * offset / rest, 1e-12))
     ratio, offset = given("crank_ratio") if known else radius / rod, offset / radius
-    numbers, counts = np.unique(boxes_of(ratio, offset), return_counts=True)
-    alone = int(counts[numbers == ALONE].sum())
-    boxes = numbers[numbers != ALONE]
-    terms = max([len(box_of(int(number)).degrees) for number in boxes], default=1)
-    return boxes.size + alone, terms
+    numbers = np.unique(boxes_of(ratio, offset)).tolist()
+    return len(numbers), max(len(box_of(number, 0.0, 0.0).degrees) for number in numbers)
 
 
 def _torque_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:

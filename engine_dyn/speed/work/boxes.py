@@ -15,7 +15,7 @@ import numpy as np
 
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["ALONE", "DEGREE", "Box", "box_of", "boxes_of"]
+__all__ = ["DEGREE", "Box", "box_of", "boxes_of"]
 
 DEGREE = 8
 """Chebyshev points of ratio and offset; products of polynomials are kept up to below this total
@@ -35,9 +35,6 @@ Beyond a fifth by what rounded lengths add to it."""
 
 SIGNS = 3
 """Kinds of box for each interval of the crank ratio: no offset, a positive one, a negative one."""
-
-ALONE = -1
-"""Number instead of a box where a design lies in none: its box is a point."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +96,10 @@ def _matrix(angle: Floats) -> Floats:
     return np.asarray(matrix)
 
 
-def boxes_of(ratio: Floats, offset: Floats, largest_radius: float = 1.0) -> Integers:
-    """Number of the box of each design, `ALONE` where it lies in none.
+def boxes_of(
+    ratio: Floats, offset: Floats, largest_radius: float = 1.0, alone: bool = False
+) -> Integers:
+    """Number of the box of each crank; cranks in none, or all where `alone`, have one below 0.
 
     `largest_radius` is the largest crank radius of the cylinders over the engine's: their own crank
     ratio is that times the engine's, and must lie within the outermost edge.
@@ -110,12 +109,23 @@ def boxes_of(ratio: Floats, offset: Floats, largest_radius: float = 1.0) -> Inte
     lies = (own >= 0.0) & (own <= np.where(offset == 0.0, RATIO_EDGES[-1], LARGEST_WITH_OFFSET))
     lies &= np.abs(offset) <= OFFSET_EDGE
     sign = np.where(offset > 0.0, 1, np.where(offset < 0.0, 2, 0))
-    return np.where(lies, SIGNS * number + sign, ALONE)
+    number, lonely = SIGNS * number + sign, ~lies | alone
+    if lonely.any():
+        crank = np.stack(np.broadcast_arrays(ratio, offset))[:, lonely]
+        number[lonely] = -1 - np.unique(crank, axis=1, return_inverse=True)[1].reshape(-1)
+    return number
+
+
+def box_of(number: int, ratio: float, offset: float, largest_radius: float = 1.0) -> Box:
+    """Box of a number that `boxes_of` gives; of one below 0, the crank itself."""
+    if number < 0:
+        return Box((ratio, 0.0), (offset, 0.0))
+    return _box(number, largest_radius)
 
 
 @lru_cache(maxsize=64)
-def box_of(number: int, largest_radius: float = 1.0) -> Box:
-    """Box of a number that `boxes_of` gives."""
+def _box(number: int, largest_radius: float) -> Box:
+    """Box of a number, cached with what it knows of itself."""
     low, high = RATIO_EDGES[number // SIGNS :][:2] / largest_radius
     half = 0.5 * OFFSET_EDGE
     offset = ((0.0, 0.0), (half, half), (-half, half))[number % SIGNS]
