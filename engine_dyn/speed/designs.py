@@ -80,10 +80,6 @@ class Inputs:
         """Number of designs."""
         return math.prod(self.shape)
 
-    def at(self, places: Integers) -> Chosen:
-        """Return the designs at some flat places."""
-        return Chosen(self, places)
-
 
 @dataclass(frozen=True)
 class Chosen:

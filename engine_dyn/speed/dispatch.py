@@ -276,7 +276,7 @@ def _solve_work(sweep: Sweep, work: Work) -> None:
         angles_of(sweep.angles, columns.width, work.source.nodes.number),
     )  # fmt: skip
     if code == THESIS:
-        solve_as_printed(work, task, work.source.cylinders, sweep.angles, results)
+        solve_as_printed(work, task, sweep.angles, results)
         return
     designs = work.designs()
     if task.form.kind == POWER and code != CLOSED:

@@ -99,7 +99,7 @@ class Grouping:
         for begin in range(0, size, SLAB):
             end = min(begin + SLAB, size)
             slab = np.arange(begin, end) if places is None else places[begin:end]
-            for chosen, source in self._groups(self.inputs.at(slab), finer, alone):
+            for chosen, source in self._groups(Chosen(self.inputs, slab), finer, alone):
                 row = np.floor(chosen.take("row")).astype(np.int64)
                 if row.size > 1:
                     chosen = chosen.subset(_order(row))

@@ -150,9 +150,7 @@ def _store_curves(
             curve[target] = values
 
 
-def solve_as_printed(
-    work: Work, task: Task, cylinders: Cylinders, angles: Floats, results: Results
-) -> None:
+def solve_as_printed(work: Work, task: Task, angles: Floats, results: Results) -> None:
     """Solve designs as the thesis does; the error is the difference to the periodic solution.
 
     The coefficient k follows from the mean of the samples.
@@ -176,7 +174,7 @@ def solve_as_printed(
             continue
         one = work.chosen.subset(np.array([i]))
         value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
-        cycle, mean_torque = _cycle_of(value, family, cylinders, task.variable)
+        cycle, mean_torque = _cycle_of(value, family, work.source.cylinders, task.variable)
         # An idle engine has no load.
         surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
         coefficient = surplus / value["speed"] ** value["exponent"]

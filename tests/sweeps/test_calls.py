@@ -27,7 +27,7 @@ NAMES = {
     "speed": ("speed/dispatch.py:solve",),
     "torque": ("speed/torque.py:torque_extremes",),
     "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
-    "of designs": ("speed/batch/driver.py:solve_blocks",),
+    "of designs": ("speed/batch/front.py:solve_blocks",),
     "traces": ("speed/storage.py:store_curves",),
     "iterations": ("speed/batch/solution.py:fill_rest",),
 }  # fmt: skip

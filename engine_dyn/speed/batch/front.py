@@ -1,20 +1,32 @@
-"""The front of the batch solver: memory of a call of its kernel."""
+"""The front of the batch solver: memory of a call, and the kernel that solves blocks."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from engine_dyn.speed.batch.block import make_scratch, tables_of
-from engine_dyn.speed.batch.driver import solve_blocks
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.loads.laws import covers
+from engine_dyn.speed.batch.block import LEFT, Scratch, Tables, make_scratch, repeat_ends, tables_of
+from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates, mean_speeds
+from engine_dyn.speed.batch.nodes import fill_curves
+from engine_dyn.speed.batch.solution import solve_curves
+from engine_dyn.speed.batch.tables import fill_tables, fill_work
 from engine_dyn.speed.batch.weights import Weights, weights_of
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import Results
+from engine_dyn.speed.storage import store, store_curves
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.vectors import LANES, rows_of
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.types import Booleans
+from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.types import Booleans, Floats
 
 __all__ = ["solve_in_blocks"]
+
+LOWEST = -0.9
+"""Least u of a design; what is slower is left to the general solver."""
 
 
 def solve_in_blocks(
@@ -27,19 +39,86 @@ def solve_in_blocks(
     """
     nodes, coarse = columns.fine.shape[1], columns.coarse.shape[1]
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
-    curves = task.angles.node.size > 0
-    solve_blocks(
-        left.size, task, tables_of(columns), Weights(*(rows_of(array) for array in weights)),
-        in_blocks(designs), results, left, make_scratch(columns),
-        np.empty((4, LANES, nodes if curves else 0)),
-    )  # fmt: skip
-
-
-def in_blocks(designs: Designs) -> Designs:
-    """Designs as kernels take them: numbers in rows (block, lane)."""
-    found = [rows_of(array) for array in designs]
-    return Designs(*found)._replace(
+    curves = np.empty((4, LANES, nodes if task.angles.node.size else 0))
+    blocks = Designs(*map(rows_of, designs))._replace(
         factor=rows_of(designs.factor, designs.factor.shape[1]),
         part=rows_of(designs.part, designs.target.size),
         share=rows_of(designs.share, designs.target.size),
     )
+    solve_blocks(
+        left.size, task, tables_of(columns), Weights(*map(rows_of, weights)), blocks, results, left,
+        make_scratch(columns), curves,
+    )  # fmt: skip
+
+
+@inlined
+def finish_block(
+    block: int, here: int, task: Task, designs: Designs, results: Results, left: Booleans,
+    scratch: Scratch,
+) -> None:  # fmt: skip
+    """Write the results of a block; `left` marks what is left to the general solver."""
+    value, missed = scratch.peaks.value, scratch.peaks.missed
+    lanes = scratch.lanes
+    mean, mu, passes = lanes.mean, lanes.mu, lanes.passes
+    speeds, unsure, gears, target = designs.speed, designs.unsure, designs.gear, designs.target
+    wanted, scalars, status, form = results.wanted, results.scalars, results.status, task.form
+    for lane in range(here):
+        which = block * LANES + lane
+        left[which] = lanes.state[0, lane] == LEFT or not (lanes.low[0, lane] > LOWEST)
+        if left[which]:
+            continue
+        top, bottom = value[0, lane], value[1, lane]
+        fast, slow, speed = math.sqrt(1.0 + top), math.sqrt(1.0 - bottom), speeds[block, lane]
+        # The difference of two roots, without cancellation.
+        span = (top + bottom) / (fast + slow)
+        gear = gears[block, lane] if form.own else 1.0
+        good = span > 0.0 and bottom < -LOWEST
+        if not (good and covers(gear * speed * fast, gear * speed * slow, form)):
+            left[which] = True
+            continue
+        error = 0.5 * (missed[0, lane] / fast + missed[1, lane] / slow)
+        error += unsure[block, lane] / slow
+        error *= max(1.0, span / slow) / span
+        place = target[block, lane]
+        status[place] = CONVERGED if error <= task.tolerance else TOLERANCE_NOT_MET
+        store(
+            place, speed * fast, speed * slow, speed * mean[0, lane], speed * span, mu[0, lane],
+            error, passes[0, lane], wanted, scalars,
+        )  # fmt: skip
+
+
+@kernel
+def solve_blocks(
+    count: int, task: Task, columns: Tables, weights: Weights, designs: Designs, results: Results,
+    left: Booleans, scratch: Scratch, fine: Floats,
+) -> None:  # fmt: skip
+    """Solve the first `count` designs; `left` says which remain for the general solver.
+
+    The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (4, lane,
+    fine node).
+    """
+    lanes, curves, number = scratch.lanes, scratch.curves, designs.table
+    known = -1  # number of the table that all designs of the block before have
+    for block in range(-(-count // LANES)):
+        first, last = number[block, 0], number[block, LANES - 1]
+        if not first == last == known:
+            fill_tables(block, columns, designs, scratch.table)
+        known = first if first == last else -1
+        fill_work(block, task.variable, weights, designs, scratch)
+        solve_curves(
+            block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
+        )
+        find_candidates(lanes, curves)
+        repeat_ends(curves.load)
+        mean_speeds(lanes, curves)
+        fill_extremes(block, task.variable, columns, weights, designs, scratch)
+        here = min(LANES, count - block * LANES)
+        finish_block(block, here, task, designs, results, left, scratch)
+        if task.angles.node.size > 0:
+            fill_curves(block, task.variable, task.form, columns, weights, designs, scratch, fine)
+            for lane in range(here):
+                if not left[block * LANES + lane]:
+                    store_curves(
+                        designs.target[block, lane], designs.speed[block, lane], fine[0, lane],
+                        fine[1, lane], task.angles, results,
+                    )  # fmt: skip
