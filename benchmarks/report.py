@@ -26,7 +26,6 @@ from benchmarks.measure import (
     Timing,
     Traces,
 )
-from benchmarks.own import CHUNK, EXTREMES, OF_TABLE, WORK, operations
 from benchmarks.quantity_times import Rates, quantities_section
 from benchmarks.study_report import studies_section
 from benchmarks.study_times import Studies
@@ -474,7 +473,7 @@ def scenes_section(m: Measured) -> list[str]:
 
 
 def scaling_section(m: Measured) -> list[str]:
-    """Number of designs, threads, cylinders, the machine's limits."""
+    """Number of designs, threads, cylinders."""
     lines = [
         "## Number of designs, threads, cylinders",
         "",
@@ -502,39 +501,7 @@ def scaling_section(m: Measured) -> list[str]:
         *rows(["cylinders (alpha 2, factorial)", "designs/s"],
               [[str(z), number(t.rate)] for z, t in m.by_cylinders]), "",
     ]  # fmt: skip
-    return lines + limits_section(m)
-
-
-def limits_section(m: Measured) -> list[str]:
-    """What the machine could do."""
-    body = []
-    found = [(s.name, s.ours[0].timing, operations(s.scene, s.passes)) for s in m.scenes]
-    found.append(("table", default_of(m.table).timing, OF_TABLE))
-    for name, timing, counted in found:
-        slots = m.flops / timing.rate
-        body.append([
-            name, number(timing.rate), number(slots), number(counted.flops),
-            f"{100.0 * counted.flops / slots:.0f} %", counted.note,
-        ])  # fmt: skip
-    most = max(timing.rate for _, timing, _ in found)
-    return [
-        "## The machine's limit",
-        "",
-        f"Measured in this run: {m.flops / 1e9:.0f} Gflop/s with {m.threads} threads "
-        f"({m.flops_one / 1e9:.0f} with one) in a loop of fused multiplications and additions in "
-        f"registers, compiled by Numba; {m.writing / 1e9:.1f} GB/s written by NumPy. Room: "
-        f"operations that the machine could do at that peak rate in the time of "
-        "one design. Counted: additions and multiplications of the kernel "
-        "(`benchmarks/own.py`): those of the nodes, plus, at each node, "
-        f"{CHUNK:g} more where an extreme can be, {WORK} for the work of a period, "
-        f"and {EXTREMES} for weights and two extremes. Divisions and roots count as one operation "
-        f"each, so the share is a lower "
-        "bound. Memory: each design writes 9 bytes, delta and its status, at most "
-        f"{most * 9e-9:.2g} GB/s; everything else stays in the nearest caches.",
-        "",
-        *rows(["designs", "designs/s", "room", "counted", "of the peak", ""], body),
-        "",
-    ]
+    return lines
 
 
 def rest_section(m: Measured) -> list[str]:

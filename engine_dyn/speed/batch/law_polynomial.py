@@ -97,8 +97,7 @@ def fit_law(
             for m in range(size):
                 total += _POWERS[i, n, m] * values[m]
             terms[n, lane] = total
-        # Chebyshev's polynomial of degree n begins with 2^(n - 1) x^n, so the last two coefficients
-        # of his polynomials follow from those of powers.
+        # T_n begins with 2^(n - 1) x^n: so much smaller are the last two Chebyshev coefficients.
         missed = abs(terms[size - 1, lane]) + 2.0 * abs(terms[size - 2, lane])
         if missed * 0.5 ** (size - 2) <= WITHIN * (most - least):
             return size, centre, 1.0 / half
