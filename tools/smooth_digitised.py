@@ -135,7 +135,7 @@ def effect_table() -> str:
         before, after = (
             sweeps.run({"engine": engine, "output": output}) for engine in (str(unsmoothed), name)
         )
-    lines = ["| | digitised | smoothed | |", "| --- | --- | --- | --- |"]
+    lines = ["| number | digitised | smoothed | change |", "| --- | --- | --- | --- |"]
     for quantity, label in COMPARED.items():
         old, new = float(before[quantity]), float(after[quantity])
         lines.append(f"| {label} | {old:.6g} | {new:.6g} | {100.0 * (new / old - 1.0):+.3f} % |")

@@ -4,7 +4,7 @@ Every number that Kakaitsas (2015) prints stands beside ours twice: as published
 procedure, start and number of cycles) and as it is (the periodic solution). Then come the errors
 printed in the sources, what the thesis's procedure does when it is run for longer, and how far the
 solver is from an independent one. The words are in tools/validation.md.in, the tables are made
-here, the numbers in tools/thesis_study.py.
+here and written as CSV files into docs/validation, the numbers come from tools/thesis_study.py.
 
 Run it from the project's root: `python tools/validation.py`. It is deterministic. It also draws
 docs/figures; `--no-figures` leaves them alone.
@@ -13,6 +13,8 @@ docs/figures; `--no-figures` leaves them alone.
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import math
 import re
 import shutil
@@ -67,6 +69,7 @@ from sweeps.reading.engine_files import load_engine
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 ITEMS = Path(__file__).with_name("source_items.md")
 DOCUMENT = ROOT / "docs" / "validation.md"
+ROWS = ROOT / "docs" / "validation"
 FIGURES = ROOT / "docs" / "figures"
 
 FITTED = " †"
@@ -110,6 +113,53 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: bool 
     """Write a Markdown table; columns of numbers, all but the first, stand to the right."""
     lines = [heads, ["---", *["---:" if numbers else "---"] * (len(heads) - 1)], *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def rows_of(text: str) -> list[list[str]]:
+    """Cells of a Markdown table: the heads, then each row."""
+    lines = [line[2:-2].split(" | ") for line in text.splitlines()]
+    return [lines[0], *lines[2:]]
+
+
+def as_csv(text: str) -> str:
+    """The same table as a CSV file; names stand in it without marks."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows(
+        [re.sub(r"`|\*\*", "", cell) for cell in row] for row in rows_of(text)
+    )
+    return file.getvalue()
+
+
+def worst(text: str, *columns: int, fitted: bool = False) -> str:
+    """Largest difference of a table, with the row it is in.
+
+    Columns are counted among those of differences, all by default. Numbers that are marked as
+    fitted are left out unless they are asked for.
+    """
+    heads, *rows = rows_of(text)
+    percents = [place for place, head in enumerate(heads) if head == "%"]
+    percents = [percents[column] for column in columns] or percents
+    found = [
+        (abs(float(row[place])), row[place], row[0])
+        for row in rows
+        for place in percents
+        if row[place] and (fitted or FITTED not in row[place - 1])
+    ]
+    _, value, name = max(found)
+    return f"{value} % ({name})"
+
+
+def count(text: str, *columns: int) -> str:
+    """How many differences a table has in these columns of them, all by default."""
+    heads, *rows = rows_of(text)
+    percents = [place for place, head in enumerate(heads) if head == "%"]
+    percents = [percents[column] for column in columns] or percents
+    return str(sum(bool(row[place]) for row in rows for place in percents))
+
+
+def row_count(text: str) -> str:
+    """How many rows a table has."""
+    return str(len(rows_of(text)) - 1)
 
 
 def mark(printed: Printed, case: str, quantity: str) -> str:
@@ -396,30 +446,16 @@ def worth_of_cycles(study: Study) -> str:
     )
 
 
-def speed_remarks(study: Study, printed: Printed) -> str:
-    """Say how far the speeds are off, and what the cut omega_n has to do with it."""
-    worst = max(
-        (one for one in differences(study, printed) if one.quantity in SPEEDS),
-        key=lambda one: abs(one.percent),
-    )
-    text = f"Largest difference: {signed(worst.percent, 3)} % ({worst.case}, {worst.quantity})."
-    speeds = study.published["speed"].values * RPM
-    if np.allclose(speeds, study.published["start_speed"].values, rtol=0.0, atol=1e-6):
-        return text
-
-    def off(which: str, case: str) -> str:
-        value = study.at(which, "omega_mean", case)
-        return signed(percent(value, printed.number(case, "omega_mean")), 3)
-
-    means = "; ".join(
-        f"{case}: {off('published', case)} %, with omega_n cut everywhere {off('as_made', case)} %"
-        for case in study.several()
-    )
-    return (
-        f"{text} The thesis cuts omega_n to 0.1 rad/s. The scene does so only for the start speed; "
-        "its load and inertia torques are those of the exact speed. The effect is visible where "
-        f"the mean speed drifts towards omega_n. Difference of omega_mean: {means}."
-    )
+def cut_means(study: Study, printed: Printed) -> str:
+    """Say how far mean speeds of several cylinders are off, with omega_n as it is and cut."""
+    found = []
+    for which in ("published", "as_made"):
+        off = [
+            percent(study.at(which, "omega_mean", c), printed.number(c, "omega_mean"))
+            for c in study.several()
+        ]
+        found.append(f"{signed(min(off), 3)} to {signed(max(off), 3)} %")
+    return f"{found[1]} instead of {found[0]}"
 
 
 def common_offset(study: Study, printed: Printed) -> str:
@@ -650,12 +686,58 @@ def filled(template: str, values: Mapping[str, str]) -> str:
     return text
 
 
-def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[Agreement]) -> str:
-    """Return the whole text of docs/validation.md."""
+def tables(
+    study: Study, printed: Printed, drift: Drift, agreement: Sequence[Agreement]
+) -> dict[str, str]:
+    """Tables by the names of their files, in Markdown."""
+    return {
+        "fitted": fitted_table(),
+        "delta": delta_table(study, printed),
+        "limits": limit_table(study, printed),
+        "speeds": speed_table(study, printed, "published"),
+        "start_speeds": start_table(study, printed),
+        "periodic_speeds": speed_table(study, printed, "periodic"),
+        "changes": change_table(study, printed),
+        "torques": torque_table(study, printed),
+        "other_numbers": other_table(study, printed),
+        "contradictions": contradictions(printed),
+        "large_differences": large_differences(study, printed),
+        "all_rows": all_rows_table(study, run_all_rows(), printed),
+        "correction": correction_table(),
+        "cycles": cycles_table(study, printed),
+        "procedure": procedure_table(study),
+        "thesis_errors": thesis_errors(study, printed),
+        "series_coefficients": mechanism_study.coefficient_table(),
+        "series_errors": mechanism_study.truncation_table(),
+        "tangential_means": mechanism_study.work_table(),
+        "smoothing": smooth_digitised.effect_table(),
+        "rod": mechanism_study.rod_table(),
+        "textbook_cycles": table(TEXTBOOK_HEADS, cycle_study.rows()),
+        "kinematics_errors": kinematics_errors(),
+        "errata": other_errors(),
+        "repetition": repetition_table(),
+        "drift": drift_table(drift),
+        "independent_solver": agreement_table(agreement),
+        **balance_study.tables(),
+    }
+
+
+def source_items() -> str:
+    """Every item of the sources as a CSV file; a link stands as its text and where it leads."""
+    heads = ["item", "what the source describes", "covered by", "numbers"]
+    text = re.sub(r"\[([^]]+)\]\(([^)]+)\)", r"\1 (\2)", ITEMS.read_text(encoding="utf-8"))
+    rows = [line for line in text.splitlines() if re.match(r"\| [KARML]\d", line)]
+    return as_csv("\n".join(["| " + " | ".join(heads) + " |", "", *rows]))
+
+
+def documents(
+    study: Study, printed: Printed, drift: Drift, agreement: Sequence[Agreement]
+) -> dict[Path, str]:
+    """Return the text of docs/validation.md and of the files beside it."""
     predicted = [
         one for one in differences(study, printed) if one.quantity == "delta" and not one.fitted
     ]
-    worst = {
+    largest = {
         is_several: max(
             abs(one.percent) for one in predicted if (one.case in study.several()) == is_several
         )
@@ -663,67 +745,86 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
     }
     widest = {q: max(group.worst[q] for group in agreement) for q in AGREEMENT}
     only_cut, only_rounded = cut_or_rounded(printed)
-    all_rows = run_all_rows()
     met = all(abs(off) <= limit for _, limit, off in worst_of_limits(study, printed))
+    made = tables(study, printed, drift, agreement)
+    items = source_items()
+    repeated = [int(row[1]) for row in rows_of(made["repetition"])[1:]]
+    release = [row for row in rows_of(made["textbook_cycles"])[1:] if "release" in row[0]]
+    apart = max(
+        abs(percent(float(row[n + 1]), float(row[n]))) for row in release for n in (1, 3, 5)
+    )
+    rod = rows_of(made["rod"])[1:]
     values = {
-        "worst_single": f"{worst[False]:.2f}",
-        "worst_several": f"{worst[True]:.2f}",
+        "worst_single": f"{largest[False]:.2f}",
+        "worst_several": f"{largest[True]:.2f}",
         "limits_met": "met" if met else "**not met**",
         "nominal_periodic": f"{study.at('periodic', 'delta', 'nominal'):.4f}",
         "nominal_printed": printed.rows["nominal"]["delta"],
         "nominal_gauge": f"{study.at('gauge', 'delta', 'nominal'):.4f}",
         "held_out": str(sum(group.designs for group in agreement)),
+        "same_outcome": str(sum(group.same_outcome for group in agreement)),
         "worst_delta": f"{widest['delta']:.0e}",
         "worst_mean": f"{widest['omega_mean']:.0e}",
-        "fitted_table": fitted_table(),
+        "worst_delta_table": worst(made["delta"], 0),
+        "worst_delta_periodic": worst(made["delta"], 1),
+        "worst_delta_gauge": worst(made["delta"], 2),
+        **{
+            f"worst_{name}": worst(made[file])
+            for name, file in {
+                "speeds": "speeds", "periodic_speeds": "periodic_speeds",
+                "start_speeds": "start_speeds", "torques": "torques", "other": "other_numbers",
+                "asgari": "asgari", "flywheel": "asgari_inertia", "repetition": "repetition",
+            }.items()
+        },
+        "worst_all_rows": worst(made["all_rows"], 1, fitted=True),
+        **{
+            f"count_{name}": count(made[name])
+            for name in ("speeds", "periodic_speeds", "start_speeds", "torques", "asgari")
+        },
+        "count_delta": count(made["delta"], 0),
+        "count_other": row_count(made["other_numbers"]),
+        "count_shafts": row_count(made["asgari_shafts"]),
+        "count_large": row_count(made["large_differences"]),
+        **{
+            f"count_{name}": row_count(made[name])
+            for name in (
+                "changes", "contradictions", "fitted", "thesis_errors", "kinematics_errors",
+                "errata",
+            )
+        },
+        "count_items": str(len(items.splitlines()) - 1),
         "only_cut": only_cut,
         "only_rounded": only_rounded,
-        "delta_table": delta_table(study, printed),
-        "limit_table": limit_table(study, printed),
-        "speed_remarks": speed_remarks(study, printed),
         "common_offset": common_offset(study, printed),
-        "speed_table": speed_table(study, printed, "published"),
-        "start_table": start_table(study, printed),
-        "periodic_speed_table": speed_table(study, printed, "periodic"),
-        "change_table": change_table(study, printed),
-        "torque_table": torque_table(study, printed),
+        "cut_means": cut_means(study, printed),
         "load_coefficient": f"{study.at('published', 'load_coefficient', 'nominal'):.6f}",
-        "other_table": other_table(study, printed),
-        "contradictions": contradictions(printed),
         "named": f"{NAMED:g}",
-        "large_differences": large_differences(study, printed),
-        "all_rows_table": all_rows_table(study, all_rows, printed),
-        "correction_table": correction_table(),
         "most_cycles": str(MOST_CYCLES),
-        "cycles_table": cycles_table(study, printed),
         "worth_of_cycles": worth_of_cycles(study),
-        "procedure_table": procedure_table(study),
-        "thesis_errors": thesis_errors(study, printed),
-        "coefficient_table": mechanism_study.coefficient_table(),
         "series_error": mechanism_study.largest_disagreement(),
-        "truncation_table": mechanism_study.truncation_table(),
         "marine_remark": mechanism_study.marine_remark(),
-        "work_table": mechanism_study.work_table(),
-        "smoothing_table": smooth_digitised.effect_table(),
         "gravity_remark": mechanism_study.gravity_remark(),
-        "rod_table": mechanism_study.rod_table(),
-        "textbook_table": table(TEXTBOOK_HEADS, cycle_study.rows()),
+        "smoothing_delta": next(
+            row[-1] for row in rows_of(made["smoothing"]) if "speed fluctuation" in row[0]
+        ),
+        "worst_rod": " and ".join(f"{max(float(row[n]) for row in rod):g} %" for n in (2, 3)),
         "measured_remark": cycle_study.measured_remark(),
-        "kinematics_errors": kinematics_errors(),
+        "worst_release": f"{apart:.3f} %",
         "work_of_a_cycle": work_of_a_cycle(study),
-        "other_errors": other_errors(),
-        "repetition_table": repetition_table(),
+        "fewest_cycles": str(min(repeated)),
+        "most_repeated": str(max(repeated)),
         "drift_start": f"{CUT_SPEED:g}",
         "drift_first": f"{drift.mean[0]:.1f}",
         "drift_last": f"{drift.mean[-1]:.1f}",
         "drift_cycles": str(drift.cycles[-1]),
         "no_drift": f"{nominal_speed(load_exponent=0.0).omega_mean:.2f}",
-        "drift_table": drift_table(drift),
-        "agreement_table": agreement_table(agreement),
-        "source_items": ITEMS.read_text(encoding="utf-8").rstrip("\n"),
         **balance_study.values(),
+    }  # fmt: skip
+    return {
+        DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values),
+        **{ROWS / f"{name}.csv": as_csv(text) for name, text in made.items()},
+        ROWS / "items.csv": items,
     }
-    return filled(TEMPLATE.read_text(encoding="utf-8"), values)
 
 
 # --- figures --------------------------------------------------------------------------------------
@@ -847,10 +948,13 @@ def main() -> None:
     parser.add_argument("--no-figures", action="store_true", help="leave docs/figures alone")
     with_figures = not parser.parse_args().no_figures
     study, printed = run_study(), read_printed()
-    text = document(study, printed, run_drift(CYCLES), run_agreement())
-    DOCUMENT.parent.mkdir(parents=True, exist_ok=True)
-    DOCUMENT.write_text(text, encoding="utf-8")
-    print(f"written: {DOCUMENT.relative_to(ROOT)}")
+    made = documents(study, printed, run_drift(CYCLES), run_agreement())
+    ROWS.mkdir(parents=True, exist_ok=True)
+    for file in set(ROWS.iterdir()) - set(made):
+        file.unlink()
+    for file, text in made.items():
+        file.write_text(text, encoding="utf-8")
+    print(f"written: {DOCUMENT.relative_to(ROOT)} and {len(made) - 1} files beside it")
     if with_figures:
         FIGURES.mkdir(parents=True, exist_ok=True)
         draw_drift(FIGURES / "euler_drift.png")
