@@ -64,6 +64,8 @@ def test_tables_are_current() -> None:
     for path, tables in reference_tables.DOCUMENTS.items():
         text = path.read_text(encoding="utf-8")
         assert reference_tables.updated(text, tables) == text, path.name
+    for path, make in reference_tables.FILES.items():
+        assert path.read_text(encoding="utf-8") == make(), path.name
 
 
 @pytest.mark.compiled

@@ -329,10 +329,16 @@ HEAD = """\
 
 <!-- Made by python tools/gallery.py; change that, not this. -->
 
-Every kind of figure, with the scene and the commands that draw it. Save the scene as scene.toml.
-`run` computes it, and `plot` draws one kind with `--only KIND`, or everything that an archive gives
-without it. Options for size, style, units and crank angle are in [figures](figures.md). Names
-such as `four_cylinder` are [built-in scenes](scenes.md).
+Every kind of figure, with the scene that gives it. Save the scene as scene.toml; unless other
+commands stand there, two draw the figure (without `--only`, every kind that the archive gives):
+
+```console
+$ engine-dyn run scene.toml -o out.nc
+$ engine-dyn plot out.nc --only KIND
+```
+
+Options for size, style, units and crank angle are in [figures](figures.md). Names such as
+`four_cylinder` are [built-in scenes](scenes.md).
 """
 
 
@@ -340,18 +346,23 @@ def page() -> str:
     """Text of the gallery."""
     kinds = {kind.name: kind for kind in KINDS}
     parts = [HEAD]
+    shown: dict[str, str] = {}
     for subject, entries in GROUPS.items():
         parts.append(f"## {subject}\n")
         for entry in entries:
             shows = kinds[entry.kind].shows
             shows = shows[0].upper() + shows[1:]
             parts.append(f"### `{entry.kind}`\n\n{shows}. It needs {kinds[entry.kind].needs}.\n")
-            parts.append(f"![{shows}]({picture_of(entry)})\n")
+            parts.append(f"![{entry.kind}]({picture_of(entry)})\n")
             if entry.made_by:
                 parts.append(f"{entry.made_by} says how this recording is evaluated.\n")
-            if entry.scene:
+            if entry.scene in shown:
+                same = shown[entry.scene]
+                parts.append(f"The scene is that of [`{same}`](#{same}).\n")
+            elif entry.scene:
+                shown[entry.scene] = entry.kind
                 parts.append(f"```toml\n{entry.scene}```\n")
-            if entry.commands:
+            if entry.commands and entry != drawn(entry.kind, entry.scene, picture=entry.picture):
                 lines = "\n".join(f"$ {command}" for command in entry.commands)
                 parts.append(f"```console\n{lines}\n```\n")
     return "\n".join(parts)

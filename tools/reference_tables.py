@@ -1,13 +1,16 @@
 """Write the tables of the documentation that come from the tables in the code.
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
-between is replaced. Run it from the project's root: `python tools/reference_tables.py`; with
-`--check` it writes nothing and ends with status 1 if one of them is not current.
+between is replaced. Longer ones are CSV files. Run it from the project's root:
+`python tools/reference_tables.py`; with `--check` it writes nothing and ends with status 1 if one is
+not current.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import json
 import re
 import sys
@@ -110,41 +113,81 @@ def keys() -> str:
             node.long_name, also=WORDS_OF_KEYS.get(name, ""),
             default=f"`{without}`" if without in named else without,
         )  # fmt: skip
-        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number", ", ".join(where)])
-    heads = ["key", "unit", "meaning", "allowed", "stands in"]
+        only = "" if where == ["scene", "engine file"] else ", ".join(where)
+        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number", only])
+    heads = ["key", "unit", "meaning", "allowed", "only in"]
     return table(heads, rows)
 
 
 def scene_tables() -> str:
     """Every table of a scene with its keys, from the schema that editors check scenes with."""
-    return _tables(scene_schema(), "scene")
+    return _tables(scene_schema(), "scene", {})
 
 
 def engine_tables() -> str:
-    """Every table of an engine file with its keys, from its schema."""
-    return _tables(engine_schema(), "engine file")
+    """Tables of an engine file with their keys; those that a scene has too stand there."""
+    scene = scene_schema()
+    known = _abouts(scene, scene) | _abouts(scene, _resolved(scene, scene["properties"]["set"]))
+    return _tables(engine_schema(), "engine file", known)
 
 
-def _tables(schema: Schema, what: str) -> str:
+def _abouts(schema: Schema, part: Schema) -> dict[str, str]:
+    """What each key of a part is."""
+    return {
+        key: _about({**_resolved(schema, given), **given})
+        for key, given in part.get("properties", {}).items()
+    }
+
+
+def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
     top = _resolved(schema, schema)
-    parts = [f"### At the top of the {what}\n\n{_schema_table(schema, top)}\n"]
+    again = [key for key, about in _abouts(schema, top).items() if known.get(key) == about]
+    parts = [f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=again)}\n"]
+    if again:
+        parts.append(f"As in a scene or its `[set]`: {', '.join(f'`{key}`' for key in again)}.\n")
     for name, given in top["properties"].items():
         one = _resolved(schema, given)
         listed = "items" in one
         choices = [one["items"]] if listed else [one]
         choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
-        brackets = f"[[{name}]]" if listed else f"[{name}]"
-        for choice in (_resolved(schema, c) for c in choices):
-            if rows := _schema_table(schema, choice):
-                kind = choice["properties"].get("kind", {}).get("const")
-                head = f"`{brackets}`" + (f" of kind `{kind}`" if kind else "")
-                parts.append(f"### {head}\n\n{rows}\n")
-            for inner in ("throws", "cylinders"):
-                if name == "arrangement" and inner in choice.get("properties", {}):
-                    items = _resolved(schema, choice["properties"][inner]["items"])
-                    rows = _schema_table(schema, items)
-                    parts.append(f"### `{inner}` of `{brackets}`\n\n{rows}\n")
+        head = f"### `[[{name}]]`" if listed else f"### `[{name}]`"
+        tables = [_resolved(schema, choice) for choice in choices]
+        if len(tables) > 1:
+            parts.append(f"{head}\n\n{_table_of_kinds(schema, tables)}\n")
+        elif rows := _schema_table(schema, tables[0]):
+            parts.append(f"{head}\n\n{rows}\n")
+        for inner in ("throws", "cylinders"):
+            if name == "arrangement" and inner in tables[0].get("properties", {}):
+                items = _resolved(schema, tables[0]["properties"][inner]["items"])
+                parts.append(f"### `{inner}` of `[{name}]`\n\n{_schema_table(schema, items)}\n")
     return "\n".join(parts)
+
+
+def _table_of_kinds(schema: Schema, tables: Sequence[Schema]) -> str:
+    """Keys of a table of several kinds, once each, with the kinds that need or take it."""
+    kinds = [one["properties"]["kind"]["const"] for one in tables]
+    about: dict[str, str] = {}
+    needed: dict[str, list[str]] = {}
+    taken: dict[str, list[str]] = {}
+    for kind, one in zip(kinds, tables, strict=True):
+        for key, given in one["properties"].items():
+            if key == "kind":
+                continue
+            part = {**_resolved(schema, given), **given}
+            text = _about(part) + (f"; by default {shown}" if (shown := _default(part)) else "")
+            about[key] = max(about.get(key, ""), text, key=len)
+            (needed if key in one.get("required", ()) else taken).setdefault(key, []).append(kind)
+
+    def named(found: Sequence[str]) -> str:
+        if len(found) == len(kinds):
+            return "all"
+        return ", ".join(f"`{kind}`" for kind in found)
+
+    rows = [
+        [f"`{key}`", text, named(needed.get(key, ())), named(taken.get(key, ()))]
+        for key, text in about.items()
+    ]
+    return table(["key", "what it is", "needed by", "taken by"], rows)
 
 
 def _resolved(schema: Schema, part: Schema) -> Schema:
@@ -161,25 +204,32 @@ def _resolved(schema: Schema, part: Schema) -> Schema:
     return tables[0] if tables else part
 
 
-def _schema_table(schema: Schema, part: Schema) -> str:
-    """Keys of a table that are not those of keys.md; nothing where there are none."""
+def _about(one: Schema) -> str:
+    """What a key is, with the words it may have."""
+    about = str(one.get("description", ""))
+    if any(word not in about for word in one.get("enum", ())):
+        about += f"; one of {', '.join(f'`{word}`' for word in one['enum'])}"
+    return about.replace("|", "\\|")
+
+
+def _default(one: Schema) -> str:
+    """The value that holds without a key; nothing where there is none to show."""
+    default = one.get("default")
+    empty = default in (None, [], {}) or isinstance(default, dict)
+    return "" if empty else f"`{json.dumps(default)}`"
+
+
+def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> str:
+    """Keys of a table that are not among the numbers; nothing where there are none."""
     rows = []
     varied = len(set(part.get("properties", ())) & set(PARAMETERS)) > len(PARAMETERS) / 3
     for key, given in part.get("properties", {}).items():
         one = {**_resolved(schema, given), **given}
-        if (varied and key in PARAMETERS) or "const" in one:
+        if (varied and key in PARAMETERS) or "const" in one or key in leave:
             continue
-        about = str(one.get("description", ""))
-        if any(word not in about for word in one.get("enum", ())):
-            about += f"; one of {', '.join(f'`{word}`' for word in one['enum'])}"
-        default = one.get("default")
-        shown = (
-            ""
-            if default in (None, [], {}) or isinstance(default, dict)
-            else f"`{json.dumps(default)}`"
-        )
+        shown = _default(one)
         needed = "required" if key in part.get("required", ()) else shown
-        rows.append([f"`{key}`", about.replace("|", "\\|"), needed])
+        rows.append([f"`{key}`", _about(one), needed])
     return table(["key", "what it is", "without it"], rows) if rows else ""
 
 
@@ -211,9 +261,7 @@ def _quantity_table(names: Iterable[str]) -> str:
         unit = node.unit or "N m s^alpha"
         symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
         over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
-        meaning = with_notes(
-            node.long_name, over=over, also=OTHER_WORDS.get(name, ""), source=node.source
-        )
+        meaning = with_notes(node.long_name, over=over, also=OTHER_WORDS.get(name, ""))
         rows.append([
             f"`{name}`", f"${symbol}$" if symbol else "", "" if unit == "1" else unit, meaning
         ])  # fmt: skip
@@ -248,9 +296,37 @@ def axes() -> str:
     )
 
 
-def sources() -> str:
+def _written(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A CSV file."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows([heads, *rows])
+    return file.getvalue()
+
+
+def quantity_file() -> str:
+    """Every quantity with its source."""
+    heads = ["quantity", "unit", "over", "meaning", "synonyms", "source"]
+    rows = [
+        [name, node.unit or "N m s^alpha",
+         " ".join(d for d in DIMENSIONS if d in dimensions(name)),
+         node.long_name, OTHER_WORDS.get(name, ""), node.source]
+        for name, node in sorted(QUANTITIES.items())
+    ]  # fmt: skip
+    return _written(heads, rows)
+
+
+def source_file() -> str:
     """Full citations of the sources that quantities and keys name in short."""
-    return table(["name", "source"], SOURCES.items())
+    return _written(["name", "source"], SOURCES.items())
+
+
+def range_file() -> str:
+    """Usual ranges of plausibility checks, with their sources."""
+    rows = [
+        [check.name, check.what, f"{check.low:g}", f"{check.high:g}", check.unit, check.source]
+        for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS)
+    ]
+    return _written(["name", "measure", "lowest", "highest", "unit", "source"], rows)
 
 
 def outcomes() -> str:
@@ -322,21 +398,30 @@ def ranges() -> str:
         unit = f" {check.unit}" if check.unit else ""
         zero = ", or 0" if check.zero else ""
         usual = f"{check.low:g} to {check.high:g}{unit}{zero}"
-        rows.append([f"`{check.name}`", check.what, usual, check.source])
-    return table(["name", "measure", "usual", "source"], rows)
+        rows.append([f"`{check.name}`", check.what, usual])
+    return table(["name", "measure", "usual"], rows)
 
 
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
-    DOCS / "keys.md": {"keys": keys},
-    DOCS / "quantities.md": {"axes": axes, "quantities": quantities, "sources": sources},
+    DOCS / "keys.md": {
+        "keys": keys,
+        "scene tables": scene_tables,
+        "engine tables": engine_tables,
+    },
+    DOCS / "quantities.md": {"axes": axes, "quantities": quantities},
     DOCS / "status_codes.md": {"outcomes": outcomes},
-    DOCS / "engine_files.md": {"engine tables": engine_tables},
     DOCS / "engines.md": {"engines": engines, "engine sources": engine_sources},
-    DOCS / "scene_files.md": {"scene tables": scene_tables},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "plausibility.md": {"ranges": ranges},
 }
 """Pages, and the tables in each."""
+
+FILES: Mapping[Path, Callable[[], str]] = {
+    DOCS / "quantities.csv": quantity_file,
+    DOCS / "sources.csv": source_file,
+    DOCS / "plausibility_ranges.csv": range_file,
+}
+"""Files that are made whole."""
 
 
 def updated(text: str, tables: Mapping[str, Callable[[], str]]) -> str:
@@ -364,8 +449,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing, compare only")
     check = parser.parse_args().check
-    old = {path: path.read_text(encoding="utf-8") for path in DOCUMENTS}
+    paths = [path for path in (*DOCUMENTS, *FILES) if path.exists()]
+    old = {path: path.read_text(encoding="utf-8") for path in paths}
     new = {path: updated(old[path], tables) for path, tables in DOCUMENTS.items()}
+    new |= {path: make() for path, make in FILES.items()}
     if check:
         sys.exit(new != old)
     for path, text in new.items():
