@@ -19,14 +19,15 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from csv_tables import as_csv
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "measured.md"
+BESIDE = ROOT / "docs" / "measured"
 RAW_FIGURE = ROOT / "docs" / "figures" / "measured_raw.png"
 CORRECTED_FIGURE = ROOT / "docs" / "figures" / "measured_corrected.png"
 
@@ -40,6 +41,13 @@ RECORDINGS = {
     "second_motored.txt": "885dc953e2c04061191144ee17358279f22bb520b5af094edd07d9748b516989",
 }
 """What the recordings are called here, and the SHA-256 hashes of their texts."""
+
+DIAGRAMS = """
+[[diagram]]                      # and so on for half and full load
+kind = "points"
+load = 0
+file = "none.csv"
+"""
 
 LOADS = {"none": 0, "half": 50, "full": 100}
 MASSES = (0.15, 0.25, 0.35)
@@ -420,9 +428,10 @@ def fitted(found: Sequence[Found]) -> str:
     return _table(head, rows)
 
 
-def written(found: Sequence[Found], motored: str) -> str:
-    """The document."""
-    values: dict[str, Any] = {
+def written(found: Sequence[Found], motored: str) -> dict[str, str]:
+    """Texts of the page and of the files beside it, by their names."""
+    fits = "\n".join(f"# the {one.series.name} series\n{one.fitted}" for one in found)
+    return {
         "predictions": predictions(found),
         "alternatives": alternatives(found),
         "corrected": corrected(found),
@@ -433,22 +442,24 @@ def written(found: Sequence[Found], motored: str) -> str:
         "scene": SCENE.format(
             files='["first_none.txt", "first_half.txt", "first_full.txt"]', gap="-36", column=3
         ).rstrip(),
-        "import": found[0].imported["full"],
-        "identify": "\n".join(
-            f"# the {one.series.name} series\n{one.fitted}" for one in found
-        ),
-        "motored": motored,
-        "digests": _table(
+        "commands": f"{found[0].imported['full']}\n\n{fits}\n\n# the motored run\n{motored}",
+        "recordings": _table(
             ["recording", "SHA-256"], [[f"`{name}`", f"`{digest}`"] for name, digest in
                                        RECORDINGS.items()], 2,
         ),
     }  # fmt: skip
-    text = TEMPLATE.read_text("utf-8")
-    for name, value in values.items():
-        text = text.replace("{{ " + name + " }}", value)
-    if "{{" in text:
-        raise ValueError(f"{TEMPLATE}: unknown name: {text[text.index('{{') :][:40]}")
-    return text
+
+
+def documents(values: dict[str, str]) -> dict[Path, str]:
+    """The page, and the files beside it: tables as CSV, the rest as it is."""
+    page = TEMPLATE.read_text("utf-8").replace("{{ predictions }}", values["predictions"])
+    made = {DOCUMENT: page}
+    for name in ("alternatives", "corrected", "orders", "low_orders", "fitted", "recordings"):
+        made[BESIDE / f"{name}.csv"] = as_csv(values[name])
+    made[BESIDE / "engine.toml"] = f"{values['engine']}\n{DIAGRAMS}"
+    made[BESIDE / "scene.toml"] = values["scene"] + "\n"
+    made[BESIDE / "commands.txt"] = values["commands"].rstrip() + "\n"
+    return made
 
 
 # --- figures --------------------------------------------------------------------------------------
@@ -513,7 +524,9 @@ def main() -> None:
             "--calibration 10.39,-28 --pegging inlet --inlet-pressure 1.0 --pegging-angle=-180 "
             "--compression-ratio 8.5 --angle-step 0.5 --average"
         )
-    DOCUMENT.write_text(written(found, motored), encoding="utf-8")
+    BESIDE.mkdir(exist_ok=True)
+    for path, text in documents(written(found, motored)).items():
+        path.write_text(text, encoding="utf-8")
     if not given.no_figures:
         draw(found, corrected_ones=False)
         draw(found, corrected_ones=True)

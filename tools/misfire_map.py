@@ -22,6 +22,7 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+from csv_tables import as_csv
 from PIL import Image
 
 import sweeps
@@ -48,6 +49,7 @@ from sweeps.reading.engine_files import load_engine
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "misfire_detection.md"
+BESIDE = ROOT / "docs" / "misfire"
 FIGURE = ROOT / "docs" / "figures" / "misfire_map.png"
 EXAMPLE = ROOT / "docs" / "figures" / "cylinder_deviations.png"
 
@@ -602,7 +604,7 @@ def corner_table(motors: dict[str, Motor]) -> str:
     """What decides at the highest speed and the lowest load."""
     lines = [
         "| engine, 6000 rpm, 1 bar | error of a deviation, bar | dispersion of the others, bar "
-        "| threshold, bar | detected | |",
+        "| threshold, bar | detected | verdict |",
         "| --- | ---: | ---: | ---: | ---: | --- |",
     ]
     exact = Case("", 1.0, 0.2)
@@ -719,6 +721,17 @@ def example(motor: Motor) -> None:
     print(deviations_text(found))
 
 
+def write(numbers: dict[str, str], tables: dict[str, str]) -> None:
+    """Write the page, and its tables as files beside it."""
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, number in numbers.items():
+        text = text.replace("{{ " + name + " }}", number)
+    DOCUMENT.write_text(text, encoding="utf-8")
+    BESIDE.mkdir(exist_ok=True)
+    for name, table in tables.items():
+        (BESIDE / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Write docs/misfire_detection.md.")
     parser.add_argument("--no-figures", action="store_true")
@@ -729,19 +742,17 @@ def main() -> None:
         example(motors["si_four_87x101"])
     if arguments.example:
         return
-    text = TEMPLATE.read_text(encoding="utf-8")
+    numbers: dict[str, str] = {}
     for name, motor in motors.items():
         lost = motor.cycle(6000.0 * RPM, motor.highest)[1] * motor.geometry.swept_volume
         stop = np.sqrt(2.0 * lost / motor.inertia.mean()) / RPM
-        text = text.replace("{{ stop " + ENGINES[name] + " }}", f"{stop:.0f}")
-        most = f"{motor.highest / BAR:.1f}"
-        text = text.replace("{{ highest " + ENGINES[name] + " }}", most)
-    for name, table in {
+        numbers["stop " + ENGINES[name]] = f"{stop:.0f}"
+        numbers["highest " + ENGINES[name]] = f"{motor.highest / BAR:.1f}"
+    tables = {
         "limits": limits_table, "corner": corner_table, "counted": counted_table,
         "reference": reference_table, "torsion": torsion_table,
-    }.items():  # fmt: skip
-        text = text.replace("{{ " + name + " }}", table(motors))
-    DOCUMENT.write_text(text, encoding="utf-8")
+    }  # fmt: skip
+    write(numbers, {name: table(motors) for name, table in tables.items()})
     if not arguments.no_figures:
         draw({name: make_map(motor) for name, motor in motors.items()})
 

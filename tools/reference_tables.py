@@ -2,7 +2,7 @@
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
 between is replaced. Longer ones are CSV files. Run it from the project's root:
-`python tools/reference_tables.py`; with `--check` it writes nothing and ends with status 1 if one is
+`python tools/reference_tables.py`; `--check` writes nothing and ends with status 1 if one is
 not current.
 """
 

@@ -13,8 +13,6 @@ docs/figures; `--no-figures` leaves them alone.
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import math
 import re
 import shutil
@@ -29,6 +27,7 @@ import cycle_study
 import mechanism_study
 import numpy as np
 import smooth_digitised
+from csv_tables import as_csv, rows_of
 from thesis_study import (
     AGREEMENT,
     CUT_SPEED,
@@ -113,21 +112,6 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: bool 
     """Write a Markdown table; columns of numbers, all but the first, stand to the right."""
     lines = [heads, ["---", *["---:" if numbers else "---"] * (len(heads) - 1)], *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def rows_of(text: str) -> list[list[str]]:
-    """Cells of a Markdown table: the heads, then each row."""
-    lines = [line[2:-2].split(" | ") for line in text.splitlines()]
-    return [lines[0], *lines[2:]]
-
-
-def as_csv(text: str) -> str:
-    """The same table as a CSV file; names stand in it without marks."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows(
-        [re.sub(r"`|\*\*", "", cell) for cell in row] for row in rows_of(text)
-    )
-    return file.getvalue()
 
 
 def worst(text: str, *columns: int, fitted: bool = False) -> str:
