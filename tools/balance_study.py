@@ -225,7 +225,7 @@ def draw_shaft_torques(folder: Path) -> None:
 
 
 def shaft_torque_table(archive: Any) -> str:
-    """Asgari's Table 2 beside both torques of the rigid shaft: the table of docs/flywheel.md."""
+    """Asgari's Table 2 beside both torques of the rigid shaft, of which docs/flywheel.md tells."""
     rows = []
     for inertia in archive["flywheel_inertia"].values:
         for speed in archive["speed"].values[:4]:
@@ -247,6 +247,7 @@ def tables() -> dict[str, str]:
         "asgari_shafts": shaft_table(archive),
         "asgari_inertia": flywheel_table(archive),
         "asgari_shaft_13": shaft_13_table(),
+        "asgari_table_2": shaft_torque_table(sweeps.run("asgari_flywheel")),
         "lecture_resultants": lecture_table(),
         "lecture_irregularity": irregularity_table(),
         "lecture_characteristic": characteristic_table(),

@@ -13,7 +13,7 @@ from sweeps.figures.kinds import KINDS
 from sweeps.figures.options import Options, options_of
 from sweeps.presenting.readable_dataset import readable_dataset
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "figures.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "gallery.md"
 
 
 def archive() -> xr.Dataset:
@@ -122,6 +122,7 @@ def test_units_that_read_better_are_taken_and_others_kept() -> None:
 
 
 def test_the_document_lists_every_kind() -> None:
-    rows = DOCUMENT.read_text("utf-8").splitlines()
+    page = DOCUMENT.read_text("utf-8")
     for kind in KINDS:
-        assert f"| `{kind.name}` | {kind.shows} | {kind.needs} |" in rows
+        shows = kind.shows[0].upper() + kind.shows[1:]
+        assert f"### `{kind.name}`\n\n{shows}. It needs {kind.needs}.\n" in page
