@@ -112,10 +112,10 @@ def keys() -> str:
         meaning = with_notes(
             node.long_name, also=WORDS_OF_KEYS.get(name, ""),
             default=f"`{without}`" if without in named else without,
+            **{"only in": "" if where == ["scene", "engine file"] else ", ".join(where)},
         )  # fmt: skip
-        only = "" if where == ["scene", "engine file"] else ", ".join(where)
-        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number", only])
-    heads = ["key", "unit", "meaning", "allowed", "only in"]
+        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number"])
+    heads = ["key", "unit", "meaning", "allowed"]
     return table(heads, rows)
 
 
@@ -254,18 +254,30 @@ def quantities() -> str:
     return "\n".join(parts)
 
 
+TURNING = ", positive in the sense of rotation"
+"""Said once for all torques, at the top of the page."""
+
+
 def _quantity_table(names: Iterable[str]) -> str:
     rows = []
-    for name in sorted(names):
+    listed = sorted(names)
+    phases = {n for n in listed if n.endswith("_phase") and f"{n[:-6]}_order" in listed}
+    for name in (n for n in listed if n not in phases):
         node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
         symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
         over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
-        meaning = with_notes(node.long_name, over=over, also=OTHER_WORDS.get(name, ""))
+        also = [word for word in OTHER_WORDS.get(name, "").split(", ") if word != node.long_name]
+        meaning, shown = node.long_name.replace(TURNING, ""), f"`{name}`"
+        if symbol:
+            meaning += f", ${symbol}$"
+        if (phase := f"{name.removesuffix('_order')}_phase") in phases:
+            meaning, shown = f"{meaning}; its phase", f"{shown}, `{phase}`"
         rows.append([
-            f"`{name}`", f"${symbol}$" if symbol else "", "" if unit == "1" else unit, meaning
+            shown, "" if unit == "1" else unit,
+            with_notes(meaning, over=over, also=", ".join(also)),
         ])  # fmt: skip
-    return table(["quantity", "symbol", "unit", "meaning"], rows)
+    return table(["quantity", "unit", "meaning"], rows)
 
 
 def dimensions(name: str) -> set[str]:
