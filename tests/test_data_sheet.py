@@ -13,6 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENT = (ROOT / "docs" / "data_sheet.md").read_text("utf-8")
+CALIBRATED = (ROOT / "docs" / "data_sheet" / "calibrate.txt").read_text("utf-8").rstrip()
+"""All that `calibrate` prints; the page has it without the assumed values."""
 
 sys.path.insert(0, str(ROOT / "tools"))
 tool: Any = importlib.import_module("data_sheet")
@@ -30,6 +32,9 @@ def test_five_commands_lead_from_the_data_sheet_to_delta(tmp_path: Path) -> None
     assert len(tool.COMMANDS) == 5
     blocks = re.findall(r"```console\n(.*?)\n```", DOCUMENT, re.DOTALL)
     printed = {block.splitlines()[0]: block for block in blocks}
+    calibrate = f"$ {tool.COMMANDS['calibrate']}"
+    assert printed[calibrate] == tool.shortened(CALIBRATED)
+    printed[calibrate] = CALIBRATED
     found = tool.session(tmp_path)
     for name, command in tool.COMMANDS.items():
         told = printed[f"$ {command}"]

@@ -17,12 +17,14 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from csv_tables import as_csv
 
 import sweeps
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "data_sheet.md"
+BESIDE = ROOT / "docs" / "data_sheet"
 FIGURE = ROOT / "docs" / "figures" / "data_sheet.png"
 
 POWER, SPEED, BORE, STROKE = 36.4, 2700, 87.0, 102.4
@@ -150,6 +152,25 @@ def sensitivities(folder: Path) -> tuple[str, float, float]:
     return "\n".join(lines), full, low
 
 
+def strongest(table: str, number: int = 6) -> str:
+    """The rows of a table of changes that change delta most, in its order."""
+    head, ruling, *rows = table.splitlines()
+
+    def size(row: str) -> float:
+        return max(abs(float(found)) for found in re.findall(r"([-+][\d.]+) %", row))
+
+    kept = sorted(rows, key=size, reverse=True)[:number]
+    return "\n".join([head, ruling, *(row for row in rows if row in kept)])
+
+
+def shortened(printed: str) -> str:
+    """What `calibrate` prints, without the assumed values."""
+    lines = printed.splitlines()
+    first = next(n for n, line in enumerate(lines) if line.startswith("assumed, "))
+    last = next(n for n, line in enumerate(lines) if n > first and not line)
+    return "\n".join([*lines[: first + 1], "  ...", *lines[last:]])
+
+
 # --- the document ---------------------------------------------------------------------------------
 
 
@@ -175,7 +196,9 @@ def main() -> None:
         parts["refused"] = shell(REFUSED, folder, status=2)
         parts["edits"] = "\n".join(f"{key} = {value}" for key, value in EDITS.items())
         parts["delta_table"] = delta_table(folder)
-        parts["sensitivities"], full, low = sensitivities(folder)
+        parts["calibrate_short"] = shortened(calibrated := parts.pop("calibrate"))
+        table, full, low = sensitivities(folder)
+        parts["strongest"] = strongest(table)
         parts |= {"delta_full": f"{full:.5f}", "delta_low": f"{low:.5f}"}
         made = sweeps.calibrate(folder / "v2403.toml", power=POWER, speed=SPEED, loads=[100])
         parts |= {
@@ -191,6 +214,9 @@ def main() -> None:
     if left := re.findall(r"\{\{ .*? \}\}", text):
         raise ValueError(f"nothing for {', '.join(left)}")
     DOCUMENT.write_text(text, encoding="utf-8")
+    BESIDE.mkdir(exist_ok=True)
+    (BESIDE / "calibrate.txt").write_text(calibrated + "\n", encoding="utf-8")
+    (BESIDE / "assumptions.csv").write_text(as_csv(table), encoding="utf-8")
     print(f"written: {DOCUMENT}")
 
 

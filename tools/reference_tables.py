@@ -114,8 +114,9 @@ def keys() -> str:
             default=f"`{without}`" if without in named else without,
             **{"only in": "" if where == ["scene", "engine file"] else ", ".join(where)},
         )  # fmt: skip
-        rows.append([f"`{name}`", unit, meaning, rule.strip() or "any number"])
-    heads = ["key", "unit", "meaning", "allowed"]
+        meaning = f"[{unit}] {meaning}" if unit else meaning
+        rows.append([f"`{name}`", meaning, rule.strip() or "any number"])
+    heads = ["key", "[unit] meaning", "allowed"]
     return table(heads, rows)
 
 
@@ -228,9 +229,9 @@ def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> st
         if (varied and key in PARAMETERS) or "const" in one or key in leave:
             continue
         shown = _default(one)
-        needed = "required" if key in part.get("required", ()) else shown
-        rows.append([f"`{key}`", _about(one), needed])
-    return table(["key", "what it is", "without it"], rows) if rows else ""
+        needed = "required" if key in part.get("required", ()) else shown and f"by default {shown}"
+        rows.append([f"`{key}`", _about(one) + (f"; {needed}" if needed else "")])
+    return table(["key", "what it is"], rows) if rows else ""
 
 
 def _keys_of(schema: Mapping[str, Any], table: Mapping[str, Any]) -> set[str]:
@@ -273,11 +274,10 @@ def _quantity_table(names: Iterable[str]) -> str:
             meaning += f", ${symbol}$"
         if (phase := f"{name.removesuffix('_order')}_phase") in phases:
             meaning, shown = f"{meaning}; its phase", f"{shown}, `{phase}`"
-        rows.append([
-            shown, "" if unit == "1" else unit,
-            with_notes(meaning, over=over, also=", ".join(also)),
-        ])  # fmt: skip
-    return table(["quantity", "unit", "meaning"], rows)
+        if unit != "1":
+            meaning = f"[{unit}] {meaning}"
+        rows.append([shown, with_notes(meaning, over=over, also=", ".join(also))])
+    return table(["quantity", "[unit] meaning"], rows)
 
 
 def dimensions(name: str) -> set[str]:
@@ -403,17 +403,6 @@ def scenes() -> str:
     )
 
 
-def ranges() -> str:
-    """Usual ranges of plausibility checks."""
-    rows = []
-    for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS):
-        unit = f" {check.unit}" if check.unit else ""
-        zero = ", or 0" if check.zero else ""
-        usual = f"{check.low:g} to {check.high:g}{unit}{zero}"
-        rows.append([f"`{check.name}`", check.what, usual])
-    return table(["name", "measure", "usual"], rows)
-
-
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "keys.md": {
         "keys": keys,
@@ -424,7 +413,6 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "status_codes.md": {"outcomes": outcomes},
     DOCS / "engines.md": {"engines": engines, "engine sources": engine_sources},
     DOCS / "scenes.md": {"scenes": scenes},
-    DOCS / "plausibility.md": {"ranges": ranges},
 }
 """Pages, and the tables in each."""
 

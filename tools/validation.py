@@ -344,20 +344,6 @@ def contradictions(printed: Printed) -> str:
     return table(["row", "number", "printed", "should be", "according to"], rows, numbers=False)
 
 
-def cut_or_rounded(printed: Printed) -> tuple[str, str]:
-    """Rows whose printed delta is that of its omegas only cut, and only rounded."""
-    cut, rounded = [], []
-    for case, row in printed.rows.items():
-        scale = 10.0 ** decimals_of(row["delta"])
-        value, shown = printed.number(case, "delta") * scale, round(float(row["delta"]) * scale)
-        if math.floor(value) != round(value):
-            if math.floor(value) == shown:
-                cut.append(f"{case} ({row['delta']})")
-            elif round(value) == shown:
-                rounded.append(f"{case} ({row['delta']})")
-    return "; ".join(cut), "; ".join(rounded)
-
-
 def large_differences(study: Study, printed: Printed) -> str:
     rows = []
     for one in differences(study, printed):
@@ -728,7 +714,6 @@ def documents(
         for is_several in (False, True)
     }
     widest = {q: max(group.worst[q] for group in agreement) for q in AGREEMENT}
-    only_cut, only_rounded = cut_or_rounded(printed)
     met = all(abs(off) <= limit for _, limit, off in worst_of_limits(study, printed))
     made = tables(study, printed, drift, agreement)
     items = source_items()
@@ -777,11 +762,8 @@ def documents(
             )
         },
         "count_items": str(len(items.splitlines()) - 1),
-        "only_cut": only_cut,
-        "only_rounded": only_rounded,
         "common_offset": common_offset(study, printed),
         "cut_means": cut_means(study, printed),
-        "load_coefficient": f"{study.at('published', 'load_coefficient', 'nominal'):.6f}",
         "named": f"{NAMED:g}",
         "most_cycles": str(MOST_CYCLES),
         "worth_of_cycles": worth_of_cycles(study),
