@@ -90,8 +90,11 @@ def with_notes(meaning: str, **notes: str) -> str:
     return f"{meaning}<br><small>{small}</small>" if small else meaning
 
 
-def keys() -> str:
-    """Keys of scenes and of an engine file's [values]."""
+KEY_HEADS = ("key", "unit", "meaning", "synonyms", "default", "allowed", "stands in")
+
+
+def key_rows() -> list[dict[str, str]]:
+    """Keys of scenes and of an engine file's [values] that are numbers or names."""
     rows = []
     scene = scene_schema()
     free, columns = (_keys_of(scene, scene["properties"][name]) for name in ("set", "designs"))
@@ -100,24 +103,42 @@ def keys() -> str:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
     for name, node in nodes.items():
         one = name.replace("_N", "_2")
-        where = ["scene"] if one in free else ["`[solver]`", "`[designs]`"]
+        where = ["scene"] if one in free else ["[solver]", "[designs]"]
         if one not in columns:
             raise ValueError(f"{name}: no column of [designs]")
         if name in of_engine:
             where.append("engine file")
         unit = "" if node.unit == "1" else node.unit
         rule = values_text(node, "`").replace(f" [{node.unit}]", "").removeprefix("a finite number")
-        named = {word for word, _ in node.named}
-        without = default_text(node)
-        meaning = with_notes(
-            node.long_name, also=WORDS_OF_KEYS.get(name, ""),
-            default=f"`{without}`" if without in named else without,
-            **{"only in": "" if where == ["scene", "engine file"] else ", ".join(where)},
+        cells = (
+            name, unit, node.long_name, WORDS_OF_KEYS.get(name, ""), default_text(node),
+            rule.strip() or "any number", ", ".join(where),
         )  # fmt: skip
-        meaning = f"[{unit}] {meaning}" if unit else meaning
-        rows.append([f"`{name}`", meaning, rule.strip() or "any number"])
-    heads = ["key", "[unit] meaning", "allowed"]
-    return table(heads, rows)
+        rows.append(dict(zip(KEY_HEADS, cells, strict=True)))
+    return rows
+
+
+def keys() -> str:
+    """The same as a table: of what is allowed, only names."""
+    rows = []
+    for row in key_rows():
+        only = "" if row["stands in"] == "scene, engine file" else row["stands in"]
+        rule = row["allowed"]
+        names = rule if rule.startswith("one of") else "".join(rule.partition("a name")[1:])
+        meaning = with_notes(
+            row["meaning"], also=row["synonyms"],
+            default=f"`{row['default']}`" if f"`{row['default']}`" in names else row["default"],
+            allowed=names, **{"only in": only},
+        )  # fmt: skip
+        unit = f"[{row['unit']}] " if row["unit"] else ""
+        rows.append([f"`{row['key']}`", unit + meaning])
+    return table(["key", "[unit] meaning"], rows)
+
+
+def key_file() -> str:
+    """Every such key, with its range."""
+    rows = [[row[head].replace("`", "") for head in KEY_HEADS] for row in key_rows()]
+    return _written(KEY_HEADS, rows)
 
 
 def scene_tables() -> str:
@@ -259,24 +280,50 @@ TURNING = ", positive in the sense of rotation"
 """Said once for all torques, at the top of the page."""
 
 
+OF_A_CURVE = ("_max", "_mean", "_rms")
+PARTS = ("gas_", "inertia_")
+WHOLE = ("omega", "torque")
+"""Curves whose parts and numbers have rows of their own: most scenes ask for them."""
+
+
+def _folded(listed: Sequence[str]) -> dict[str, list[str]]:
+    """Quantities that stand in the row of another one: phases, parts, numbers of a curve.
+
+    Those that people call by other words of their own keep their rows.
+    """
+    found: dict[str, list[str]] = {}
+    for name in (n for n in listed if n not in WHOLE):
+        if name.endswith("_order"):
+            beside = [f"{name.removesuffix('_order')}_phase"]
+        else:
+            beside = [f"{part}{name}" for part in PARTS] + [f"{name}{end}" for end in OF_A_CURVE]
+        if kept := [n for n in beside if n in listed and n not in OTHER_WORDS]:
+            found[name] = kept
+    return found
+
+
 def _quantity_table(names: Iterable[str]) -> str:
     rows = []
     listed = sorted(names)
-    phases = {n for n in listed if n.endswith("_phase") and f"{n[:-6]}_order" in listed}
-    for name in (n for n in listed if n not in phases):
+    folded = _folded(listed)
+    inside = {name for kept in folded.values() for name in kept}
+    for name in (n for n in listed if n not in inside):
         node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
         symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
         over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
         also = [word for word in OTHER_WORDS.get(name, "").split(", ") if word != node.long_name]
-        meaning, shown = node.long_name.replace(TURNING, ""), f"`{name}`"
-        if symbol:
-            meaning += f", ${symbol}$"
-        if (phase := f"{name.removesuffix('_order')}_phase") in phases:
-            meaning, shown = f"{meaning}; its phase", f"{shown}, `{phase}`"
+        meaning = node.long_name.replace(TURNING, "") + (f", ${symbol}$" if symbol else "")
+        beside = [m for n in (name, *folded.get(name, ())) for m in folded.get(n, ())]
         if unit != "1":
             meaning = f"[{unit}] {meaning}"
-        rows.append([shown, with_notes(meaning, over=over, also=", ".join(also))])
+        rows.append([
+            f"`{name}`",
+            with_notes(
+                meaning, over=over, also=", ".join(also),
+                **{"and": ", ".join(f"`{n}`" for n in beside)},
+            ),
+        ])  # fmt: skip
     return table(["quantity", "[unit] meaning"], rows)
 
 
@@ -417,6 +464,7 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
 """Pages, and the tables in each."""
 
 FILES: Mapping[Path, Callable[[], str]] = {
+    DOCS / "keys.csv": key_file,
     DOCS / "quantities.csv": quantity_file,
     DOCS / "sources.csv": source_file,
     DOCS / "plausibility_ranges.csv": range_file,
