@@ -446,9 +446,8 @@ def common_offset(study: Study, printed: Printed) -> str:
     return (
         f"omega_mean of the single-cylinder rows with 2 kg m2 at 50 % load and 1200 rpm differs by "
         f"{found[0]}; with omega_n cut everywhere and the factor of (4.2b) it differs by "
-        f"{found[1]}. This is a small common offset. A start one degree earlier would remove it "
-        f"(nominal row: {left} rad/s left). Its cause may be the way in which angles are counted, "
-        "or the phase of the diagram."
+        f"{found[1]}. A start one degree earlier would remove this "
+        f"(nominal row: {left} rad/s left): angles may be counted in another way."
     )
 
 
