@@ -162,27 +162,43 @@ def _abouts(schema: Schema, part: Schema) -> dict[str, str]:
 
 
 def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
+    """Tables with their keys. What stood in an earlier one is only named again."""
     top = _resolved(schema, schema)
     again = [key for key, about in _abouts(schema, top).items() if known.get(key) == about]
-    parts = [f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=again)}\n"]
-    if again:
-        parts.append(f"As in a scene or its `[set]`: {', '.join(f'`{key}`' for key in again)}.\n")
+    parts: list[str] = []
+    listed_in: dict[tuple[str, str], str] = {}
+    headed: list[str] = []
     for name, given in top["properties"].items():
         one = _resolved(schema, given)
         listed = "items" in one
         choices = [one["items"]] if listed else [one]
         choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
-        head = f"### `[[{name}]]`" if listed else f"### `[{name}]`"
+        shown = f"`[[{name}]]`" if listed else f"`[{name}]`"
         tables = [_resolved(schema, choice) for choice in choices]
         if len(tables) > 1:
-            parts.append(f"{head}\n\n{_table_of_kinds(schema, tables)}\n")
-        elif rows := _schema_table(schema, tables[0]):
-            parts.append(f"{head}\n\n{rows}\n")
+            parts.append(f"### {shown}\n\n{_table_of_kinds(schema, tables)}\n")
+            headed.append(name)
+            continue
+        abouts = _abouts(schema, tables[0])
+        before = {key: listed_in[key, about] for key, about in abouts.items()
+                  if (key, about) in listed_in and key not in PARAMETERS}  # fmt: skip
+        listed_in |= {(key, about): shown for key, about in abouts.items() if key not in before}
+        if rows := _schema_table(schema, tables[0], leave=list(before)):
+            parts.append(f"### {shown}\n\n{rows}\n")
+            headed.append(name)
+            for place in dict.fromkeys(before.values()):
+                same = ", ".join(f"`{key}`" for key, of in before.items() if of == place)
+                parts.append(f"As in {place}: {same}.\n")
         for inner in ("throws", "cylinders"):
             if name == "arrangement" and inner in tables[0].get("properties", {}):
                 items = _resolved(schema, tables[0]["properties"][inner]["items"])
                 parts.append(f"### `{inner}` of `[{name}]`\n\n{_schema_table(schema, items)}\n")
-    return "\n".join(parts)
+    # An arrangement may be a text as well, so its row stays.
+    leave = [*again, *(name for name in headed if name != "arrangement")]
+    first = f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=leave)}\n"
+    if again:
+        first += f"\nAs in a scene or its `[set]`: {', '.join(f'`{key}`' for key in again)}.\n"
+    return "\n".join([first, *parts])
 
 
 def _table_of_kinds(schema: Schema, tables: Sequence[Schema]) -> str:
