@@ -428,29 +428,6 @@ def cut_means(study: Study, printed: Printed) -> str:
     return f"{found[1]} instead of {found[0]}"
 
 
-def common_offset(study: Study, printed: Printed) -> str:
-    """Say what the predicted single-cylinder rows at 1200 rpm and 2 kg m2 have in common."""
-    cases = [
-        case
-        for case in study.cases
-        if case.startswith(("nominal", "mass", "lambda", "alpha")) and case not in study.several()
-    ]
-    found = []
-    for which in ("published", "as_made"):
-        off = [study.at(which, "omega_mean", c) - printed.number(c, "omega_mean") for c in cases]
-        found.append(f"{signed(min(off), 3)} to {signed(max(off), 3)} rad/s")
-    early = nominal_speed(
-        method="thesis", passes=1, start_speed=CUT_SPEED, start_angle=-math.pi - DEGREE
-    )
-    left = signed(early.omega_mean - printed.number("nominal", "omega_mean"), 3)
-    return (
-        f"omega_mean of the single-cylinder rows with 2 kg m2 at 50 % load and 1200 rpm differs by "
-        f"{found[0]}; with omega_n cut everywhere and the factor of (4.2b) it differs by "
-        f"{found[1]}. A start one degree earlier would remove this "
-        f"(nominal row: {left} rad/s left): angles may be counted in another way."
-    )
-
-
 # --- errors printed in the sources ----------------------------------------------------------------
 
 
@@ -761,7 +738,6 @@ def documents(
             )
         },
         "count_items": str(len(items.splitlines()) - 1),
-        "common_offset": common_offset(study, printed),
         "cut_means": cut_means(study, printed),
         "named": f"{NAMED:g}",
         "most_cycles": str(MOST_CYCLES),
