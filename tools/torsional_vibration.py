@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from csv_tables import as_csv, rows_of
 
 import sweeps
 from engine_dyn.types import Complexes, Floats
@@ -22,6 +23,9 @@ from sweeps.exploring.torsion import QUANTITIES, Excitation, excitation
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "torsional_vibration.md"
+PEAKS = {"flywheel": 7, "pulley": 0}
+"""Shafts whose peaks have a file beside the page, by their number."""
+
 FIGURE = ROOT / "docs" / "figures" / "torsional_vibration.png"
 
 
@@ -183,15 +187,18 @@ def draw(ranges: Floats, orders: Complexes, excited: list[Excitation]) -> None:
         figure.savefig(FIGURE, dpi=130, metadata={"Software": None})
 
 
+def peak(table: str) -> str:
+    """The largest torque of a table, in words."""
+    speed, torque, order, _ = rows_of(table)[1]
+    return f"{torque} N m at {speed} rpm, mostly order {order},"
+
+
 def document() -> tuple[str, tuple[Floats, Complexes, list[Excitation]]]:
     shaft = diesel_shaft()
     found = over_speed(diesel_orders(), shaft)
     text = TEMPLATE.read_text(encoding="utf-8")
-    for name, value in {
-        "natural_table": natural_table(shaft),
-        "flywheel_table": peak_table(*found, 7),
-        "pulley_table": peak_table(*found, 0),
-    }.items():
+    peaks = {f"{name}_peak": peak(peak_table(*found, place)) for name, place in PEAKS.items()}
+    for name, value in {"natural_table": natural_table(shaft), **peaks}.items():
         text = text.replace("{{ " + name + " }}", value)
     return text, found
 
@@ -202,6 +209,9 @@ def main() -> None:
     arguments = parser.parse_args()
     text, found = document()
     DOCUMENT.write_text(text, encoding="utf-8")
+    for name, place in PEAKS.items():
+        path = DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv")
+        path.write_text(as_csv(peak_table(*found, place)), encoding="utf-8")
     if not arguments.no_figures:
         draw(*found)
 
