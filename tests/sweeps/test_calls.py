@@ -29,7 +29,7 @@ NAMES = {
     "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
     "of designs": ("speed/batch/front.py:solve_blocks",),
     "traces": ("speed/storage.py:store_curves",),
-    "iterations": ("speed/batch/solution.py:fill_rest",),
+    "iterations": ("speed/batch/solution.py:fill_drive",),
 }  # fmt: skip
 
 PROGRAM = """

@@ -331,9 +331,9 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
         several = len(source.members) > 1
         made = remembered(source.family, key, make) if several else make()
         for total, found in zip((work, halves, rates), made, strict=True):
-            late = np.roll(found, whole, axis=-1)
-            total[UNIT] += late[0]
-            total[FIRST_GAS : FIRST_GAS + rows.size] += late[1:]
+            early = np.roll(found, -whole, axis=-1)
+            total[UNIT] += early[0]
+            total[FIRST_GAS : FIRST_GAS + rows.size] += early[1:]
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
