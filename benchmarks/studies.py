@@ -39,7 +39,7 @@ SIX, FOUR = tuple(RANGES), tuple(RANGES)[:4]
 
 @dataclass(frozen=True)
 class Aim:
-    """A rate that is wanted, and one that is dreamt of, as multiples of another rate.
+    """A rate that is wanted, and one to hope for, as multiples of another rate.
 
     Attributes
     ----------

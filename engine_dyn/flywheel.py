@@ -387,11 +387,6 @@ class RequiredInertia:
         """Relative error of the estimate by the energy swing."""
         return self.by_energy_swing / self.inertia - 1.0
 
-    @property
-    def triangle_error(self) -> float:
-        """Relative error of the estimate by the triangle."""
-        return self.by_triangle / self.inertia - 1.0
-
 
 _OF_TORQUE = (
     "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",

@@ -47,7 +47,7 @@ class _Group:
     """Keywords of `periodic_speed`, whose numbers are taken as finite floats."""
 
     def __post_init__(self) -> None:
-        """Take numbers as floats; ValueError names what is none."""
+        """Take numbers as floats; ValueError names a value that is no number."""
         for item in fields(self):
             value = getattr(self, item.name)
             if item.type == "float" or (item.type == "float | None" and value is not None):
@@ -135,7 +135,7 @@ class Engine(_Group):
     crankcase_pressure: float
 
     def __post_init__(self) -> None:
-        """Take numbers as floats after looking at the diagram; ValueError names what is none."""
+        """Take numbers as floats after looking at the diagram; ValueError names a wrong value."""
         given: object = self.diagram
         if not isinstance(given, Diagram):
             text = repr(given).splitlines()[0][:60]

@@ -1,8 +1,8 @@
 """Numbers of an archive as they lie in a report: float32 in base64, fewer of them where needed.
 
 Single numbers of designs and curves are thinned apart, because a curve has hundreds of numbers for
-each design. An axis keeps every so-manieth value; of a list of designs a sample is kept, because a
-list may be a grid written out, and every so-manieth row of it may be the same speed.
+each design. An axis keeps every n-th value; of a list of designs a sample is kept, because a list
+may be a grid written out, and every n-th row of it may be the same speed.
 """
 
 from __future__ import annotations

@@ -136,7 +136,7 @@ class _Explorer:
         return one_line(self._converted(key)[1], 30)
 
     def thinned(self, dim: str, most: int) -> slice:
-        """Every so-manieth place of an axis."""
+        """Every n-th place of an axis, so that there are at most `most`."""
         size = self.archive.sizes[dim]
         return slice(0, size, max(1, -(-size // most)))
 
