@@ -308,7 +308,7 @@ def _folded(listed: Sequence[str]) -> dict[str, list[str]]:
     Those that people call by other words of their own keep their rows.
     """
     found: dict[str, list[str]] = {}
-    for name in (n for n in listed if n not in WHOLE):
+    for name in (n for n in listed if n not in WHOLE and not n.endswith("_phase")):
         if name.endswith("_order"):
             beside = [f"{name.removesuffix('_order')}_phase"]
         else:
