@@ -167,7 +167,6 @@ class SceneResult:
     scene: Scene
     ours: list[Result]
     peers: list[Result]
-    passes: float  # of the load's iteration, on the average
 
     @property
     def name(self) -> str:
@@ -222,8 +221,7 @@ def in_scene(
         )
         for i, (setting, options) in enumerate(settings)
     ]
-    passes = own.answer(build(10_000), threads, ("iterations",))["iterations"].mean()
-    return SceneResult(wholes[0], ours, theirs, float(passes))
+    return SceneResult(wholes[0], ours, theirs)
 
 
 def timed_solve(source: Scene | Designs, threads: int, runs: int, **options: Any) -> Timing:

@@ -203,8 +203,8 @@ def _steps(closure: int, width: float, design: Design, curve: Curve) -> tuple[in
 def newton(closure: int, width: float, design: Design, curve: Curve) -> tuple[int, float, float]:
     """Solve for d at the nodes, in place; `width` is the angle between them [rad].
 
-    Newton's steps start from the solution without load, docs/method.md (64), after some cycles of
-    implicit Euler. With the closure `cycle_time`, mu is unknown too, and they start from the
+    Newton's steps start from the level where the mean of q is 1, after some cycles of implicit
+    Euler. With the closure `cycle_time`, mu is unknown too, and they start from the
     solution with the power mean. Returns the number of steps (negative: not converged), mu and the
     smallest q.
     """

@@ -308,11 +308,12 @@ def _add_square(source: Source, work: Floats, halves: Floats, rates: Floats) -> 
         rates += _folded(curve.slope, source.nodes)
     # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
     # mean: it is subtracted first.
-    level = work[:, :1].copy()
-    for _ in range(2):
-        work -= level
-        halves -= level
-        level = (work + 2.0 * halves).mean(axis=1, keepdims=True) / 3.0
+    first = work[:, :1].copy()
+    work -= first
+    halves -= first
+    level = (work + 2.0 * halves).mean(axis=1, keepdims=True) / 3.0
+    work -= level
+    halves -= level
 
 
 def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates: Floats) -> None:

@@ -9,10 +9,7 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import where
 
-__all__ = ["WINDOW", "cubic_in_middle", "peak_between", "summit_at"]
-
-WINDOW = 5
-"""Values from which a maximum is guessed."""
+__all__ = ["cubic_in_middle", "peak_between", "summit_at"]
 
 
 @inlined

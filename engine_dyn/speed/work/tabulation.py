@@ -87,8 +87,8 @@ def arranged(
     mean = mean.reshape(*coarse.shape, stride).mean(axis=-1)
     for m, weight in enumerate(MEAN_BY_PAIRS):
         mean -= weight * (np.roll(coarse, m, axis=-1) + np.roll(coarse, -1 - m, axis=-1))
-    ordered = (
+    fine, wide = (
         np.ascontiguousarray(np.stack(curves, axis=1).transpose(0, 3, 1, 2))
         for curves in ([work, rates, halves - cubic, missed], [coarse, mean])
     )
-    return next(ordered), next(ordered)
+    return fine, wide
