@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from benchmarks.fuzz.archives import good_archive
-from sweeps.reading.hdf5_messages import checksum
-from sweeps.reading.hdf5_structure import _Walk
+from benchmarks.fuzz.hdf5_spans import checksum, spans
 
 __all__ = ["KINDS", "Damaged", "damaged", "sound_files", "spans_of"]
 
@@ -106,47 +105,13 @@ def sound_files() -> dict[str, bytes]:
 # --- structures of a sound file -------------------------------------------------------------------
 
 
-class _Recorder(_Walk):
-    """A walk that remembers where the structures are that it met."""
-
-    def __init__(self, data: bytes) -> None:
-        import io
-
-        super().__init__(io.BytesIO(data))
-        self.spans: list[tuple[int, int, bool]] = [(0, 44, True)]
-
-    def once(self, address: int, length: int, signature: bytes, what: str) -> bytes:
-        head = super().once(address, length, signature, what)
-        if signature in (b"FRHP", b"BTHD", b"FHIB"):
-            self.spans.append((address, address + length - 4, True))
-        elif signature == b"GCOL":
-            self.spans.append((address, address + struct.unpack_from("<Q", head, 8)[0], False))
-        elif signature == b"TREE":
-            used = struct.unpack_from("<H", head, 6)[0]
-            self.spans.append((address, address + 24 + 40 * used, False))
-        if signature == b"BTHD":
-            size, depth, root, count = (
-                *struct.unpack_from("<HH", head, 10), *struct.unpack_from("<QH", head, 16)
-            )  # fmt: skip
-            if not depth and root != (1 << 64) - 1:
-                self.spans.append((root, root + 6 + size * count, True))
-        return head
-
-    def at(self, address: int, length: int, what: str) -> bytes:
-        if what == "object header" and length > 16:
-            self.spans.append((address, address + length - 4, True))
-        return super().at(address, length, what)
-
-
 @cache
 def spans_of(name: str) -> list[tuple[int, int, bool]]:
     """Structures of a sound file: where each begins and ends, and whether a checksum follows."""
     data = sound_files()[name]
     if not data.startswith(b"\x89HDF"):
         return [(0, min(400, len(data)), False)]
-    walk = _Recorder(data)
-    walk.file()
-    return walk.spans
+    return spans(data)
 
 
 # --- damage ---------------------------------------------------------------------------------------
