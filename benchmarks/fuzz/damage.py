@@ -8,8 +8,8 @@ went wrong is kept in the folder, with the file. The same command goes on where 
 
 Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
 `export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
-A file that the walk through its structures does not clear is read by a fork of the process, in
-place of the child that a command starts, which would take most of the time.
+Each is first read by a fork of the process, in place of the child of a command: to start that again
+after every file that it refuses would take most of the time.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import json
 import os
 import queue
 import select
+import signal
 import subprocess
 import sys
 import tempfile
@@ -45,7 +46,7 @@ CHUNK = 200
 """Files of one task of a process."""
 
 FORK_SECONDS = 0.5
-"""Seconds of the processor that a fork may read a file that was not cleared."""
+"""Seconds of the processor that a fork may read a file."""
 
 
 # --- one file -------------------------------------------------------------------------------------
@@ -129,16 +130,17 @@ def read_damaged(numbers: range, seed: int, folder: Path) -> Counter[str]:
 
 
 def _in_forks() -> Any:
-    """Read what is not cleared in forks of this process."""
+    """Read files in forks of this process, in place of the child."""
     from unittest import mock
 
     return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_fork)
 
 
-def _read_in_fork(path: Path) -> None:
-    from sweeps.reading.netcdf_child import limit
+def _read_in_fork(path: Path, whole: bool = False) -> None:
+    from sweeps.reading.netcdf_child import OPENING
     from sweeps.reading.netcdf_whole import read_all
 
+    most = psutil.Process().memory_info().rss + OPENING
     with warnings.catch_warnings():
         # Of threads that the fork lacks: the library does not wait for them.
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -147,12 +149,16 @@ def _read_in_fork(path: Path) -> None:
         faulthandler.disable()
         status = 1
         try:
-            limit(FORK_SECONDS, 0)
-            read_all(path)
+            read_all(path, FORK_SECONDS, whole, lambda: None)
             status = 0
         finally:
             os._exit(status)
-    if os.waitpid(child, 0)[1]:
+    watched = psutil.Process(child)
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        time.sleep(0.002)
+        if watched.memory_info().rss > most:
+            os.kill(child, signal.SIGKILL)
+    if ended[1]:
         raise OSError(22, "damaged: a fork could not read it")
 
 

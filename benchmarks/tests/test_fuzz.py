@@ -10,15 +10,20 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import netCDF4
+import psutil
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 from benchmarks.fuzz import damage
 from benchmarks.fuzz.campaign import TARGETS
 from benchmarks.fuzz.changes import toml_text
-from benchmarks.fuzz.checking import COUNTS
+from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damage import read_damaged
+from benchmarks.fuzz.damaged_bytes import sound_files
+from benchmarks.fuzz.hdf5_spans import checksum, spans
 from benchmarks.fuzz.sandbox import engines, scenes
+from sweeps.reading.design_files import read_designs
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -61,7 +66,7 @@ def test_written_toml_is_what_was_meant() -> None:
         assert tomllib.loads(toml_text(tree)) == tree
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads what is not cleared in forks")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads them in forks")
 def test_damaged_bytes_are_taken_or_refused(tmp_path: Path) -> None:
     counts = read_damaged(range(120), 3, tmp_path)
     assert counts["files"] == 120
@@ -69,7 +74,7 @@ def test_damaged_bytes_are_taken_or_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads what is not cleared in forks")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads them in forks")
 def test_a_campaign_of_damage_finds_what_hangs_and_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,3 +94,46 @@ def test_a_campaign_of_damage_finds_what_hangs_and_goes_on(
     assert counts["wrong"] == 1 and (tmp_path / "2.nc").exists()
     before = dict(counts)
     assert damage.campaign(tmp_path, 5, 4, 1, 600.0) == before
+
+
+def test_checksum_of_a_known_text() -> None:
+    """Jenkins's own example, in lookup3.c (driver5)."""
+    assert checksum(b"Four score and seven years ago") == 0x17770551
+    assert checksum(b"") == 0xDEADBEEF
+
+
+def test_structures_of_a_file_are_found() -> None:
+    for name, data in sound_files().items():
+        if not data.startswith(b"\x89HDF"):
+            continue
+        found = [data[begin : begin + 4] for begin, _, _ in spans(data)]
+        assert found[0] == data[:4] and {b"OHDR", b"FRHP", b"BTHD", b"BTLF", b"FHIB"} & {*found}
+        assert found.count(b"OHDR") == data.count(b"OHDR"), name
+
+
+@pytest.mark.parametrize("name", [b"_Netcdf4Dimid", b"DIMENSION_LIST", b"CLASS", b"half_width"])
+def test_attributes_that_netcdf_would_not_write(name: bytes, tmp_path: Path) -> None:
+    """A list of dimensions that said it was a list of texts crashed the library, a type that it
+    refuses while netCDF opens the file ended a later close, and a number of a dimension made a list
+    of 11 GB."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.scene = "{}"
+        for axis in "ab":
+            file.createDimension(axis, 2)
+            file.createVariable(axis, "f8", (axis,)).setncattr("half_width", 0.25)
+        file.createVariable("both", "f8", ("a", "b"))
+    sound = path.read_bytes()
+    places = spans(sound)
+    begin = sound.index(name + b"\0")
+    for place in (begin - 8, begin - 1, *range(begin + len(name) + 1, begin + len(name) + 40, 2)):
+        data = bytearray(sound)
+        data[place] ^= 87 if name == b"_Netcdf4Dimid" else 1
+        for start, end, checked in places:
+            if checked and data[start:end] != sound[start:end]:
+                data[end : end + 4] = checksum(bytes(data[start:end])).to_bytes(4, "little")
+        path.write_bytes(data)
+        in_one_line("info", path)
+        before = psutil.Process().memory_info().rss
+        refused_or_taken(lambda: read_designs(path, "damaged"))
+        assert psutil.Process().memory_info().rss - before < 500e6

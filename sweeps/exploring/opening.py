@@ -37,8 +37,8 @@ def open(  # the name that a person looks for
         any results. What several of them hold is read from the first that has it; whether they
         agree is what `merge` checks.
     untrusted : bool
-        Read every file in a process of limited time and memory before it is opened here, as is done
-        anyway with those whose structure is not what netCDF-4 writes.
+        Read every value in a process of limited time and memory before a file is opened here, as is
+        done anyway with all else that it holds.
 
     Returns
     -------

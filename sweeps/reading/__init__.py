@@ -2,7 +2,7 @@
 
 regular_files, referred_files  opening files safely; files that scenes and engine files refer to
 csv_tables, toml_files         the two text formats, by themselves
-hdf5_links, netcdf_files       netCDF files of others, checked before their values are read
+netcdf_files, netcdf_child     netCDF files, which a process with limits reads first
 engine_files                   engines: TOML, with `cylinder_keys` and `modelled_diagrams`
 indicator_files                measured pressure over crank angle: CSV
 torque_tables                  torque of a load or driver over angle or speed: CSV

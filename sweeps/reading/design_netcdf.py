@@ -21,7 +21,7 @@ from sweeps.reading.design_columns import (
 )
 from sweeps.reading.netcdf_files import DAMAGE, TEXT_REFERENCE, check_chunks, open_netcdf
 from sweeps.reading.netcdf_lock import netcdf_library
-from sweeps.reading.regular_files import check_rows, opened_file, reading
+from sweeps.reading.regular_files import check_rows, reading
 
 __all__ = ["read_design_netcdf"]
 
@@ -35,7 +35,6 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
 def _read(path: Path, name: str) -> DesignColumns:
     what = "a table of designs (netCDF)"
     with reading(name, what, "a netCDF file", *DAMAGE):
-        opened_file(path).close()  # its error says more than that of the library
         file = open_netcdf(path)
     with (
         file,

@@ -1,5 +1,8 @@
 """Whether a netCDF-4 file leads to other files: HDF5 can store values and variables elsewhere.
 
+It is asked by the process that reads a file first (`sweeps.reading.netcdf_whole`), which a damaged
+file may end here.
+
 The netCDF library silently follows external links, external storage and virtual datasets to any
 file, so a file of somebody else could be made to expose private data. netCDF offers no way to
 detect this, so HDF5 itself is asked, in the copy that netCDF4 has loaded; where that copy is not
@@ -15,9 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sweeps.reading.hdf5_structure import signature_place
-
-__all__ = ["external_member"]
+__all__ = ["external_member", "follows_indexes"]
 
 MOST_MEMBERS = 1000
 """Variables, dimensions and groups that a file may have."""
@@ -32,17 +33,14 @@ _EACH = ctypes.CFUNCTYPE(
 def external_member(path: Path) -> str:
     """Name of the first variable that is stored outside a file; empty where there is none.
 
-    Raises
-    ------
-    OSError
-        Where the file cannot be read.
+    The index of the chunks of each variable is followed to its end.
     """
     library = _library()
-    if library is None or not _is_hdf5(path):
+    if library is None:
         return ""
     file = library.H5Fopen(os.fsencode(os.path.abspath(path)), 0, 0)
     if file < 0:
-        return ""  # netCDF says what is wrong
+        return ""  # not HDF5, or damaged: netCDF says so
     found: list[str] = []
     try:
         _look(library, file, found, [MOST_MEMBERS])
@@ -51,9 +49,9 @@ def external_member(path: Path) -> str:
     return found[0] if found else ""
 
 
-def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as stream:
-        return signature_place(stream) >= 0
+def follows_indexes() -> bool:
+    """Whether `external_member` can do its work here."""
+    return _library() is not None
 
 
 def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
@@ -93,6 +91,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
         return False
     made = library.H5Dget_create_plist(dataset)
     try:
+        library.H5Dget_storage_size(dataset)  # which is the sum over all chunks
         return library.H5Pget_layout(made) == _VIRTUAL or library.H5Pget_external_count(made) > 0
     finally:
         library.H5Pclose(made)
@@ -132,6 +131,7 @@ def _typed(library: Any) -> Any:
         "H5Gopen2": (number, [number, text, number]),
         "H5Dopen2": (number, [number, text, number]),
         "H5Dget_create_plist": (number, [number]),
+        "H5Dget_storage_size": (ctypes.c_uint64, [number]),
         "H5Pget_layout": (ctypes.c_int, [number]),
         "H5Pget_external_count": (ctypes.c_int, [number]),
         **{name: (ctypes.c_int, [number]) for name in ("H5Fclose", "H5Gclose")},

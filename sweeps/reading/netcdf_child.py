@@ -1,24 +1,37 @@
-"""A netCDF file is read once from end to end in a process of its own, before this one opens it.
+"""netCDF files are read in a process of their own before this one opens them.
 
-The libraries of netCDF and HDF5 may run for ever on a damaged file, deaf to Ctrl-C, or end the
-process. In a child with limits of time and memory that does no harm: only what the child has read
-is opened here. Time alone is limited on Windows, which has no such limits, and on macOS, which
-refuses one of memory.
+The libraries of netCDF and HDF5 may run for ever on a damaged file, deaf to Ctrl-C, take all memory
+or end the process. In a child with limits of time and memory that does no harm: only what the child
+has read is opened here. Its memory is watched from here: where the system refused it some, the
+libraries would hide that, take the file, and fill the memory of this process in turn.
+
+No file is spared, whatever its header says. Archives with a seal of whoever wrote them, opened
+without a child, would be the other way. But whoever forges an archive forges a seal without a
+secret; a secret must be kept in a place of its own, and is not there on the next computer; and to
+find damage, all bytes must be read. The child is simpler, and as cheap: it is started once and
+stays, so that every file but the first costs some milliseconds. Of an archive it does not read the
+results (`sweeps.reading.netcdf_whole`).
 """
 
 from __future__ import annotations
 
+import atexit
 import errno
-import math
+import json
 import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
-from sweeps.errors import one_line
+import psutil
 
-__all__ = ["MEMORY", "REFUSED", "SECONDS", "limit", "read_apart"]
+from sweeps.errors import one_line, size_text
+
+__all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart"]
 
 SECONDS = 10.0
 """Time that reading may take, beside that for the bytes of the file."""
@@ -26,15 +39,106 @@ SECONDS = 10.0
 RATE = 10e6
 """Bytes a second that are read at least; compressed values are slower than others."""
 
+OPENING = 1 << 29
+"""Bytes of memory that the child may take to open a file and its attributes, beside eight times the
+size of the file; its libraries need a fifth of it."""
+
 MEMORY = 3 << 30
-"""Bytes of addresses that the child may use; its libraries map some hundred megabytes."""
+"""Bytes that it may take to read values."""
 
-REFUSED = 65
-"""Exit status of a child that says why the file is refused."""
+PAUSE = 0.01
+"""Seconds between two looks at its memory."""
+
+OPENED = "opened\n"
+"""What it says before it reads the values of a file."""
 
 
-def read_apart(path: Path) -> None:
-    """Read a netCDF file in a process of its own, its metadata and all values.
+class _Child:
+    """A process that reads the files that it is told."""
+
+    def __init__(self) -> None:
+        # No module may come from the working folder, which need not be the user's own. Freed memory
+        # is overwritten, so that a library that uses it fails there and not later here.
+        environment = {
+            **os.environ, "OPENBLAS_NUM_THREADS": "1", "MALLOC_PERTURB_": "165",
+            "PYTHONPATH": os.pathsep.join(p for p in sys.path if os.path.isabs(p)),
+        }  # fmt: skip
+        self.owner = os.getpid()
+        self.files = 0
+        self.most = 0
+        self.ended_for = ""
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "sweeps.reading.netcdf_whole"], env=environment,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            cwd=os.path.abspath(os.sep), encoding="ascii",
+        )  # fmt: skip
+
+    def read(self, path: str, size: int, whole: bool) -> str | None:
+        """Let it read a file; why that is refused, "" where it is not, None where it ends."""
+        process = self.process
+        seconds = _seconds(size)
+        assert process.stdin and process.stdout
+        self.files += 1
+        with suppress(psutil.Error):
+            self.most = psutil.Process(process.pid).memory_info().rss + OPENING + 8 * size
+        done = threading.Event()
+        watch = threading.Thread(target=self._watch, args=(done, 3.0 * seconds))
+        watch.start()
+        try:
+            process.stdin.write(json.dumps([path, seconds, whole]) + "\n")
+            process.stdin.flush()
+            answer = process.stdout.readline()
+            if answer == OPENED:
+                self.most += MEMORY
+                answer = process.stdout.readline()
+        except OSError:  # it has ended
+            answer = ""
+        finally:
+            done.set()
+            watch.join()
+        return str(json.loads(answer)) if answer else None
+
+    def _watch(self, done: threading.Event, seconds: float) -> None:
+        """End it where it takes too long, or too much memory."""
+        last = time.monotonic() + seconds
+        with suppress(psutil.Error):
+            process = psutil.Process(self.process.pid)
+            while not done.wait(PAUSE):
+                if time.monotonic() > last:
+                    self.ended_for = f"longer than {seconds:.0f} s"
+                elif process.memory_info().rss > self.most:
+                    self.ended_for = f"more than {size_text(self.most)} of memory"
+                if self.ended_for:
+                    self.process.kill()
+                    return
+
+    def end(self) -> int:
+        """End it; its exit status."""
+        process = self.process
+        assert process.stdin and process.stdout
+        process.kill()
+        status = process.wait()
+        process.stdout.close()
+        with suppress(OSError):  # of what it has not taken
+            process.stdin.close()
+        return status
+
+
+_children: list[_Child] = []
+"""The child of this process, and those of the processes that it was forked from."""
+
+_LOCK = threading.Lock()
+
+
+def read_apart(path: Path, whole: bool = False) -> None:
+    """Read a netCDF file in a process of its own: its metadata, and values.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    whole : bool
+        Whether the results of an archive are read too.
 
     Raises
     ------
@@ -42,47 +146,43 @@ def read_apart(path: Path) -> None:
         Where that fails, or does not end in time.
     """
     absolute = os.path.abspath(path)
-    seconds = SECONDS + os.stat(absolute).st_size / RATE
-    # No module may come from the working folder, which need not be the user's own. Freed memory is
-    # overwritten, so that a library that uses it fails here and not later.
-    words = [sys.executable, "-P", "-m", "sweeps.reading.netcdf_whole", absolute, str(seconds)]
-    environment = {
-        **os.environ, "OPENBLAS_NUM_THREADS": "1", "MALLOC_PERTURB_": "165",
-        "PYTHONPATH": os.pathsep.join(p for p in sys.path if os.path.isabs(p)),
-    }  # fmt: skip
+    with _LOCK:
+        reason = _answer(absolute, os.stat(absolute).st_size, whole)
+    if reason:
+        raise OSError(errno.EINVAL, one_line(reason, 200))
+
+
+def _answer(path: str, size: int, whole: bool) -> str:
+    """Why a file is refused; "" where it is not."""
+    if not _children or _children[-1].owner != os.getpid():
+        _children.append(_Child())
+    child = _children[-1]
+    reason = None
     try:
-        done = subprocess.run(
-            words, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, timeout=3.0 * seconds, cwd=os.path.dirname(absolute),
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise _refusal(f"reading it takes longer than {3.0 * seconds:.0f} s") from None
-    if done.returncode == REFUSED:
-        raise _refusal(one_line(done.stdout.decode("utf-8", "replace"), 200))
-    if done.returncode == -getattr(signal, "SIGXCPU", 0) and done.returncode:
-        raise _refusal(f"reading it takes more than {seconds:.0f} s")
-    if done.returncode:
-        raise _refusal(f"reading it ends the process with status {done.returncode}")
+        reason = child.read(path, size, whole)
+    finally:
+        if reason != "":  # it may have taken harm
+            _children.remove(child)
+            status = child.end()
+    if reason is not None:
+        return reason
+    if status == -getattr(signal, "SIGXCPU", 0) and status:
+        return f"damaged: reading it takes more than {_seconds(size):.0f} s"
+    if child.ended_for:
+        return f"damaged: reading it takes {child.ended_for}"
+    if child.files > 1:  # it was ended while it waited, or a file before this one did harm
+        return _answer(path, size, whole)
+    return f"damaged: reading it ends the process with status {status}"
 
 
-def _refusal(reason: str) -> OSError:
-    return OSError(errno.EINVAL, f"damaged: {reason}")
+def _seconds(size: int) -> float:
+    """Time that reading a file of a size may take."""
+    return SECONDS + size / RATE
 
 
-def limit(seconds: float, memory: int = MEMORY) -> None:
-    """Limit what this process may take from now on; memory of 0 is not limited."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    for what, most in (
-        (resource.RLIMIT_CPU, math.ceil(seconds)),
-        (resource.RLIMIT_AS, memory or resource.RLIM_INFINITY),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        if sys.platform == "darwin" and what == resource.RLIMIT_AS:
-            continue  # not run: macOS is said to refuse less than a process maps
-        _, hard = resource.getrlimit(what)
-        if most != resource.RLIM_INFINITY and hard != resource.RLIM_INFINITY:
-            most = min(most, hard)
-        resource.setrlimit(what, (most, hard))
+@atexit.register
+def _end() -> None:
+    while _children:
+        child = _children.pop()
+        if child.owner == os.getpid():
+            child.end()

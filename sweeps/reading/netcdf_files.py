@@ -2,8 +2,7 @@
 
 A file of some kilobytes may claim to hold terabytes (holes, run lengths and compressed zeros take
 no room), or lead to other files; both are refused. A damaged one may let the library run for ever,
-so its metadata is walked first (`sweeps.reading.hdf5_structure`), and a file that the walk does not
-clear is first read in a child process (`sweeps.reading.netcdf_child`).
+so each is first read in a child process (`sweeps.reading.netcdf_child`).
 """
 
 from __future__ import annotations
@@ -22,10 +21,9 @@ from typing import Any
 import psutil
 
 from sweeps.errors import SceneError, one_line, shown, size_text
-from sweeps.reading.hdf5_links import external_member
-from sweeps.reading.hdf5_structure import not_walked
 from sweeps.reading.netcdf_child import read_apart
 from sweeps.reading.netcdf_lock import netcdf_library
+from sweeps.reading.regular_files import opened_file
 
 __all__ = [
     "ARCHIVE_FORMAT",
@@ -40,7 +38,6 @@ __all__ = [
     "damaged_values",
     "open_netcdf",
     "opened_archive",
-    "opened_unchecked",
     "slabs",
     "untrusted",
 ]
@@ -94,12 +91,12 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def untrusted(yes: bool = True) -> Iterator[None]:
-    """Read every netCDF file in a child process before this one opens it, whatever it looks like.
+    """Read the results of archives too in the child process, before this one opens them.
 
     Parameters
     ----------
     yes : bool
-        Whether to do so; else only those are that the walk through their metadata does not clear.
+        Whether to do so; else only the first chunk of each, and all else.
     """
     before = _UNTRUSTED.set(yes or _UNTRUSTED.get())
     try:
@@ -109,52 +106,39 @@ def untrusted(yes: bool = True) -> Iterator[None]:
 
 
 def check_structure(path: Path) -> None:
-    """Refuse a netCDF file that the library might not survive.
+    """Refuse a netCDF file that the library might not survive, or that leads to other files.
 
     Raises
     ------
     OSError
         With the reason in one line, or where it cannot be read.
     """
-    about = os.stat(path)
+    with opened_file(path) as stream:
+        about = os.fstat(stream.fileno())
     state = (about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns)
     _check_state(os.path.abspath(path), state, _UNTRUSTED.get())
 
 
 @lru_cache(maxsize=1000)
-def _check_state(path: str, state: tuple[int, ...], apart: bool) -> None:
+def _check_state(path: str, state: tuple[int, ...], whole: bool) -> None:
     """Check a file in one state; a command opens the same one several times."""
     del state
-    # The walk comes first: what it refuses needs no child to run for ever.
-    if not_walked(Path(path)) or apart:
-        read_apart(Path(path))
+    read_apart(Path(path), whole)
 
 
 def open_netcdf(path: Path) -> Any:
     """Open a netCDF file of this disk that is sound and does not lead to other files.
+
+    The library takes some names for servers, but never absolute paths.
 
     Raises
     ------
     OSError, ValueError, RuntimeError
         As the library does, and for what is refused.
     """
-    check_structure(path)
-    return opened_unchecked(path)
-
-
-def opened_unchecked(path: Path) -> Any:
-    """Open a netCDF file that does not lead to other files, sound or not.
-
-    The library takes some names for servers, but never absolute paths.
-    """
     import netCDF4
 
-    name = external_member(path)
-    if name:
-        raise OSError(
-            errno.EINVAL,
-            f"'{one_line(name, 60)}' is stored outside the file, or nested endlessly",
-        )
+    check_structure(path)
     return netCDF4.Dataset(os.path.abspath(path))
 
 
@@ -222,7 +206,7 @@ def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
     except SceneError:
         raise
     except DAMAGE as error:
-        # Numbers below 0 are the library's own; EINVAL is what the walk refuses with.
+        # Numbers below 0 are the library's own; EINVAL is that of `read_apart`.
         if isinstance(error, OSError) and (error.errno or 0) > 0 and error.errno != errno.EINVAL:
             raise
         part = f"{name}: " if name else ""
@@ -271,7 +255,7 @@ def check_archive(file: Any, path: Path) -> None:
         raise SceneError(f"{path}: has groups, unlike any archive written by `run`")
     size = path.stat().st_size
     free = psutil.virtual_memory().available
-    total = at_once = 0
+    at_once = 0
     for name, variable in file.variables.items():
         item = _item_bytes(variable)
         dims = variable.dimensions
@@ -281,7 +265,6 @@ def check_archive(file: Any, path: Path) -> None:
                 f"{path}: variable {one_line(name, 60)}: {what}; `run` writes no such variable"
             )
         room = item * check_chunks(variable, item, str(path))
-        total += room
         if dims == (name,):  # coordinates are read whole
             at_once += room
     for name, dimension in file.dimensions.items():
@@ -290,10 +273,6 @@ def check_archive(file: Any, path: Path) -> None:
                 f"{path}: damaged: {len(dimension)} points of {one_line(name, 60)} in a file of "
                 f"{size_text(size)}"
             )
-    if total > LARGEST_RATIO * size:
-        raise SceneError(
-            f"{path}: damaged: variables of {size_text(total)} in a file of {size_text(size)}"
-        )
     if 2.0 * at_once > 0.9 * free:
         raise SceneError(
             f"{path}: axes of {size_text(at_once)} and their index need {size_text(2.0 * at_once)} "

@@ -1,46 +1,83 @@
-"""The child process that reads a netCDF file from end to end: see `sweeps.reading.netcdf_child`."""
+"""The child process that reads netCDF files: see `sweeps.reading.netcdf_child`.
+
+A file is read from end to end. Of an archive, which says so by its attribute `scene`, the results
+are left out but for the first chunk of each: they may be many gigabytes, and their damage is told
+when they are used. HDF5 has followed the indexes of their chunks (`sweeps.reading.hdf5_links`).
+"""
 
 from __future__ import annotations
 
-import errno
+import json
+import math
 import os
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
 from sweeps.errors import one_line, size_text
-from sweeps.reading.netcdf_child import MEMORY, REFUSED, limit
-from sweeps.reading.netcdf_files import LARGEST_RATIO, check_chunks, opened_unchecked, slabs
+from sweeps.reading.hdf5_links import external_member, follows_indexes
+from sweeps.reading.netcdf_child import OPENED
+from sweeps.reading.netcdf_files import DAMAGE, LARGEST_RATIO, slabs
 
 __all__ = ["main", "read_all"]
 
 
-def read_all(path: Path) -> None:
-    """Read a netCDF file from end to end, as far as it may be read.
+class _Refused(Exception):
+    """What the library would take, but not this project."""
+
+
+def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> None:
+    """Read a netCDF file, as far as it may be read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    seconds : float
+        Time that this may take, of the processor.
+    whole : bool
+        Whether the results of an archive are read too.
+    opened : function
+        Called before values are read, which may take more memory.
 
     Raises
     ------
     OSError, ValueError, RuntimeError and others
         As the library does.
     """
-    size = path.stat().st_size
-    with opened_unchecked(path) as file:
+    import netCDF4
+
+    _limit(seconds)
+    name = external_member(path)
+    if name:
+        raise _Refused(
+            f"'{one_line(name, 60)}' is stored outside the file, or held endlessly, perhaps by "
+            "itself"
+        )
+    with netCDF4.Dataset(path) as file:
         variables = list(_variables(file))
-        total = sum(_bytes_of(variable) for variable in variables)
+        spared = not whole and "scene" in file.ncattrs() and follows_indexes()
+        size, total = path.stat().st_size, sum(_bytes_of(variable) for variable in variables)
         if total > LARGEST_RATIO * size:
-            raise OSError(
-                errno.EINVAL, f"variables of {size_text(total)} in a file of {size_text(size)}"
+            raise _Refused(
+                f"damaged: variables of {size_text(total)} in a file of {size_text(size)}"
             )
+        opened()
         for variable in variables:
             variable.set_auto_maskandscale(False)
-            item = _item_bytes(variable)
-            check_chunks(variable, item, str(path))
             chunks = variable.chunking()
             if not isinstance(chunks, list) or not all(chunks):
                 chunks = [1] * len(variable.shape)
-            for place in slabs(variable.shape, tuple(chunks), item):
-                variable[place if place else ...]
+            first = spared and getattr(variable.dtype, "kind", "") in ("i", "u", "f")
+            item = _item_bytes(variable)
+            with suppress(*DAMAGE) if first else nullcontext():
+                for place in slabs(variable.shape, tuple(chunks), item, 0.0 if first else None):
+                    variable[place if place else ...]
+                    if first:
+                        break
 
 
 def _variables(group: Any) -> Iterator[Any]:
@@ -64,19 +101,46 @@ def _bytes_of(variable: Any) -> int:
     return total
 
 
-def main() -> None:
-    """Read the file that the command line names, with the seconds it may take."""
-    limit(float(sys.argv[2]))
+def _limit(seconds: float) -> None:
+    """Limit the time of the processor that this process may take from now on."""
     try:
-        read_all(Path(sys.argv[1]))
-        status, reason = 0, ""
+        import resource
+    except ImportError:  # Windows
+        return
+    most = math.ceil(time.process_time() + seconds)
+    for what, soft in ((resource.RLIMIT_CPU, most), (resource.RLIMIT_CORE, 0)):
+        _, hard = resource.getrlimit(what)
+        resource.setrlimit(
+            what, (soft if hard == resource.RLIM_INFINITY else min(soft, hard), hard)
+        )
+
+
+def _reason(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> str:
+    """Why a file is refused; "" where it is not."""
+    try:
+        read_all(path, seconds, whole, opened)
+    except _Refused as error:
+        return str(error)
     except MemoryError:
-        status, reason = REFUSED, f"reading it takes more than {size_text(MEMORY)} of memory"
+        return "damaged: there is not enough memory to read it"
     except Exception as error:
-        status, reason = REFUSED, one_line(getattr(error, "strerror", None) or error, 200)
-    sys.stdout.write(reason)
-    sys.stdout.flush()
-    os._exit(status)  # the library may not survive its own end
+        return f"damaged: {one_line(getattr(error, 'strerror', None) or error, 200)}"
+    return ""
+
+
+def main() -> None:
+    """Read the files that come as lines, each with the seconds it may take; answer in lines."""
+    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the libraries may print
+
+    def answer(line: str) -> None:
+        answers.write(line)
+        answers.flush()
+
+    for line in sys.stdin:
+        path, seconds, whole = json.loads(line)
+        answer(json.dumps(_reason(Path(path), seconds, whole, lambda: answer(OPENED))) + "\n")
+    os._exit(0)  # the library may not survive its own end
 
 
 if __name__ == "__main__":
