@@ -31,6 +31,7 @@ __all__ = [
     "Law",
     "LawFacts",
     "covers",
+    "is_flat",
     "is_power",
     "law_of",
     "load_terms",
@@ -221,6 +222,19 @@ def law_of(
 def is_power(law: Law) -> bool:
     """Whether a law is a power of the speed: then every periodic solution is stable."""
     return law.kind == POWER
+
+
+@inlined
+def is_flat(law: Law) -> bool:
+    """Whether a law does not depend on the speed at all, as an exponent 0: a closure sets the mean.
+
+    One that is flat at the nominal speed alone, or a table that is flat there, holds no speed.
+    """
+    flat = law.kind != TABLE
+    for q in (0.25, 4.0, 1.0):
+        value, slope = load_terms(q, law)
+        flat = flat and value == 1.0 and slope == 0.0
+    return flat
 
 
 @inlined

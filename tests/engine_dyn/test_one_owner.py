@@ -74,6 +74,23 @@ def test_every_law_is_one_at_the_nominal_speed(kind: int) -> None:
         assert laws.slope_and_sign(*given, form)[0] == pytest.approx(slope, rel=1e-13)
 
 
+def test_a_law_is_flat_where_it_is_flat_at_every_speed() -> None:
+    none = np.zeros((3, 0))
+    flat_table = np.array([[50.0, 99.0], [3.0, 3.0], [0.0, 0.0]])
+    # The motor has its breakdown torque at the nominal speed 80 rad/s: flat there alone.
+    cases = (
+        ("power_law", (0.0, 0.0), none, True),
+        ("power_law", (1e-9, 0.0), none, False),
+        ("motor", (100.0, 0.2), none, False),
+        ("table", (0.0, 0.0), flat_table, False),
+    )
+    names = [facts.name for facts in laws.LAWS]
+    for name, numbers, table, flat in cases:
+        form = laws.Form(names.index(name), 1.0, False, table)
+        law, _ = laws.law_of(80.0, *numbers, 1.0, form)
+        assert laws.is_flat(law) == flat, (name, numbers)
+
+
 def test_keywords_of_periodic_speed_have_the_defaults_of_the_inputs() -> None:
     keywords = inspect.signature(periodic_speed).parameters
     for name in ("gear_ratio", "load_phase", "load_scale", "start_angle"):

@@ -86,11 +86,7 @@ def fit_law(
         least, most = math.inf, -math.inf
         for m in range(size):
             q = 1.0 + centre + half * _POINTS[i, m]
-            values[m] = load_terms(q, law)[0] - 1.0
-            if flat and values[m] == 0.0:
-                values[m] = closing_function(q, closure)
-            elif flat:  # at the nominal speed alone
-                return 0, 0.0, 1.0
+            values[m] = closing_function(q, closure) if flat else load_terms(q, law)[0] - 1.0
             least, most = min(least, values[m]), max(most, values[m])
         for n in range(size):
             total = 0.0

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import POWER, Form, law_of
+from engine_dyn.loads.laws import POWER, Form, is_flat, law_of
 from engine_dyn.speed.batch.block import (
     HALO,
     LEFT,
@@ -183,7 +183,7 @@ def begin_rest(
         terms, lanes.centre[0, k], lanes.half[0, k] = fit_law(
             law, flat, closure, lanes.low[0, k], lanes.high[0, k], k, scratch.law, scratch.values
         )
-        if terms == 0:
+        if terms == 0 or (flat and not is_flat(law)):
             lanes.state[0, k] = LEFT
         longest = max(longest, terms)
     return longest

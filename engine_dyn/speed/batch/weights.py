@@ -58,8 +58,6 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     # No load drives, no driver brakes, and both oppose deviations or do not depend on the speed.
     with np.errstate(invalid="ignore"):
         solvable = (designs.kappa * sign > 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
-    if LAWS[form.kind].torque is None:  # a table without slope holds no speed
-        solvable &= slope != 0.0
     x = np.where(solvable, np.maximum(step, TINY * width), TINY * width)
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import TABLE, Law, is_power, law_of, load_terms
+from engine_dyn.loads.laws import Law, is_flat, is_power, law_of, load_terms
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
@@ -145,11 +145,8 @@ def begin_design(
     closed = is_power(law) and (law.first == 0.0 or law.first == 2.0)
     if task.method == CLOSED and not closed:
         code = INVALID_INPUT
-    # A table is never flat: one that does not change with the speed is refused, it holds none.
-    flat, slope = law.kind != TABLE, 0.0
-    for q in (0.25, 4.0, 1.0):
-        value, slope = load_terms(q, law)
-        flat = flat and value == 1.0 and slope == 0.0
+    _, slope = load_terms(1.0, law)
+    flat = is_flat(law)
     return Design(designs.unsure[which], kappa, law, slope, flat, designs.speed[which]), code
 
 
