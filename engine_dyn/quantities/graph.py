@@ -8,6 +8,7 @@ adds; nobody writes axes by hand.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -167,6 +168,7 @@ ALL_QUANTITIES: Mapping[str, Node] = MappingProxyType({**QUANTITIES, **CURVE_MEA
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 
 
+@functools.cache
 def select(name: str, *words: str) -> Node:
     """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
     for node in NODES[name]:

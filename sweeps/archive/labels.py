@@ -33,7 +33,6 @@ from sweeps.planning.plausibility import implausible_results, plausibility_warni
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
-from sweeps.scene.variants import variant_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,7 +158,7 @@ def describe(
                 about = {**about, **_flags(node, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     for name, column in (scene.reference.columns if scene.reference else {}).items():
-        node = select(name, *variant_words(scene))
+        node = select(name, *scene.words)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
         attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""
@@ -195,7 +194,7 @@ def _about_several(plan: Plan, name: str) -> dict[str, Any]:
     """Attributes of a result of several engines: those of the first that has it."""
     parts = (plan.whole or plan).parts
     plans = [part.plan for part in parts if name in part.plan.outputs]
-    each = [_attributes(one, select(name, *variant_words(one.scene))) for one in plans]
+    each = [_attributes(one, select(name, *one.scene.words)) for one in plans]
     attributes = each[0]
     if any(other.get("units") != attributes.get("units") for other in each):
         attributes.pop("units", None)

@@ -182,8 +182,9 @@ class SpeedsOfRecordings:
 
 def _first_value(scene: Scene, key: str) -> float:
     """Value that a scene gives, or that follows from others, as the mass from piston and rod."""
-    given = scene.given(key)
-    return float(given[1][0]) if given is not None else value_of(scene, key) / PARAMETERS[key].si
+    if scene.gives(key):
+        return float(scene.given[key].values[0])
+    return value_of(scene, key) / PARAMETERS[key].si
 
 
 def _run(scene: Scene) -> Floats:

@@ -37,7 +37,6 @@ from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
-from sweeps.scene.variants import variant_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -276,7 +275,7 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
 
 def _damping(scene: Scene, computed: xr.Dataset, place: int, speed: Floats) -> Floats:
     """Of c of docs/method.md (141) what the load is, times the inertia; 0 but for a + k w^alpha."""
-    if "power_law" not in variant_words(scene) or "load_coefficient" not in computed:
+    if "power_law" not in scene.words or "load_coefficient" not in computed:
         return np.zeros(speed.size)
     assert scene.measured is not None
     coefficient = np.asarray(

@@ -17,7 +17,6 @@ from sweeps.errors import SceneError
 from sweeps.planning.leaves import given_values, leaves_of
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
-from sweeps.scene.variants import variant_words
 
 __all__ = ["LEFT_OUT", "OneEngine", "engine_of", "value_of"]
 
@@ -116,7 +115,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
     SceneError
         In one line, for engines that are not followed.
     """
-    words = variant_words(scene)
+    words = scene.words
     for word, must in left_out.items():
         if word in words:
             raise SceneError(f"{where}: {must}")
@@ -135,7 +134,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
 
 def values_of(scene: Scene, names: Iterable[str]) -> list[float]:
     """Parameters or quantities without dimensions [SI], the means of designs that differ."""
-    words = variant_words(scene)
+    words = scene.words
     leaves = leaves_of(scene, words, given_values(scene, words), {})
 
     def of(name: str) -> Any:

@@ -26,8 +26,6 @@ from sweeps.planning.leaves import LOOKED_AT, cycles_known
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
-from sweeps.scene.driven import driven_machine
-from sweeps.scene.variants import variant_words
 
 __all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "text", "work_of"]
 
@@ -218,7 +216,7 @@ def _table_count(plan: Plan, stage: Stage) -> float:
 
 def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of making columns, and of adding them up to the tables of designs."""
-    words = variant_words(plan.scene)
+    words = plan.scene.words
     engines = list(plan.leaves["cylinders_by_count"].data.values())
     # Columns are sums over the cylinders that are no copies of each other.
     cylinders = sum(len(engine.representatives) * _cycle_nodes(engine) for engine in engines)
@@ -272,7 +270,7 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of the periodic speed of all designs of a stage."""
     scene = plan.scene
     linear = 0.0
-    if "power_law" in variant_words(scene) and scene.closure == "power_mean":
+    if "power_law" in scene.words and scene.closure == "power_mean":
         linear = float(np.mean(np.isin(plan.leaves["load_exponent"].data, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
@@ -331,7 +329,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
             lines.append(f"  solved by: {', '.join(dict.fromkeys(map(mechanism, solved)))}")
         if repeated:
             lines.append(f"  method {', '.join(repeated)}: whole cycles, repeated from a start")
-        traces = [name for name in ("omega", "angular_acceleration") if plan.has(name)]
+        traces = [name for name in ("omega", "angular_acceleration") if name in plan.computed]
         kept = f"{', '.join(traces)}, {plan.sizes['crank_angle']} angles each" if traces else "none"
         lines.append(f"  traces over crank angle kept: {kept}")
     return lines
@@ -341,7 +339,7 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    load = driven_machine(plan.scene).over_angle
+    load = plan.scene.driven.over_angle
     repeats = [0]  # what every number divides
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
@@ -372,10 +370,8 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
-    if "power_law" not in variant_words(plan.scene):
-        return [
-            f"{'driver' if driven_machine(plan.scene).has_driver else 'load'} over speed iterates"
-        ]
+    if "power_law" not in plan.scene.words:
+        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]
@@ -394,11 +390,11 @@ def _skipped(plan: Plan) -> list[str]:
     uses_pressure = any("family" in stage.node.needs for stage in plan.stages)
     if not uses_pressure:
         lines.append(f"skipped: cylinder pressure and gas work, {nothing} them")
-    if not plan.has("speed_solution"):
+    if "speed_solution" not in plan.computed:
         lines.append(f"skipped: the periodic speed, {nothing} it")
-    if not plan.has("torque_solution"):
+    if "torque_solution" not in plan.computed:
         lines.append(f"skipped: extremes of torque and work, {nothing} them")
-    names = [name for name in QUANTITIES if not plan.has(name)]
+    names = [name for name in QUANTITIES if name not in plan.computed]
     if names:
         lines += _wrapped("skipped, because not requested: ", names)
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]

@@ -33,11 +33,9 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.types import Booleans, Floats, Integers
-from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.reading.engine_files import RATIO
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
 
 __all__ = ["LOOKED_AT", "Value", "cycles_known", "given_values", "leaves_of", "points_of"]
@@ -79,26 +77,20 @@ def given_values(scene: Scene, words: Sequence[str]) -> dict[str, Value]:
 
     `words` are those of the scene, which select variants of quantities.
     """
-    of_scene: dict[str, Value] = {}
-    for key, number in scene.settings.items():
-        of_scene[key] = Value(np.float64(number))
-    for key, values in scene.axes.items():
-        if key in PARAMETERS:
-            of_scene[key] = Value(np.asarray(values, dtype=np.float64), (key,))
-    for key, column in scene.designs.items():
-        of_scene[key] = Value(np.asarray(column, dtype=np.float64), (DESIGN,))
+    single = {**UNLESS_GIVEN, **_own_values(scene, words)}
     for key in SOLVER_COLUMNS:
-        single = getattr(scene, key)
-        if single is not None:
-            of_scene[key] = Value(np.float64(single))
-    single_values = {**UNLESS_GIVEN, **_own_values(scene, words, of_scene)}
-    given = {key: Value(np.float64(number)) for key, number in single_values.items()}
-    return {k: Value(v.data, v.dims, PARAMETERS[k].si) for k, v in (given | of_scene).items()}
+        if getattr(scene, key) is not None:
+            single[key] = getattr(scene, key)
+    found = {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in single.items()}
+    for key, given in scene.given.items():
+        if key in PARAMETERS:
+            values = np.asarray(given.values, dtype=np.float64)
+            data = values if given.dims else values[0]
+            found[key] = Value(data, given.dims, PARAMETERS[key].si)
+    return found
 
 
-def _own_values(
-    scene: Scene, words: Sequence[str], of_scene: Mapping[str, Value]
-) -> dict[str, float]:
+def _own_values(scene: Scene, words: Sequence[str]) -> dict[str, float]:
     """Values of the engine that the scene leaves in force.
 
     Where the words of a scene select a derived variant of a parameter that has a given variant too
@@ -115,7 +107,7 @@ def _own_values(
     return {
         key: value
         for key, value in own.items()
-        if not derived(key) and REPLACED_BY.get(key) not in of_scene
+        if not derived(key) and REPLACED_BY.get(key) not in scene.given
     }
 
 
@@ -171,7 +163,7 @@ def leaves_of(
         follows = scene.characteristic is not None  # the scale then tells whether it is reached
         leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
     leaves |= {name: Value(np.float64(value)) for name, value in _neutral(words).items()}
-    driven = driven_machine(scene)
+    driven = scene.driven
     if not driven.geared:
         leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -38,7 +39,6 @@ from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 from sweeps.scene.representations import html_tables, named_some
-from sweeps.scene.variants import variant_words
 
 __all__ = ["Part", "Plan", "Stage", "make_plan", "plan"]
 
@@ -58,7 +58,7 @@ class Stage:
     dims: tuple[str, ...]
     size: int
 
-    @property
+    @cached_property
     def axes(self) -> tuple[str, ...]:
         """Dimensions of designs, without those that quantities add."""
         return tuple(d for d in self.dims if d not in DIMENSIONS)
@@ -166,18 +166,18 @@ class Plan:
         """Size of the variables of the archive, uncompressed."""
         return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.name in self.outputs)
 
+    @cached_property
+    def computed(self) -> dict[str, Stage]:
+        """Stages by their names."""
+        return {stage.node.name: stage for stage in self.stages}
+
     def dims(self, name: str) -> tuple[str, ...]:
         """Dimensions of a result or of something given."""
-        found = {s.node.name: s.dims for s in self.stages}
-        return found[name] if name in found else self.leaves[name].dims
-
-    def has(self, name: str) -> bool:
-        """Whether a stage of this name is computed."""
-        return any(s.node.name == name for s in self.stages)
+        return self.computed[name].dims if name in self.computed else self.leaves[name].dims
 
     def wanted(self, stage: Stage) -> tuple[str, ...]:
         """Results of a stage that the plan uses."""
-        return tuple(name for name in stage.node.gives if self.has(name))
+        return tuple(name for name in stage.node.gives if name in self.computed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,7 @@ def make_plan(scene: Scene) -> Plan:
     """
     if scene.beside:
         return _plan_of_several(scene)
-    words = variant_words(scene)
+    words = scene.words
     given = given_values(scene, words)
     points = points_of(scene, given)
     leaves = leaves_of(scene, words, given, points)

@@ -23,7 +23,6 @@ from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, printable
 from sweeps.planning.plan import Plan
 from sweeps.scene.model import Scene
-from sweeps.scene.variants import variant_words
 
 __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
 
@@ -105,7 +104,7 @@ class _Given:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self.words = variant_words(plan.scene)
+        self.words = plan.scene.words
 
     def base(self, check: Check) -> dict[str, Any] | None:
         """Numbers and columns, in the units of files, that a measure follows from.

@@ -7,27 +7,26 @@ from __future__ import annotations
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
-from sweeps.scene.model import Scene
+from sweeps.reading.torque_tables import TorqueTables
 from sweeps.scene.values import GivenValues
 
 __all__ = ["driven_machine", "motor_of_slip"]
 
 
-def driven_machine(scene: Scene) -> DrivenMachine:
+def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
     """Load tables, driver tables and motor of a scene, or else of its engine."""
-    load = scene.torque_tables.load or scene.engine.load_table
-    motor = scene.torque_tables.driver is None and (
-        scene.gives(*MOTOR_KEYS)
-        or (scene.engine.driver_table is None and scene.engine_gives(*MOTOR_KEYS))
+    engine = values.engine
+    load = tables.load or engine.load_table
+    motor = tables.driver is None and (
+        values.gives(*MOTOR_KEYS)
+        or (engine.driver_table is None and values.engine_gives(*MOTOR_KEYS))
     )
     return DrivenMachine(
         over_angle=load if isinstance(load, TorqueOverAngle) else None,
         load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
-        driver_over_speed=(
-            None if motor else scene.torque_tables.driver or scene.engine.driver_table
-        ),
+        driver_over_speed=None if motor else tables.driver or engine.driver_table,
         motor=motor,
-        load_law=_load_law(scene),
+        load_law=_load_law(values),
     )
 
 

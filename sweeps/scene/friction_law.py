@@ -14,8 +14,8 @@ FIRST, BY_COMPONENT = FRICTION_LAWS
 
 def friction_law(values: GivenValues) -> str:
     """Name of the law: that of the scene, or else of its engine."""
-    _, given = values.given_or_own("friction_law", 1.0)
-    return FRICTION_LAWS[int(given[0]) - 1]
+    number = values.given_or_own("friction_law", 1.0).values[0]
+    return FRICTION_LAWS[int(number) - 1]
 
 
 def over_stroke(values: GivenValues) -> bool:

@@ -8,21 +8,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
+from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, one_line
 from sweeps.reading.torque_tables import TorqueTables
+from sweeps.scene.driven import driven_machine
 from sweeps.scene.measured import Measured
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
+from sweeps.scene.variants import variant_words
 
 __all__ = ["Beside", "Reference", "Scene"]
 
@@ -184,6 +188,19 @@ class Scene(GivenValues):
             ("method", ", ".join(self.methods)),
         ]
         return html_tables(f"Scene: {self.title}", rows)
+
+    @cached_property
+    def words(self) -> tuple[str, ...]:
+        """Words that select the variants of quantities: see `sweeps.scene.variants`."""
+        return variant_words(
+            self, closure=self.closure, measured=self.indicator is not None,
+            described=self.described, driven=self.driven, follows=self.characteristic is not None,
+        )  # fmt: skip
+
+    @cached_property
+    def driven(self) -> DrivenMachine:
+        """What loads and drives the crankshaft."""
+        return driven_machine(self, self.torque_tables)
 
     @property
     def engines(self) -> tuple[Engine, ...]:

@@ -336,7 +336,10 @@ def _assembled(
     if indicated.confidential:
         check_quantities(given.output.quantities, name)
     return Scene(
-        **vars(values),
+        engine=engine,
+        settings=settings,
+        axes=values.axes,
+        designs=designs,
         title=one_line(given.title or f"Scene on {engine.title}"),
         dimensions=dimensions,
         labels=labels,

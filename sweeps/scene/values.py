@@ -6,15 +6,37 @@ The engine's own values hold wherever the scene gives none.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
+from sweeps.dimensions import DESIGN
 
-__all__ = ["GivenValues"]
+__all__ = ["Given", "GivenValues"]
+
+
+class Given(NamedTuple):
+    """Where a scene gives a parameter, and what.
+
+    Attributes
+    ----------
+    table : str
+        `set`, `axes` or `designs`; empty for a value of the engine, and for a default.
+    values : ndarray
+        Its values there, in the units of files; one of them where it does not vary.
+    dims : tuple of str
+        The dimension along which it varies.
+    """
+
+    table: str
+    values: npt.NDArray[Any]
+    dims: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,50 +60,51 @@ class GivenValues:
     axes: dict[str, Floats | tuple[str, ...]]
     designs: dict[str, Floats]
 
+    @cached_property
+    def given(self) -> dict[str, Given]:
+        """What the scene gives, by its keys; found once, and only looked up from then on."""
+        return {
+            **{k: Given("axes", np.asarray(values), (k,)) for k, values in self.axes.items()},
+            **{k: Given("designs", column, (DESIGN,)) for k, column in self.designs.items()},
+            **{k: Given("set", np.array([value]), ()) for k, value in self.settings.items()},
+        }
+
     def gives(self, *keys: str) -> bool:
         """Whether the scene gives any of these parameters."""
-        places = (self.settings, self.axes, self.designs)
-        return any(key in place for key in keys for place in places)
+        return not self.given.keys().isdisjoint(keys)
 
     def engine_gives(self, *keys: str) -> bool:
         """Whether the engine gives any of these parameters."""
-        return any(key in self.engine.values for key in keys)
-
-    def given(self, key: str) -> tuple[str, Floats] | None:
-        """Table of the scene that gives a parameter, and its values there; None where none does."""
-        if key in self.settings:
-            return "set", np.array([self.settings[key]])
-        if key in self.designs:
-            return "designs", self.designs[key]
-        values = self.axes.get(key)
-        return None if values is None else ("axes", np.asarray(values, dtype=float))
+        return not self.engine.values.keys().isdisjoint(keys)
 
     def table_of(self, key: str) -> str:
         """Table of the scene that gives a parameter; [set] where none does."""
-        return (self.given(key) or ("set", None))[0]
+        return self.given[key].table if key in self.given else "set"
 
-    def given_or_own(self, key: str, default: float = np.nan) -> tuple[str, Floats]:
-        """Table and values of a parameter; the engine's value has no table.
+    def given_or_own(self, key: str, default: float = np.nan) -> Given:
+        """A parameter of the scene, or else of the engine.
 
         `default` is the value where the engine has none.
         """
-        return self.given(key) or ("", np.array([self.engine.values.get(key, default)]))
+        return self.given.get(key) or Given(
+            "", np.array([self.engine.values.get(key, default)]), ()
+        )
 
     def nonzero(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
-        return bool(self.given_or_own(key, 0.0)[1].any())
+        return bool(self.given_or_own(key, 0.0).values.any())
 
     @property
     def counts(self) -> list[int]:
         """Numbers of cylinders that the scene has, each once."""
-        return [int(count) for count in np.unique(self.given_or_own("cylinders")[1])]
+        return [int(count) for count in np.unique(self.given_or_own("cylinders").values)]
 
-    @property
+    @cached_property
     def cylinder_keys(self) -> tuple[str, ...]:
         """Parameters of single cylinders that the scene gives."""
-        return tuple(key for key in OF_CYLINDER if self.gives(key))
+        return tuple(key for key in OF_CYLINDER if key in self.given)
 
-    @property
+    @cached_property
     def cycle_keys(self) -> tuple[str, ...]:
         """Parameters of the modelled cycle that the scene replaces."""
-        return tuple(key for key in CYCLE_KEYS if self.gives(key))
+        return tuple(key for key in CYCLE_KEYS if key in self.given)

@@ -5,65 +5,79 @@ What each word means stands in `engine_dyn.quantities.variants`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.reading.engine_files import GEOMETRIC
-from sweeps.scene.driven import driven_machine, motor_of_slip
+from sweeps.scene.driven import motor_of_slip
 from sweeps.scene.friction_law import friction_law, over_stroke
-from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
 __all__ = ["variant_words"]
 
 
-def variant_words(scene: Scene) -> tuple[str, ...]:
-    """Words that select variants: one of each group of `engine_dyn.quantities.variants`."""
-    over_speed = scene.indicator is None and isinstance(scene.engine.family, FamilyGrid)
-    if scene.gives("recorded_cycle"):
+def variant_words(
+    values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
+    driven: DrivenMachine, follows: bool,
+) -> tuple[str, ...]:  # fmt: skip
+    """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
+
+    Parameters
+    ----------
+    values : GivenValues
+        What scene and engine give.
+    closure : str
+        What the nominal speed means.
+    measured : bool
+        Whether a measured diagram replaces those of the engine.
+    described : sequence of Cylinders
+        Cylinders that scene or engine say more of than their number.
+    driven : DrivenMachine
+        What loads and drives the crankshaft.
+    follows : bool
+        Whether the load follows from a torque over the speed.
+    """
+    over_speed = not measured and isinstance(values.engine.family, FamilyGrid)
+    if values.gives("recorded_cycle"):
         diagrams = "over_cycles"
     else:
         diagrams = "over_speed" if over_speed else "over_load"
-    scaled = scene.indicator is None and scene.engine.pressure_scale is not None
+    scaled = not measured and values.engine.pressure_scale is not None
     return (
-        scene.closure,
-        *_cylinder_words(scene),
-        friction_law(scene),
+        closure,
+        *_cylinder_words(values, described),
+        friction_law(values),
         diagrams,
-        "auxiliaries" if scene.nonzero("auxiliary_torque") else "bare",
-        "own_cycles" if scene.cycle_keys else "given_cycles",
-        "volume_given" if scene.gives(GEOMETRIC) else "volume_of_diagrams",
+        "auxiliaries" if values.nonzero("auxiliary_torque") else "bare",
+        "own_cycles" if values.cycle_keys else "given_cycles",
+        "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
-        *_load_words(scene),
-        "characteristic" if scene.characteristic is not None else "given_load",
-        *_inertia_words(scene),
-        "load_inertia" if scene.nonzero("load_inertia") else "no_load_inertia",
-        *_balance_words(scene),
+        driven.law,
+        "with_driver" if driven.has_driver else "no_driver",
+        "steady_load" if driven.over_angle is None else "angle_load",
+        "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
+        "characteristic" if follows else "given_load",
+        *_inertia_words(values),
+        "load_inertia" if values.nonzero("load_inertia") else "no_load_inertia",
+        *_balance_words(values),
     )
 
 
-def _cylinder_words(scene: Scene) -> tuple[str, ...]:
-    centred = not (scene.nonzero("pin_offset") or scene.nonzero("crank_offset"))
-    engines = scene.described
-    varied = {OF_CYLINDER[key].what for key in scene.cylinder_keys}
-    equal = all(engine.equal for engine in engines) and not scene.nonzero("misfire")
+def _cylinder_words(values: GivenValues, engines: Sequence[Cylinders]) -> tuple[str, ...]:
+    centred = not (values.nonzero("pin_offset") or values.nonzero("crank_offset"))
+    varied = {OF_CYLINDER[key].what for key in values.cylinder_keys}
+    equal = all(engine.equal for engine in engines) and not values.nonzero("misfire")
     equal = equal and varied <= {"firing_angle"}
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     return (
         "centred" if centred else "offset",
         "equal" if equal else "unequal",
         "equal_throws" if throws else "unequal_throws",
-        "stroke_friction" if over_stroke(scene) else "uniform_friction",
-    )
-
-
-def _load_words(scene: Scene) -> tuple[str, ...]:
-    driven = driven_machine(scene)
-    return (
-        driven.law,
-        "with_driver" if driven.has_driver else "no_driver",
-        "steady_load" if driven.over_angle is None else "angle_load",
-        "motor_of_slip" if motor_of_slip(scene) else "motor_of_speed",
+        "stroke_friction" if over_stroke(values) else "uniform_friction",
     )
 
 

@@ -12,7 +12,6 @@ from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
-from sweeps.scene.variants import variant_words
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -137,7 +136,7 @@ ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles", "over_cycles"}
 
 @pytest.mark.parametrize("scene", [*built_in_scenes(), *VARIED], ids=str)
 def test_a_scene_has_one_word_of_each_group(scene: Any) -> None:
-    words = variant_words(read_scene(_complete(scene)))
+    words = read_scene(_complete(scene)).words
     assert len(words) == len(ALTERNATIVES)
     for group in ALTERNATIVES:
         assert len(group.keys() & set(words)) == 1, group
@@ -145,7 +144,7 @@ def test_a_scene_has_one_word_of_each_group(scene: Any) -> None:
 
 def test_scenes_have_every_word() -> None:
     scenes = [read_scene(_complete(scene)) for scene in (*built_in_scenes(), *VARIED)]
-    assert {word for scene in scenes for word in variant_words(scene)} | ELSEWHERE == set(WORDS)
+    assert {word for scene in scenes for word in scene.words} | ELSEWHERE == set(WORDS)
 
 
 def _complete(scene: Any) -> Any:

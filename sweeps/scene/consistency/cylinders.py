@@ -47,7 +47,7 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
         for end in (np.min, np.max):
             values = {}
             for key in keys:
-                table, given = scene.given_or_own(key)
+                table, given, _ = scene.given_or_own(key)
                 values[key] = float(end(given)) * PARAMETERS[key].si
                 try:
                     with_values(engine, {key: values[key]})
@@ -60,8 +60,8 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
 
 def check_misfire(values: GivenValues, name: str) -> None:
     """Check that the cylinder that does not burn is one of the engine's in every combination."""
-    table, silent = values.given_or_own("misfire", 0.0)
-    of_count, counts = values.given_or_own("cylinders")
+    table, silent, _ = values.given_or_own("misfire", 0.0)
+    of_count, counts, _ = values.given_or_own("cylinders")
     if not of_count == table == "designs":  # not column by column: all with all
         silent, counts = silent.max(keepdims=True), counts.min(keepdims=True)
     wrong = np.flatnonzero(silent > counts)

@@ -22,10 +22,10 @@ OF_COMPONENTS = frozenset(node.name for node in NODES if node.public)
 
 def check_friction_law(scene: Scene, name: str) -> None:
     """Check that there is one law of the friction, that its keys are given, and no other's."""
-    place = scene.given("friction_law")
-    if place is not None and place[0] != "set":
+    table = scene.table_of("friction_law")
+    if table != "set":
         raise SceneError(
-            f"{name}: [{place[0]}] friction_law: must be one value, in [set] or the engine file; "
+            f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
             "compare scenes with different laws by `engine-dyn compare`"
         )
     by_component = friction_law(scene) == BY_COMPONENT
@@ -53,7 +53,7 @@ def check_friction_fractions(values: GivenValues, name: str) -> None:
     total: Any = 0.0
     of_designs: Any = 0.0
     for key in STROKE_SHARES:
-        table, fractions = values.given_or_own(key, 0.0)
+        table, fractions, _ = values.given_or_own(key, 0.0)
         if table == "designs":
             of_designs = of_designs + fractions
         else:

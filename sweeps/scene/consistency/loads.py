@@ -13,7 +13,6 @@ from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
-from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
 
 __all__ = ["check_driven"]
@@ -21,7 +20,7 @@ __all__ = ["check_driven"]
 
 def check_driven(scene: Scene, name: str) -> None:
     """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
-    driven = driven_machine(scene)
+    driven = scene.driven
     _check_drivers(driven, scene, name)
     _check_load_law(driven, scene, name)
     _check_methods(driven, scene, name)
@@ -29,7 +28,7 @@ def check_driven(scene: Scene, name: str) -> None:
         what = "load_table" if driven.load_over_speed is not None else "driver_table"
         _check_speeds(driven.over_speed, what, scene, name)
     if driven.over_angle is not None:
-        table, ratios = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
+        table, ratios, _ = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
         try:
             repeats_of(driven.over_angle, ratios, scene.engine.period)
         except ValueError as error:
@@ -67,7 +66,7 @@ def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
     columns: list[Any] = []
     zero = True
     for key in law.keys:
-        table, values = scene.given_or_own(key, 0.0)
+        table, values, _ = scene.given_or_own(key, 0.0)
         if table == "designs":
             columns.append(values)
         else:
@@ -94,12 +93,12 @@ def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
 
 def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) -> None:
     """Check that a table over speed covers all nominal speeds, at the load's own where it has."""
-    table, speeds = scene.given_or_own("speed")
+    table, speeds, _ = scene.given_or_own("speed")
     where = f"[{table}] speed" if table else f"speed of engine {scene.engine.name}"
     low, high = curve.low / RPM, curve.high / RPM
     gears = np.ones(1)
     if curve.own_speed:
-        of_gear, gears = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
+        of_gear, gears, _ = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
         if not of_gear == table == "designs":  # not column by column: all with all
             speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
     there = gears * speeds

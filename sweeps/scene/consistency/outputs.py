@@ -27,7 +27,6 @@ from sweeps.reading.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.consistency.cylinders import check_throws
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
-from sweeps.scene.variants import variant_words
 
 __all__ = ["check_needs", "check_output", "check_start"]
 
@@ -104,7 +103,7 @@ def check_needs(scene: Scene, name: str) -> None:
     SceneError
         With all parameters that are missing, and the quantities that need them.
     """
-    words = variant_words(scene)
+    words = scene.words
     given = _known_values(scene, words) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
     missing: dict[str, list[str]] = {}
     for quantity in scene.quantities:
@@ -172,9 +171,10 @@ def check_start(scene: Scene, name: str) -> None:
     """
     if AT_START not in scene.quantities:
         return
-    given = scene.given(START_ANGLE)
     single = UNLESS_GIVEN[START_ANGLE] if scene.start_angle is None else scene.start_angle
-    table, angles = given or ("solver", np.array([single]))
+    table, angles = "solver", np.array([single])
+    if scene.gives(START_ANGLE):
+        table, angles, _ = scene.given[START_ANGLE]
     steps = (angles - 0.5 * math.degrees(scene.engine.period)) / scene.angle_step
     off = np.abs(steps - np.rint(steps)) > 1e-9
     if off.any():

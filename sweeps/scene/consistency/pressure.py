@@ -14,7 +14,6 @@ from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
-from sweeps.scene.variants import variant_words
 
 __all__ = [
     "MOST_DIAGRAMS",
@@ -34,10 +33,10 @@ which takes about a tenth of a megabyte. Modelled cycles of the scene are made b
 def check_load(scene: Scene, name: str) -> None:
     """Check that the engine's diagrams cover all loads."""
     family = scene.engine.family
-    given = scene.given("load")
+    given = scene.given.get("load")
     if given is None or scene.indicator is not None:
         return
-    table, loads = given
+    table, loads, _ = given
     bad = (loads < family.low) | (loads > family.high)
     if bad.any():
         if family.low == family.high:
@@ -52,10 +51,10 @@ def check_load(scene: Scene, name: str) -> None:
 
 def check_recorded_cycles(scene: Scene, name: str) -> None:
     """Check that the numbers of recorded cycles are those of cycles that were read."""
-    given = scene.given("recorded_cycle")
+    given = scene.given.get("recorded_cycle")
     if given is None:
         return
-    table, numbers = given
+    table, numbers, _ = given
     count = len(scene.recorded_cycles)
     if not count:
         raise SceneError(
@@ -71,10 +70,10 @@ def check_recorded_cycles(scene: Scene, name: str) -> None:
 def check_speed(scene: Scene, name: str) -> None:
     """Check that the engine's pressure scale, or its diagrams over speed, cover all speeds."""
     family, scale = scene.engine.family, scene.engine.pressure_scale
-    given = scene.given("speed")
+    given = scene.given.get("speed")
     if given is None or scene.indicator is not None:
         return
-    table, speeds = given
+    table, speeds, _ = given
     if scale is not None:
         low, high = float(scale[0][0]), float(scale[0][-1])
         bad = (speeds < low) | (speeds > high)
@@ -111,7 +110,7 @@ def check_cycles(scene: Scene, name: str) -> None:
 
 def check_diagram_count(scene: Scene, name: str) -> None:
     """Check that given diagrams that change with the speed are not too many."""
-    if scene.cycle_keys or "over_speed" not in variant_words(scene):
+    if scene.cycle_keys or "over_speed" not in scene.words:
         return
     varying = {"loads": ("load",), "speeds": ("speed",)}
     counts = {}
@@ -133,8 +132,8 @@ def check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one."""
     engines = extreme_cylinders(scene, name)
     factors = {factor for engine in engines for factor in engine.pressure_factors}
-    silent = scene.given("misfire")
-    if factors <= {1.0} and (silent is None or not silent[1].any()):
+    silent = scene.given.get("misfire")
+    if factors <= {1.0} and (silent is None or not silent.values.any()):
         return
     of_one = [k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor"]
     key = "misfire" if silent is not None else of_one[0] if of_one else "pressure_factor"

@@ -14,18 +14,17 @@ from sweeps.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
-from sweeps.scene.variants import variant_words
 
 __all__ = ["check_offset", "check_rod", "check_throw_radii"]
 
 
 def check_rod(values: GivenValues, name: str) -> None:
     """Check that the rod is longer than half the stroke in every combination of the scene."""
-    given = values.given("rod_length")
+    given = values.given.get("rod_length")
     if given is None:
         return
-    table, rods = given
-    of_stroke, strokes = values.given_or_own("stroke", 0.0)
+    table, rods, _ = given
+    of_stroke, strokes, _ = values.given_or_own("stroke", 0.0)
     if not of_stroke == table == "designs":  # not column by column: all with all
         rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
     short = np.flatnonzero(rods <= strokes / 2.0)
@@ -39,7 +38,7 @@ def check_rod(values: GivenValues, name: str) -> None:
 
 def check_offset(scene: Scene, name: str) -> None:
     """Check that the crank turns in every combination of the scene: |e| + r < l."""
-    if "centred" in variant_words(scene):
+    if "centred" in scene.words:
         return
     has_rod = scene.gives("rod_length")
     key = "rod_length" if has_rod else "crank_ratio"
@@ -60,7 +59,7 @@ def check_offset(scene: Scene, name: str) -> None:
                 engine.check_turning(ratio, (pin + crank) / radius)
         except ValueError as error:
             offset = next(k for k in ("pin_offset", "crank_offset") if columns[k][0].any())
-            table = scene.given_or_own(offset)[0]
+            table = scene.given_or_own(offset).table
             where = f"[{table}] " if table else f"engine {scene.engine.name} "
             raise SceneError(f"{name}: {where}{offset}: {mentioned(error)}") from None
 
@@ -71,22 +70,22 @@ def _worst(values: GivenValues, parameter: str) -> list[Floats]:
     NaN where neither scene nor engine has a value.
     """
     default = 0.0 if parameter.endswith("offset") else np.nan
-    table, found = values.given_or_own(parameter, default)
-    if table == "designs":
-        return [found]
-    return [np.array([value]) for value in {found.min(), found.max()}]
+    found = values.given_or_own(parameter, default)
+    if found.table == "designs":
+        return [found.values]
+    return [np.array([value]) for value in {found.values.min(), found.values.max()}]
 
 
 def check_throw_radii(scene: Scene, name: str) -> None:
     """Check that the crank turns on throws of unequal radius; see `check_offset` for offsets."""
-    words = variant_words(scene)
+    words = scene.words
     if "equal_throws" in words or "offset" in words:
         return
     if scene.gives("rod_length"):
-        strokes, rods = scene.given_or_own("stroke", 0.0)[1], scene.given_or_own("rod_length")[1]
-        ratio = 0.5 * float(strokes.max()) / float(rods.min())
+        stroke = float(scene.given_or_own("stroke", 0.0).values.max())
+        ratio = 0.5 * stroke / float(scene.given["rod_length"].values.min())
     else:
-        ratio = float(scene.given_or_own("crank_ratio", 0.0)[1].max())
+        ratio = float(scene.given_or_own("crank_ratio", 0.0).values.max())
     for engine in extreme_cylinders(scene, name):
         try:
             engine.check_turning(ratio)
