@@ -5,17 +5,15 @@ Both fronts of kernels, `dispatch` and `torque`, prepare their arguments with th
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.speed.results import CURVE_NAMES
 from engine_dyn.status import INVALID_INPUT
-from engine_dyn.types import Integers
+from engine_dyn.types import Booleans, Integers
 
-__all__ = ["codes", "shape_of", "without_unknown"]
+__all__ = ["codes", "discard", "shape_of", "take_unknown"]
 
 
 def shape_of(*values: Any) -> tuple[int, ...]:
@@ -30,26 +28,25 @@ def codes(names: tuple[str, ...], value: Any) -> Integers:
     return found.reshape(words.shape)
 
 
-def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-    """Give designs without a diagram, whose `scale` is NaN, the status "invalid input".
+def take_unknown(inputs: dict[str, Any]) -> Booleans:
+    """Designs without a diagram, whose `scale` is NaN; it and what follows from it become numbers.
 
-    Kernels do not look for NaN, so they solve these designs with another diagram, and the results
-    are discarded.
+    Kernels do not look for NaN: they solve these designs with another diagram, and what they find
+    goes with `discard`.
     """
+    unknown = np.isnan(inputs["scale"])
+    if unknown.any():
+        inputs["scale"] = np.where(unknown, 1.0, inputs["scale"])
+        for name in inputs.keys() & {"mean_torque", "friction_torque"}:  # follow from the diagram
+            inputs[name] = np.nan_to_num(inputs[name])
+    return np.asarray(unknown)
 
-    @wraps(solved)
-    def of_known(*, scale: Any, **arguments: Any) -> dict[str, Any]:
-        unknown = np.isnan(scale)
-        if not unknown.any():
-            return solved(scale=scale, **arguments)
-        for name in ("mean_torque", "friction_torque"):  # which follow from the diagram
-            if name in arguments:
-                arguments[name] = np.nan_to_num(arguments[name])
-        found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
+
+def discard(found: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
+    """Results without those of designs without a diagram, which have the status "invalid input"."""
+    if unknown.any():
         for name, array in found.items():
             here = unknown[..., None] if name in CURVE_NAMES else unknown
             lost = INVALID_INPUT if name == "status" else np.nan
             np.copyto(array, lost, where=here, casting="unsafe")
-        return found
-
-    return of_known
+    return found

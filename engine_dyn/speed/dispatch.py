@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -22,7 +22,7 @@ from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole
 from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.front import solve_in_blocks
-from engine_dyn.speed.broadcasting import codes, shape_of, without_unknown
+from engine_dyn.speed.broadcasting import codes, discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
@@ -82,9 +82,12 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
+    def works(self, places: Integers | None = None) -> Iterator[Work]:
+        """The designs at some flat places, or all, in pieces."""
+        return self.grouping.works(places, self.finer, self.alone)
+
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
-@without_unknown
 def solve(
     *,
     family: Family,
@@ -163,7 +166,7 @@ def solve(
         "method": codes(METHOD_NAMES, method),
         "inertia_model": codes(INERTIA_MODELS, inertia_model),
     }
-    shape = shape_of(*inputs.values())
+    unknown, shape = take_unknown(inputs), shape_of(*inputs.values())
     _check_methods(np.unique(inputs["method"]), driven)
     compared = [name for name in COMPARED if "delta_error" in wanted and name not in wanted]
     angles = NOWHERE
@@ -178,15 +181,16 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    _solve_once(sweep, None, progress)
+    run_on_threads(sweep.works(), partial(_solve_work, sweep), sweep.threads, progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
-    return {
+    shaped = {
         name: array.reshape((*shape, *array.shape[1:]))
         for name, array in found.items()
         if name not in compared
     }
+    return discard(shaped, unknown)
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
@@ -232,7 +236,8 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            _solve_once(replace(sweep, finer=finer, general=True, alone=True), missed)
+            again = replace(sweep, finer=finer, general=True, alone=True)
+            run_on_threads(again.works(missed), partial(_solve_work, again), sweep.threads)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -254,16 +259,9 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    _solve_once(second, None if known.all() else np.flatnonzero(known))
+    works = second.works(None if known.all() else np.flatnonzero(known))
+    run_on_threads(works, partial(_solve_work, second), sweep.threads)
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
-
-
-def _solve_once(sweep: Sweep, places: Integers | None, progress: Progress | None = None) -> None:
-    """Solve the designs at some flat places, or all, on threads."""
-    works = sweep.grouping.works(places, sweep.finer, sweep.alone)
-    run_on_threads(
-        works, partial(_solve_work, sweep), lambda work: work.size, sweep.threads, progress
-    )
 
 
 def _solve_work(sweep: Sweep, work: Work) -> None:

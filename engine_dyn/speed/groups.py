@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -195,7 +195,7 @@ class Engine(_Group):
         mean_gas = sum(means) / len(means)
         return self.lever * mean_gas - self.friction_torque
 
-    def inputs(self) -> dict[str, float]:
+    def inputs(self) -> dict[str, Any]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
         same = (
             "crank_ratio", "offset_ratio", "bore", "speed", "friction_torque", "crankcase_pressure"
@@ -273,13 +273,13 @@ class Load(_Group):
             torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
         return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 
-    def inputs(self, gear: float) -> dict[str, float]:
+    def inputs(self, gear: float) -> dict[str, Any]:
         """Inputs of the kernels that belong to loads over an angle."""
         return {
             "gear_ratio": gear, "load_phase": self.load_phase, "load_scale": self.load_scale
         }  # fmt: skip
 
-    def inputs_over_speed(self) -> dict[str, float]:
+    def inputs_over_speed(self) -> dict[str, Any]:
         """Inputs of the kernels that belong to laws over speed."""
         return {
             "exponent": self.load_exponent,
@@ -321,7 +321,7 @@ class Solver(_Group):
         if self.closure == "cycle_time" and self.method in STEPPING:
             raise ValueError(f"closure cycle_time: method {self.method} cannot solve for the load")
 
-    def inputs(self) -> dict[str, float]:
+    def inputs(self) -> dict[str, Any]:
         """Inputs of the kernels that belong to the methods that repeat cycles."""
         return {
             "start_speed": self.start_speed or 0.0,

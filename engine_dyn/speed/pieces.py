@@ -10,19 +10,27 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain, islice
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 __all__ = ["Progress", "run_on_threads"]
 
 Progress = Callable[[int], None]
 
-Job = TypeVar("Job")
+
+class Sized(Protocol):
+    """A job that says of how many designs it is."""
+
+    @property
+    def size(self) -> int:
+        """Number of designs."""
+
+
+Job = TypeVar("Job", bound=Sized)
 
 
 def run_on_threads(
-    jobs: Iterator[Job], do: Callable[[Job], None], size_of: Callable[[Job], int], threads: int,
-    progress: Progress | None,
-) -> None:  # fmt: skip
+    jobs: Iterator[Job], do: Callable[[Job], None], threads: int, progress: Progress | None = None
+) -> None:
     """Do all jobs, on so many threads at most; `progress` is told the designs of each.
 
     Jobs are made in the calling thread, and only a few are waiting, because each holds memory.
@@ -33,7 +41,7 @@ def run_on_threads(
         for job in all_jobs:
             do(job)
             if progress:
-                progress(size_of(job))
+                progress(job.size)
         return
     waiting: deque[tuple[Future[None], int]] = deque()
 
@@ -46,7 +54,7 @@ def run_on_threads(
     with ThreadPoolExecutor(threads) as pool:
         try:
             for job in all_jobs:
-                waiting.append((pool.submit(do, job), size_of(job)))
+                waiting.append((pool.submit(do, job), job.size))
                 if len(waiting) > 2 * threads:
                     finish_first()
             while waiting:

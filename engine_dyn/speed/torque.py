@@ -13,7 +13,7 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.broadcasting import shape_of, without_unknown
+from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.curve import Curve, fill_curve, make_curve
@@ -27,7 +27,6 @@ from engine_dyn.types import Floats
 __all__ = ["torque_extremes"]
 
 
-@without_unknown
 def torque_extremes(
     *,
     family: Family,
@@ -50,7 +49,7 @@ def torque_extremes(
     if driven.over_angle is not None:
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
     inputs["cylinders"] = np.asarray(cylinders, dtype=np.int64)
-    shape = shape_of(*inputs.values())
+    unknown, shape = take_unknown(inputs), shape_of(*inputs.values())
     high, low, swing = results = [
         np.empty(math.prod(shape) if name in wanted else 0) for name in TORQUE_NAMES
     ]
@@ -69,9 +68,9 @@ def torque_extremes(
             _extremes(work.size, work.columns, alone, friction, high, low, curve)
 
     cores = threads or os.cpu_count() or 1
-    run_on_threads(grouping.works(None, 1), solve, lambda work: work.size, cores, progress)
+    run_on_threads(grouping.works(None, 1), solve, cores, progress)
     found = zip(TORQUE_NAMES, results, strict=True)
-    return {name: array.reshape(shape) for name, array in found if name in wanted}
+    return discard({n: array.reshape(shape) for n, array in found if n in wanted}, unknown)
 
 
 @inlined

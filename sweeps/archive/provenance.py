@@ -190,6 +190,7 @@ def _unequal(
         yield where, f"{where} ({words[0]} {shown[0]}, {words[1]} {shown[1]})"
 
 
+@cache
 def machine_text() -> str:
     """One line about this machine."""
     return (

@@ -225,12 +225,13 @@ def scene_of(
 
             scene = _together(choices, given, tables, name, read_one, designs, labels)
             return replace(scene, sample=sample, source=shortened(raw))
-        scene = _assembled(given, tables, name, base, path, designs, labels)
+        known = {"path": path, "sample": sample, "source": shortened(raw), "files": read}
+        scene = _assembled(given, tables, name, base, designs, labels, known)
         check_scene(scene, name)
         if given.reference is not None:
             published = read_reference(given.reference.file, scene, base, name)
             scene = replace(scene, reference=published)
-    return replace(scene, files=read, sample=sample, source=shortened(raw))
+    return scene
 
 
 @contextmanager
@@ -313,10 +314,13 @@ def _together(
 
 
 def _assembled(
-    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path, path: Path | None,
-    designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
+    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
+    designs: dict[str, Floats], labels: dict[str, tuple[str, ...]], known: dict[str, Any],
 ) -> Scene:  # fmt: skip
-    """Read the tables one by one and put them together; references to published values are not."""
+    """Read the tables one by one and put them together; references to published values are not.
+
+    `known` has the fields that do not come from the tables.
+    """
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
     settings = read_settings(given.set, name)
@@ -367,12 +371,9 @@ def _assembled(
         angle_step=given.output.angle_step,
         highest_order=given.output.highest_order,
         reference=None,
-        sample=None,
         uncertainty=read_uncertainty(given.uncertainty, values, name),
-        source={"engine": given.engine},  # all of it when the checks have passed
-        path=path,
         folder=str(base),
-        files={},
+        **known,
     )
 
 
