@@ -14,7 +14,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.speed.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError
-from sweeps.planning.leaves import given_values, leaves_of
+from sweeps.planning.leaves import leaves_of
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 
@@ -135,7 +135,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
 def values_of(scene: Scene, names: Iterable[str]) -> list[float]:
     """Parameters or quantities without dimensions [SI], the means of designs that differ."""
     words = scene.words
-    leaves = leaves_of(scene, words, given_values(scene, words), {})
+    leaves = leaves_of(scene, {})
 
     def of(name: str) -> Any:
         if name in leaves:

@@ -22,7 +22,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.checks import outside
 from sweeps.dimensions import DESIGN, ELASTICITY, PARAMETER
 from sweeps.errors import SceneError, shown
-from sweeps.planning.leaves import Value
+from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
 __all__ = [

@@ -7,8 +7,7 @@ everything that no stage of the plan computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,22 +22,16 @@ from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.graph import (
     CONSTANTS,
     DIMENSIONS,
-    NODES,
-    PARAMETERS,
-    UNLESS_GIVEN,
     Variants,
-    select,
 )
-from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
-from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.errors import SceneError
-from sweeps.reading.engine_files import RATIO
 from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
-__all__ = ["LOOKED_AT", "Value", "cycles_known", "given_values", "leaves_of", "points_of"]
+__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "points_of"]
 
 LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
@@ -47,76 +40,12 @@ none is is refused before it runs."""
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
 
-REPLACED_BY = {"crank_ratio": "rod_length"}
-"""Parameters of an engine that give way where the scene gives another one: they follow from it.
-
-Others give way by the words of a scene: see `_own_values`.
-"""
-
-
-@dataclass(frozen=True, eq=False)
-class Value:
-    """An array, the names of its dimensions, and the SI value of one of its units.
-
-    A constant is anything, without dimensions. Given columns stay in the units of files until a
-    stage takes them: a copy of each in SI units would double them.
-    """
-
-    data: Any
-    dims: tuple[str, ...] = ()
-    unit: float = 1.0
-
-    @property
-    def si(self) -> Any:
-        """The array in SI units; itself where it is so already."""
-        return self.data if self.unit == 1.0 else self.data * self.unit
-
-
-def given_values(scene: Scene, words: Sequence[str]) -> dict[str, Value]:
-    """Parameters that engine or scene give; the scene's word counts.
-
-    `words` are those of the scene, which select variants of quantities.
-    """
-    single = {**UNLESS_GIVEN, **_own_values(scene, words)}
-    for key in SOLVER_COLUMNS:
-        if getattr(scene, key) is not None:
-            single[key] = getattr(scene, key)
-    found = {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in single.items()}
-    for key, given in scene.given.items():
-        if key in PARAMETERS:
-            values = np.asarray(given.values, dtype=np.float64)
-            data = values if given.dims else values[0]
-            found[key] = Value(data, given.dims, PARAMETERS[key].si)
-    return found
-
-
-def _own_values(scene: Scene, words: Sequence[str]) -> dict[str, float]:
-    """Values of the engine that the scene leaves in force.
-
-    Where the words of a scene select a derived variant of a parameter that has a given variant too
-    (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
-    engine's.
-    """
-
-    def derived(key: str) -> bool:
-        by_choice = any(variant.make is None for variant in NODES[key])
-        return by_choice and select(key, *words).make is not None
-
-    ratio = scene.compression_ratio
-    own = scene.engine.values if ratio is None else {**scene.engine.values, RATIO: ratio}
-    return {
-        key: value
-        for key, value in own.items()
-        if not derived(key) and REPLACED_BY.get(key) not in scene.given
-    }
-
-
 # --- points of the dimensions that quantities add -------------------------------------------------
 
 
-def points_of(scene: Scene, given: Mapping[str, Value]) -> dict[str, npt.NDArray[Any]]:
+def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     """Points of the dimensions that quantities add, in the units of files."""
-    counts = np.unique(given["cylinders"].data)
+    counts = np.unique(scene.known["cylinders"].data)
     lowest = math.tau / scene.engine.period
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
@@ -143,26 +72,22 @@ def _crank_angles(period: float, step: float) -> Floats:
 # --- leaves ---------------------------------------------------------------------------------------
 
 
-def leaves_of(
-    scene: Scene, words: Sequence[str], given: Mapping[str, Value],
-    points: Mapping[str, npt.NDArray[Any]],
-) -> dict[str, Value]:  # fmt: skip
-    """All that no stage computes: given values, neutral ones, points, and constants."""
+def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, Value]:
+    """All that no stage computes: known values, points, and constants."""
     engine = scene.engine
-    leaves = dict(given)
+    leaves = dict(scene.known)
     family = engine.family
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         load = [float(leaves["load"].data)]
         family = family_from_diagrams(load, [scene.indicator])
-        if "over_cycles" in words:  # rows that nothing is interpolated between
+        if "over_cycles" in scene.words:  # rows that nothing is interpolated between
             cycles = scene.recorded_cycles
             family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
         follows = scene.characteristic is not None  # the scale then tells whether it is reached
         leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
-    leaves |= {name: Value(np.float64(value)) for name, value in _neutral(words).items()}
     driven = scene.driven
     if not driven.geared:
         leaves["load_gear"] = Value(np.float64(1.0))
@@ -178,7 +103,7 @@ def leaves_of(
         "driven": driven,
         "cylinders_by_count": sets,
         "characteristic": scene.characteristic,
-        "variant_of": Variants(tuple(words)),
+        "variant_of": Variants(scene.words),
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:
@@ -191,20 +116,6 @@ def leaves_of(
         else:
             leaves[name] = Value(constants[name])
     return leaves
-
-
-def _neutral(words: Sequence[str]) -> dict[str, float]:
-    """Values of what an engine with these words does not have."""
-    found: dict[str, float] = {}
-    if "centred" in words:
-        found["offset_ratio"] = 0.0
-    if "equal" in words:
-        found["pressure_share"] = found["mass_share"] = 1.0
-    if "equal_throws" in words:
-        found["stroke_share"] = 1.0
-    if "uniform_friction" in words:
-        found |= dict.fromkeys(FRICTION_NAMES, 0.0)
-    return found
 
 
 def _with_cycles(

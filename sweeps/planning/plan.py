@@ -17,25 +17,25 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
+from engine_dyn.quantities.graph import DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN, FAILED_DRAWS, PARAMETER, UNCERTAIN
-from sweeps.errors import SceneError, one_line, size_text
+from sweeps.errors import one_line, size_text
 from sweeps.planning.elasticities import (
     Elasticities,
     changed_parameters,
     elasticity_nodes,
     plan_elasticities,
 )
-from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
+from sweeps.planning.leaves import leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
 from sweeps.planning.uncertainty import Uncertainty, plan_uncertainty, uncertainty_nodes
 from sweeps.scene.derived_quantities import meanings_of
 from sweeps.scene.friction_law import friction_law
 from sweeps.scene.keywords import Tables, tables_in_signature
-from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 from sweeps.scene.representations import html_tables, named_some
@@ -245,21 +245,16 @@ def make_plan(scene: Scene) -> Plan:
     Raises
     ------
     SceneError
-        Where a value that is needed is given by neither scene nor engine, or a quantity needs
-        throws and no firing order is known.
+        For modelled cycles none of which is one.
     """
     if scene.beside:
         return _plan_of_several(scene)
-    words = scene.words
-    given = given_values(scene, words)
-    points = points_of(scene, given)
-    leaves = leaves_of(scene, words, given, points)
+    points = points_of(scene)
+    leaves = leaves_of(scene, points)
     sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
-    found = _Ancestors(scene, words, leaves, sizes)
+    found = _Ancestors(scene, leaves, sizes)
     for name in scene.quantities:
-        along = not ALONG_SHAFT.isdisjoint(found.visit(name))
-        if along or any(stage.node.throws for stage in found.stages.values()):
-            _check_orders(scene, leaves, name)
+        found.visit(name)
     outputs = list(scene.quantities)
     if any(s.node.can_fail for s in found.stages.values()) and "status" not in outputs:
         outputs.append("status")
@@ -331,21 +326,9 @@ def _with_more(plan: Plan, more: list[Stage]) -> Plan:
 def _plan_of_several(scene: Scene) -> Plan:
     """Plan of a scene of several engines: the plans of all, and the dimensions of what they give.
 
-    Quantities that one of them has not are left out there; one that none has is refused.
+    Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
     """
-    plans: list[Plan] = []
-    refused: dict[str, SceneError] = {}
-    for one in scene.beside:
-
-        def planned(asked: Sequence[str], ordinary: Scene = one.scene) -> Plan:
-            return make_plan(replace(ordinary, quantities=tuple(asked)))
-
-        made, missing = those_possible(one.scene.quantities, planned)
-        refused = {**missing, **refused}
-        plans.append(made)
-    for quantity, error in refused.items():
-        if not any(quantity in made.outputs for made in plans):
-            raise error
+    plans = [make_plan(one.scene) for one in scene.beside]
     points, places = points_of_several([made.points for made in plans])
     sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
     stages = _stages_of_several(scene, plans, sizes)
@@ -394,12 +377,8 @@ def _stages_of_several(
 class _Ancestors:
     """The stages that quantities need, and the leaves that these use."""
 
-    def __init__(
-        self, scene: Scene, words: Sequence[str], leaves: Mapping[str, Value],
-        sizes: Mapping[str, int],
-    ) -> None:  # fmt: skip
+    def __init__(self, scene: Scene, leaves: Mapping[str, Value], sizes: Mapping[str, int]) -> None:
         self.scene = scene
-        self.words = words
         self.leaves = leaves
         self.sizes = sizes
         self.order = (*scene.dimensions, *DIMENSIONS)
@@ -413,13 +392,7 @@ class _Ancestors:
             return self.leaves[name].dims
         if name in self.stages:
             return self.stages[name].dims
-        node = select(name, *self.words)
-        if node.make is None and not node.gives and node.kind == "parameter":
-            asked = "', '".join(q for q in self.scene.quantities if q not in self.stages)
-            raise SceneError(
-                f"engine {self.scene.engine.name}: has no {name} [{node.unit}], which '{asked}' "
-                "needs; give it in [set], [axes] or [designs]"
-            )
+        node = select(name, *self.scene.words)
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = self.visit(need)
@@ -460,14 +433,3 @@ def _sizes(scene: Scene) -> dict[str, int]:
     elif DESIGN in scene.dimensions:
         sizes[DESIGN] = len(next(iter(scene.labels.values())))
     return sizes
-
-
-def _check_orders(scene: Scene, leaves: Mapping[str, Value], quantity: str) -> None:
-    for cylinders in leaves["cylinders_by_count"].data.values():
-        count = cylinders.count
-        if cylinders.along_shaft is None:
-            raise SceneError(
-                f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
-                f"'{quantity}' needs throws, and no firing order is known for "
-                f"{count} cylinders; known: 1 to 8, and the engine's own"
-            )

@@ -18,9 +18,9 @@ from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.elasticities import Elasticities
-from sweeps.planning.leaves import Value
 from sweeps.planning.plan import Part, Plan
 from sweeps.planning.uncertainty import Uncertainty
+from sweeps.scene.known_values import Value
 
 __all__ = ["part", "shard"]
 

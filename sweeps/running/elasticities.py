@@ -27,8 +27,8 @@ from sweeps.planning.elasticities import (
     UNKNOWN,
     Changed,
 )
-from sweeps.planning.leaves import Value
 from sweeps.planning.plan import Plan
+from sweeps.scene.known_values import Value
 
 __all__ = ["Derivative", "Results", "derivative", "differences"]
 

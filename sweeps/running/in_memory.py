@@ -20,7 +20,6 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import thread_count
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
-from sweeps.planning.leaves import Value
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.running.elasticities import Results, differences
@@ -28,6 +27,7 @@ from sweeps.running.progress import progress_bar
 from sweeps.running.side_by_side import computed_side_by_side
 from sweeps.running.uncertainty import bands
 from sweeps.scene.keywords import Tables, tables_in_signature
+from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 

@@ -17,11 +17,14 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, one_line
+from sweeps.reading.engine_files import RATIO
 from sweeps.reading.torque_tables import TorqueTables
 from sweeps.scene.driven import driven_machine
+from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
@@ -196,6 +199,13 @@ class Scene(GivenValues):
             self, closure=self.closure, measured=self.indicator is not None,
             described=self.described, driven=self.driven, follows=self.characteristic is not None,
         )  # fmt: skip
+
+    @cached_property
+    def known(self) -> dict[str, Value]:
+        """Values in SI units that nothing has to compute: given ones, and neutral ones."""
+        more = {key: getattr(self, key) for key in (RATIO, *SOLVER_COLUMNS)}
+        single = {key: value for key, value in more.items() if value is not None}
+        return known_values(self, self.words, single)
 
     @cached_property
     def driven(self) -> DrivenMachine:

@@ -20,7 +20,6 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.speed import AT_START
-from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.reading.engine_files import GEOMETRIC, RATIO
@@ -104,7 +103,7 @@ def check_needs(scene: Scene, name: str) -> None:
         With all parameters that are missing, and the quantities that need them.
     """
     words = scene.words
-    given = _known_values(scene, words) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+    given = {*scene.known, *DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
     missing: dict[str, list[str]] = {}
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given)
@@ -192,25 +191,3 @@ _OF_PARTS = ("sized_flywheel_inertia", "load_side_inertia")
 def _parts_known(words: tuple[str, ...]) -> bool:
     """Whether the inertia of the flywheel is given apart from others, or follows."""
     return "wanted_delta" in words or "inertia_in_parts" in words
-
-
-def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
-    """Names that `sweeps.planning.plan` has values for before it computes anything."""
-    given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
-    given |= set() if scene.compression_ratio is None else {RATIO}
-    if scene.gives("rod_length"):
-        given.discard("crank_ratio")  # the scene's rod replaces the engine's
-    if "wanted_delta" in given or "inertia_in_parts" in words:
-        given.discard("inertia")  # what the scene gives replaces the engine's whole inertia
-    if "throw_given" in words:
-        given.discard("crank_mass")  # it follows from the throw's own mass
-    if scene.characteristic is not None:
-        given.discard("load")  # it follows from the speed
-    if "motor_of_slip" in words:
-        given.discard("motor_synchronous_speed")
-    given |= set(UNLESS_GIVEN)
-    given |= {"offset_ratio"} if "centred" in words else set()
-    given |= {"pressure_share", "mass_share"} if "equal" in words else set()
-    given |= {"stroke_share"} if "equal_throws" in words else set()
-    given |= set(FRICTION_NAMES) if "uniform_friction" in words else set()
-    return given

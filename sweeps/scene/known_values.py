@@ -1,0 +1,97 @@
+"""The values that a scene starts from, in SI units: its own, its engine's, and the defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, select
+from engine_dyn.speed.fields import FRICTION_NAMES
+from sweeps.scene.values import GivenValues
+
+__all__ = ["Value", "known_values"]
+
+REPLACED_BY = {"crank_ratio": "rod_length"}
+"""Parameters of an engine that give way where the scene gives another one: they follow from it.
+
+Others give way by the words of a scene: see `_left_in_force`.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """An array, the names of its dimensions, and the SI value of one of its units.
+
+    A constant is anything, without dimensions. Given columns stay in the units of files until a
+    stage takes them: a copy of each in SI units would double them.
+    """
+
+    data: Any
+    dims: tuple[str, ...] = ()
+    unit: float = 1.0
+
+    @property
+    def si(self) -> Any:
+        """The array in SI units; itself where it is so already."""
+        return self.data if self.unit == 1.0 else self.data * self.unit
+
+
+def known_values(
+    values: GivenValues, words: Sequence[str], more: Mapping[str, float]
+) -> dict[str, Value]:
+    """Parameters that scene or engine give, and neutral values of what the engine does not have.
+
+    Parameters
+    ----------
+    values : GivenValues
+        What scene and engine give; the scene's word counts.
+    words : sequence of str
+        Words of the scene, which select variants of quantities.
+    more : dict of float
+        Single values that come from elsewhere: [solver], or the measured diagram.
+    """
+    single = {**UNLESS_GIVEN, **_left_in_force(values, words, more)}
+    known = {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in single.items()}
+    for key, (_, given, dims) in values.given.items():
+        if key in PARAMETERS:
+            data = np.asarray(given, dtype=np.float64)
+            known[key] = Value(data if dims else data[0], dims, PARAMETERS[key].si)
+    return known | {k: Value(np.float64(v)) for k, v in _neutral(words).items()}
+
+
+def _left_in_force(
+    values: GivenValues, words: Sequence[str], more: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of the engine, and single ones over them, that the scene leaves in force.
+
+    Where the words of a scene select a derived variant of a parameter that has a given variant too
+    (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
+    engine's.
+    """
+
+    def derived(key: str) -> bool:
+        by_choice = any(variant.make is None for variant in NODES[key])
+        return by_choice and select(key, *words).make is not None
+
+    return {
+        key: value
+        for key, value in {**values.engine.values, **more}.items()
+        if not derived(key) and REPLACED_BY.get(key) not in values.given
+    }
+
+
+def _neutral(words: Sequence[str]) -> dict[str, float]:
+    """Values of what an engine with these words does not have."""
+    found: dict[str, float] = {}
+    if "centred" in words:
+        found["offset_ratio"] = 0.0
+    if "equal" in words:
+        found["pressure_share"] = found["mass_share"] = 1.0
+    if "equal_throws" in words:
+        found["stroke_share"] = 1.0
+    if "uniform_friction" in words:
+        found |= dict.fromkeys(FRICTION_NAMES, 0.0)
+    return found
