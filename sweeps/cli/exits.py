@@ -104,7 +104,10 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _message_and_status(error: Exception) -> tuple[str, int]:
     if isinstance(error, SceneError):
-        return one_line(error, LONGEST_MESSAGE), BAD_INPUT
+        text = one_line(error, sys.maxsize)
+        if len(text) > LONGEST_MESSAGE:  # a name of thousands of letters; what is wrong comes last
+            text = f"{text[: LONGEST_MESSAGE // 2]}...{text[-LONGEST_MESSAGE // 2 :]}"
+        return text, BAD_INPUT
     if isinstance(error, MemoryError):
         reason = one_line(error, 200)
         return f"out of memory{f' ({reason})' if reason else ''}", FAILURE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 
     toml = what.endswith(".toml")
-    built_in = not toml and not Path(what).exists()
+    built_in = not toml and not os.path.exists(what)
     if (toml and is_scene(Path(what))) or (built_in and what in built_in_scenes()):
         from sweeps.presenting.scenes import scene_text
 

@@ -8,6 +8,7 @@ key, the value and what is allowed.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -251,16 +252,11 @@ def _find(scene: str | Path) -> tuple[Path, str]:
     text = str(scene)
     if isinstance(scene, str) and text in known:
         return known[text], f"{text}.toml"
-    path = Path(scene)
-    try:
-        exists = path.exists()
-    except (OSError, ValueError):  # a name too long, a null character
-        exists = False
-    if not exists:
+    if not os.path.exists(scene):  # which is false for a name too long, and for a null character
         raise SceneError(
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )
-    return path, text
+    return Path(scene), text
 
 
 def _together(
