@@ -14,20 +14,7 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_misfire", "check_single_cylinders", "check_throws", "extreme_cylinders"]
-
-
-def check_single_cylinders(scene: Scene, name: str) -> None:
-    """Check that parameters of single cylinders are of an engine with a given number of them."""
-    keys = scene.cylinder_keys
-    if not keys:
-        return
-    if len(scene.counts) > 1:
-        raise SceneError(
-            f"{name}: [{scene.table_of(keys[0])}] {keys[0]}: not allowed together with several "
-            "numbers of cylinders; must be one number"
-        )
-    extreme_cylinders(scene, name)
+__all__ = ["check_misfire", "check_throws", "extreme_cylinders"]
 
 
 def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:

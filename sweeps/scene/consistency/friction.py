@@ -8,7 +8,7 @@ import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.quantities.friction_components import NODES
-from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, STROKE_SHARES
+from engine_dyn.quantities.parameters import STROKE_SHARES
 from sweeps.errors import SceneError
 from sweeps.scene.friction_law import BY_COMPONENT, friction_law
 from sweeps.scene.model import Scene
@@ -21,7 +21,7 @@ OF_COMPONENTS = frozenset(node.name for node in NODES if node.public)
 
 
 def check_friction_law(scene: Scene, name: str) -> None:
-    """Check that there is one law of the friction, that its keys are given, and no other's."""
+    """Check that there is one law of the friction, and that it is for the engine."""
     table = scene.table_of("friction_law")
     if table != "set":
         raise SceneError(
@@ -38,14 +38,6 @@ def check_friction_law(scene: Scene, name: str) -> None:
             f"{name}: {what}: the law of Patton, Nitschke and Heywood applies to four-stroke "
             f"engines; a cycle of engine {scene.engine.name} is one revolution"
         )
-    if not by_component:
-        return
-    for key in (*CHEN_FLYNN_KEYS, *STROKE_SHARES):
-        if scene.gives(key):
-            raise SceneError(
-                f"{name}: [{scene.table_of(key)}] {key}: not allowed together with friction_law = "
-                f"'{BY_COMPONENT}', which computes the friction of the components"
-            )
 
 
 def check_friction_fractions(values: GivenValues, name: str) -> None:

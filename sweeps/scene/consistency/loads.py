@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
-from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
@@ -21,7 +21,7 @@ __all__ = ["check_driven"]
 def check_driven(scene: Scene, name: str) -> None:
     """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
     driven = scene.driven
-    _check_drivers(driven, scene, name)
+    _check_drivers(driven, name)
     _check_load_law(driven, scene, name)
     _check_methods(driven, scene, name)
     if driven.over_speed is not None:
@@ -36,14 +36,8 @@ def check_driven(scene: Scene, name: str) -> None:
             raise SceneError(f"{name}: {where}{mentioned(error)}") from None
 
 
-def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
-    """Check that there is one driver, and none beside a load over speed."""
-    motor = next((key for key in MOTOR_KEYS if scene.gives(key)), None)
-    if motor is not None and scene.torque_tables.driver is not None:
-        raise SceneError(
-            f"{name}: [{scene.table_of(motor)}] {motor}: not allowed together with driver_table: "
-            "give one driver"
-        )
+def _check_drivers(driven: DrivenMachine, name: str) -> None:
+    """Check that there is no driver beside a load over speed."""
     if driven.load_over_speed is not None and driven.has_driver:
         raise SceneError(
             f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
@@ -52,17 +46,10 @@ def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
 
 
 def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
-    """Check that a law that numbers give stands alone, and that it gives a torque."""
+    """Check that a law that numbers give gives a torque."""
     law = LOAD_LAWS[driven.load_law]
-    if not law.factored:
+    if not law.factored or driven.law != law.name:
         return
-    given = next((key for key in law.keys if scene.gives(key)), None)
-    if given is not None and driven.law != law.name:
-        what = "a driver" if driven.has_driver else "a load_table over speed"
-        raise SceneError(
-            f"{name}: [{scene.table_of(given)}] {given}: not allowed together with {what}: give "
-            "one law over speed"
-        )
     columns: list[Any] = []
     zero = True
     for key in law.keys:
@@ -73,7 +60,7 @@ def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
             zero = zero and bool((values == 0.0).any())
     if columns:
         zero = zero and not np.any(columns, axis=0).all()
-    if driven.law == law.name and zero:
+    if zero:
         raise SceneError(
             f"{name}: {' and '.join(law.keys)} = 0 in one design: one of them must be more than 0"
         )
