@@ -8,18 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.figures.marks import DASHES, MARKERS, shade
-from sweeps.figures.scales import left_labels, parameter_ticks, x_label
-from sweeps.figures.sheet import (
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import multiples
+from sweeps.figures.scales import parameter_ticks
+from sweeps.figures.sheet import Entries, NamedFigures
 from sweeps.figures.study import Study
-from sweeps.figures.views import MOST_PANELS, View, facet_of, pick, picked_text, stem_of
+from sweeps.figures.views import MOST_PANELS, View, facet_of, picked, picked_text, stem_of
 from sweeps.figures.wording import unit_in_brackets
 
 if TYPE_CHECKING:
@@ -77,31 +70,24 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
             continue
         facet = facet_of(whole, names, [SPEED, JOURNALS])
         view = whole.only(names, [SPEED, JOURNALS, facet])
-        across = view.axis(facet) if facet else None
-        shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
-        rows, columns = grid_of(len(shown))
-        height = 0.5 + 1.85 * rows if across else 3.3
-        figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
-        entries: Entries = {}
-        for panel, index in zip(panels, shown, strict=False):
-            _lines(panel, view.cut({facet: index}) if facet else view, names, what, entries)
-            parameter_ticks(panel, view.axis(SPEED), "x", 5.0 / columns)
+        speed, across = view.axis(SPEED), view.axis_along(facet)
+        shown = picked(across, MOST_PANELS)
+        base, each = (0.5, 1.85) if across else (3.3, 0.0)
+        sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
+        for panel, index in zip(sheet.panels, shown, strict=True):
+            here = view.cut({facet: index}) if facet else view
+            _lines(panel, here, names, what, sheet.entries)
+            parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
             if across:
                 panel.set_title(across.tag(index))
-        panels[0].set_ylim(bottom=0.0)
-        bare_panels(panels, len(shown), columns)
-        for panel in lowest_panels(panels, len(shown), columns):
-            x_label(panel, view.axis(SPEED).label, 5.0 / columns)
+        sheet.panels[0].set_ylim(bottom=0.0)
+        sheet.label_x(speed.label, 5.0 / sheet.columns)
         label = f"{what.capitalize()} of the bearing" + unit_in_brackets(view.array(names[0]))
-        left_labels(panels, columns, label, 1.5 if across else 2.8)
-        yield (
-            stem_of(f"bearing_{what}s", view, SPEED),
-            finish(
-                figure, f"{what.capitalize()}s of the bearings over the speed",
-                [*view.notes(names), picked_text(across, MOST_PANELS)], entries,
-                caption=view.caption, below=across is not None, spare=panels[len(shown) :],
-            ),
-        )  # fmt: skip
+        sheet.label_y(label, 1.5 if across else 2.8)
+        title = f"{what.capitalize()}s of the bearings over the speed"
+        notes = [*view.notes(names), picked_text(across, MOST_PANELS)]
+        drawn = sheet.finish(title, notes, view.caption, below=across is not None)
+        yield stem_of(f"bearing_{what}s", view, SPEED), drawn
 
 
 def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
@@ -115,10 +101,7 @@ def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: En
         for size, said in SIZES.items():
             if load + size not in names:
                 continue
-            array = view.array(load + size)
-            if journal is not None and JOURNALS in array.dims:
-                array = array.isel({JOURNALS: journal})
-            values = np.asarray(array.values, dtype=float)
+            values = view.numbers(load + size, {} if journal is None else {JOURNALS: journal})
             if not np.isfinite(values).any():
                 continue
             (line,) = panel.plot(

@@ -8,18 +8,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.figures.lines import COUNTED, common_label, draw_points, line_figure, line_of
+from sweeps.figures.lines import (
+    COMPUTED,
+    COUNTED,
+    Line,
+    common_label,
+    draw_points,
+    line_figure,
+    line_of,
+    told_apart,
+)
 from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_look, lost_points
+from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import (
     comparable,
     free_scale,
-    left_labels,
     log_ticks,
     parameter_ticks,
     sensible_span,
     x_label,
 )
-from sweeps.figures.sheet import GREY, OWN_ORDINATES, Entries, finish, grid_of, new_sheet
+from sweeps.figures.sheet import GREY, OWN_ORDINATES, Entries, finish, new_sheet
 from sweeps.figures.study import Study, design_text
 from sweeps.figures.targets import target_lines
 from sweeps.figures.views import MOST_PANELS, MOST_ROWS, NO_VALUE, View, is_log, pick, picked_text
@@ -43,54 +52,43 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
     ]
     apart = dict.fromkeys(key for _, keys in aside for key in keys)
     tags = [design_text(study.view.data, key, 0) for key in apart]
-    text = f"{', '.join(tags)} (nominal)" if more else "Computed"
+    text = f"{', '.join(tags)} (nominal)" if more else COMPUTED
     same = [text for text in view.others if text not in tags]
     view = replace(view, others=tuple(same))
     return line_figure(view, [name], parameter, more=more, text=text)
 
 
-def _line_text(view: View, name: str, group: Sequence[str]) -> str:
-    """What a line is called: by its variable where there are several."""
-    return title_of(view.array(name), name) if len(group) > 1 else "Computed"
+def _lines_of(view: View, group: Sequence[str]) -> list[Line]:
+    """A line for each variable, called by it where there are several."""
+    several = len(group) > 1
+    names = {name: title_of(view.array(name), name) if several else COMPUTED for name in group}
+    return [line_of(view, name, {}, text) for name, text in names.items()]
 
 
 def family_panels(view: View, group: Sequence[str], families: Sequence[tuple[str, View]]) -> Figure:
     """Small multiples: the same variables along one parameter after the other."""
-    picked = families[:MOST_PANELS]
-    lines = [
-        [line_of(family, name, {}, _line_text(family, name, group)) for name in group]
-        for _, family in picked
-    ]
+    shown = families[:MOST_PANELS]
+    lines = [_lines_of(family, group) for _, family in shown]
     ordinates = [[line.y for line in some] for some in lines]
+    every = [y for each in ordinates for y in each]
     share = comparable(ordinates)
-    rows, columns = grid_of(len(picked))
-    figure, panels = new_sheet(rows, columns, 2.05 * rows, sharey=share)
-    entries: Entries = {}
-    for panel, (parameter, family), some in zip(panels, picked, lines, strict=False):
-        draw_points(panel, family.axis(parameter), some, entries)
-        target_lines(panel, family, group, entries)
-    for panel, (parameter, family), own in zip(panels, picked, ordinates, strict=False):
+    sheet = multiples(len(shown), 0.0, 2.05, sharey=share)
+    for panel, (parameter, family), some in zip(sheet.panels, shown, lines, strict=True):
+        draw_points(panel, family.axis(parameter), some, sheet.entries)
+        target_lines(panel, family, group, sheet.entries)
+    for panel, (parameter, family), own in zip(sheet.panels, shown, ordinates, strict=True):
         axis = family.axis(parameter)
-        free_scale(panel, [y for each in ordinates for y in each] if share else own)
-        parameter_ticks(panel, axis, "x", 5.4 / columns)
-        x_label(panel, axis.label, 5.4 / columns)
-    for panel in panels[len(picked) :]:
-        panel.set_visible(False)
+        free_scale(panel, every if share else own)
+        parameter_ticks(panel, axis, "x", 5.4 / sheet.columns)
+        x_label(panel, axis.label, 5.4 / sheet.columns)
     label = common_label(view, group)
-    left_labels(panels, columns, label, 1.5)
-    span = sensible_span(panels[: len(picked)], [y for o in ordinates for y in o]) if share else ""
-    notes = [*view.notes(group), "" if share else OWN_ORDINATES, span]
-    if list(entries) == ["Computed"]:
-        entries = {}
-    return finish(
-        figure,
+    sheet.label_y(label, 1.5)
+    span = sensible_span(sheet.panels, every) if share else OWN_ORDINATES
+    return sheet.finish(
         f"{label.split(HARD_SPACE)[0]}, one parameter varied at a time",
-        notes,
-        entries,
-        caption=f"Nominal: {', '.join(view.others)}",
-        below=True,
-        spare=panels[len(picked) :],
-    )
+        [*view.notes(group), span], f"Nominal: {', '.join(view.others)}",
+        legend=told_apart(sheet.entries),
+    )  # fmt: skip
 
 
 def case_chart(view: View, group: Sequence[str]) -> Figure:
@@ -98,24 +96,16 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
     axis = view.axis("design")
     rows = [axis.tag(i) if axis.words else number_text(axis.values[i]) for i in range(axis.size)]
     picked = pick(axis.size, MOST_ROWS)
-    figure, panels = new_sheet(1, 1, 0.7 + 0.2 * len(picked))
-    panel = panels[0]
+    figure, (panel,) = new_sheet(1, 1, 0.7 + 0.2 * len(picked))
     entries: Entries = {}
-    for rank, name in enumerate(group):
-        line = line_of(view, name, {}, _line_text(view, name, group))
+    for rank, line in enumerate(_lines_of(view, group)):
         style = line_style(rank, len(group)) | {"linestyle": "none"}
         y = np.arange(len(picked))
         (drawn,) = panel.plot(line.y[picked], y, **style)
         entries[line.text] = drawn
         if line.published is not None and np.isfinite(line.published).any():
-            (beside,) = panel.plot(
-                line.published[picked],
-                y,
-                "o",
-                markersize=8,
-                markerfacecolor="none",
-                color=style["color"],
-            )
+            look = {"markersize": 8, "markerfacecolor": "none", "color": style["color"]}
+            (beside,) = panel.plot(line.published[picked], y, "o", **look)
             entries.setdefault("Published", beside)
         for why in sorted({str(said) for said in line.said if said}):
             if why == NO_VALUE and axis.name in COUNTED:
@@ -124,12 +114,8 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
             if np.isfinite(line.y[picked][places]).any():
                 panel.plot(line.y[picked][places], places, **doubt_look(9.0))
                 continue
-            panel.plot(
-                np.full(places.size, 0.01),
-                places,
-                transform=panel.get_yaxis_transform(),
-                **lost_look(why, GREY),
-            )
+            left = panel.get_yaxis_transform()
+            panel.plot(np.full(places.size, 0.01), places, transform=left, **lost_look(why, GREY))
             entries.setdefault(sentence(why), lost_handle(why))
     target_lines(panel, view, group, entries, upright=True)
     panel.set_yticks(range(len(picked)), [rows[i] for i in picked])
@@ -137,36 +123,30 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
     label = common_label(view, group)
     x_label(panel, label, 4.5)
     notes = [*view.notes(group), picked_text(axis, MOST_ROWS)]
-    if list(entries) == ["Computed"]:
-        entries = {}
-    return finish(figure, f"{label.split(HARD_SPACE)[0]}, case by case", notes, entries)
+    title = f"{label.split(HARD_SPACE)[0]}, case by case"
+    return finish(figure, title, notes, entries if told_apart(entries) else {})
 
 
 def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figure:
     """Many unrelated designs: the variable against each parameter."""
     from matplotlib.lines import Line2D
 
-    drawn = list(parameters)[:MOST_PANELS]
-    rows, columns = grid_of(len(drawn))
-    height = 2.05 * rows
-    figure, panels = new_sheet(rows, columns, height, sharey=True)
-    entries: Entries = {}
+    shown = parameters[:MOST_PANELS]
+    sheet = multiples(len(shown), 0.0, 2.05, sharey=True)
+    entries = sheet.entries
     size = view.data.sizes["design"]
     picked = pick(size, 5000)
-    lines = [line_of(view, name, {}, _line_text(view, name, group)) for name in group]
-    for panel, parameter in zip(panels, drawn, strict=False):
-        variable = view.array(parameter)
-        x = np.asarray(variable.values, dtype=float)[picked]
+    lines = _lines_of(view, group)
+    for panel, parameter in zip(sheet.panels, shown, strict=True):
+        x = view.numbers(parameter)[picked]
         for rank, line in enumerate(lines):
-            colour = line_style(rank, len(lines))["color"]
-            (dots,) = panel.plot(
-                x, line.y[picked], ".", color=colour, markersize=2.5, rasterized=True
-            )
+            y, colour = line.y[picked], line_style(rank, len(lines))["color"]
+            (dots,) = panel.plot(x, y, ".", color=colour, markersize=2.5, rasterized=True)
             entries.setdefault(line.text, dots)
             for why in sorted({str(said) for said in line.said if said}):
                 places = line.said[picked] == why
-                if np.isfinite(line.y[picked][places]).any():
-                    panel.plot(x[places], line.y[picked][places], **doubt_look())
+                if np.isfinite(y[places]).any():
+                    panel.plot(x[places], y[places], **doubt_look())
                     entries.setdefault(sentence(why), Line2D([], [], **doubt_look()))
                 else:
                     lost_points(panel, x[places], why)
@@ -177,16 +157,11 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
             panel.set_xscale("log")
             log_ticks(panel.xaxis, known[0], known[-1])
         free_scale(panel, [line.y for line in lines])
-        x_label(panel, axis_label(variable, parameter), 5.4 / columns)
-    for panel in panels[len(drawn) :]:
-        panel.set_visible(False)
+        x_label(panel, axis_label(view.array(parameter), parameter), 5.4 / sheet.columns)
     label = common_label(view, group)
-    left_labels(panels, columns, label, 1.6)
-    notes = list(view.notes(group))
+    sheet.label_y(label, 1.6)
+    notes = view.notes(group)
     if len(picked) < size:
         notes.append(f"{len(picked)} of {size} designs shown")
-    if list(entries) == ["Computed"]:
-        entries = {}
     title = f"{label.split(HARD_SPACE)[0]}, all designs"
-    spare = panels[len(drawn) :]
-    return finish(figure, title, notes, entries, below=True, spare=spare)
+    return sheet.finish(title, notes, legend=told_apart(entries))

@@ -13,27 +13,25 @@ from numpy.typing import NDArray
 from engine_dyn.types import Floats
 from sweeps.dimensions import HIGH, LOW
 from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_points
+from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import (
     degree_ticks,
     free_scale,
-    left_labels,
     no_ordinate,
     parameter_ticks,
     sensible_span,
-    x_label,
-    y_label,
 )
-from sweeps.figures.sheet import Entries, bare_panels, finish, grid_of, lowest_panels, new_sheet
+from sweeps.figures.sheet import Entries
 from sweeps.figures.targets import target_lines, target_places
 from sweeps.figures.views import (
-    MOST_LINES,
     MOST_PANELS,
     NO_VALUE,
     StudyAxis,
     View,
     key_text,
-    pick,
+    picked,
     picked_text,
+    place_on,
 )
 from sweeps.figures.wording import (
     HARD_SPACE,
@@ -48,6 +46,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+
+COMPUTED = "Computed"
+"""What a line is called that needs no other name."""
 
 FEW_POINTS = 5
 """Values of an axis below which the lines between the points are thin."""
@@ -76,29 +77,13 @@ class Line:
 
 def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: Any) -> Line:
     """One line of a variable: all axes but one are fixed by `index`."""
-    array = view.array(name)
-    array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
     other = view.published(name)
-    published = None
-    if other is not None:
-        beside = view.array(other)
-        beside = beside.isel({dim: i for dim, i in index.items() if dim in beside.dims})
-        published = np.asarray(beside.values, dtype=float)
-    values = np.asarray(array.values, dtype=float)
-    said = view.outcomes(name, array, index)
-    return Line(text, values, said, published, band=_band(view, name, index), **more)
-
-
-def _band(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floats] | None:
-    """Ends of the uncertainty of a line; None where the archive has none."""
-    ends = []
-    for key in band_names(name):
-        if key not in view.data.variables:
-            return None
-        array = view.array(key)
-        array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
-        ends.append(np.asarray(array.values, dtype=float))
-    return ends[0], ends[1]
+    published = view.numbers(other, index) if other else None
+    low, high = band_names(name)
+    there = low in view.data.variables and high in view.data.variables
+    band = (view.numbers(low, index), view.numbers(high, index)) if there else None
+    said = view.outcomes(name, view.at(name, index), index)
+    return Line(text, view.numbers(name, index), said, published, band=band, **more)
 
 
 def band_names(name: str) -> tuple[str, str]:
@@ -168,67 +153,53 @@ def common_label(view: View, names: Sequence[str]) -> str:
     return sentence(text) + unit_in_brackets(view.array(names[0]))
 
 
+def told_apart(entries: Entries) -> bool:
+    """Whether a legend is needed: not for computed values alone."""
+    return list(entries) != [COMPUTED]
+
+
 def line_figure(
-    view: View,
-    names: Sequence[str],
-    along: str,
-    over: str | None = None,
-    facet: str | None = None,
-    more: Sequence[Line] = (),
-    text: str = "Computed",
-) -> Figure:
+    view: View, names: Sequence[str], along: str, over: str | None = None,
+    facet: str | None = None, more: Sequence[Line] = (), text: str = COMPUTED,
+) -> Figure:  # fmt: skip
     """Numbers against one axis: a line for each variable, or for each value of a second axis."""
     view = view.only(names, [along, over, facet])
-    axis = view.axis(along)
-    across = view.axis(facet) if facet else None
-    other = view.axis(over) if over else None
-    panels_at = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
-    rows, columns = grid_of(len(panels_at))
-    height = 3.3 if rows * columns == 1 else 0.5 + 1.85 * rows
-    figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
-    entries: Entries = {}
-    room = 5.0 / columns
-    picked = pick(other.size, MOST_LINES, other.nominal) if other else [0]
+    axis, other, across = view.axis(along), view.axis_along(over), view.axis_along(facet)
+    places = picked(across, MOST_PANELS)
+    base, each = (3.3, 0.0) if len(places) == 1 else (0.5, 1.85)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=True)
     every = []
-    for panel, place in zip(panels, panels_at, strict=False):
-        at = {facet: place} if facet else {}
-        if over and other:
+    for panel, place in zip(sheet.panels, places, strict=True):
+        at = place_on(across, place)
+        if other:
             lines = [
-                line_of(view, names[0], {**at, over: i}, other.text(i), strong=i == other.nominal)
-                for i in picked
+                line_of(
+                    view, names[0], at | {other.name: i}, other.text(i), strong=i == other.nominal
+                )
+                for i in picked(other)
             ]
         elif len(names) == 1:
             lines = [line_of(view, names[0], at, text, strong=True), *more]
         else:
             lines = [line_of(view, name, at, title_of(view.array(name), name)) for name in names]
-        draw_points(panel, axis, lines, entries)
-        target_lines(panel, view, names, entries)
-        target_places(panel, view, axis, entries)
+        draw_points(panel, axis, lines, sheet.entries)
+        target_lines(panel, view, names, sheet.entries)
+        target_places(panel, view, axis, sheet.entries)
         every += [line.y for line in lines]
         if across:
             panel.set_title(across.tag(place))
-    for panel in panels[: len(panels_at)]:
+    room = 5.0 / sheet.columns
+    for panel in sheet.panels:
         parameter_ticks(panel, axis, "x", room)
         free_scale(panel, every)
         degree_ticks(panel, view.array(names[0]))
-    span = sensible_span(panels[: len(panels_at)], every)
-    bare_panels(panels, len(panels_at), columns)
-    for panel in lowest_panels(panels, len(panels_at), columns):
-        x_label(panel, axis.label, room)
+    span = sensible_span(sheet.panels, every)
     label = common_label(view, names)
-    if facet:
-        left_labels(panels, columns, label, 1.6)
-    else:
-        y_label(panels[0], label, 2.8)
+    sheet.label_x(axis.label, room)
+    sheet.label_y(label, 1.6 if across else 2.8)
     notes = [*view.notes(names), picked_text(other), picked_text(across, MOST_PANELS), span]
-    lonely = list(entries) == ["Computed"]
-    return finish(
-        figure,
-        f"{label.split(HARD_SPACE)[0]} against {key_text(axis)}",
-        notes,
-        {} if lonely else entries,
-        other.label if other else "",
-        view.caption,
-        below=bool(facet),
-        spare=panels[len(panels_at) :],
-    )
+    return sheet.finish(
+        f"{label.split(HARD_SPACE)[0]} against {key_text(axis)}", notes, view.caption,
+        legend=told_apart(sheet.entries), legend_title=other.label if other else "",
+        below=across is not None,
+    )  # fmt: skip

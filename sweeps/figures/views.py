@@ -96,6 +96,10 @@ class StudyAxis:
         """Whether there is something between its values, so that a line may run there."""
         return not self.words and self.name not in CATEGORIES
 
+    def mark(self, index: int) -> str:
+        """What is said beside the value of the nominal design."""
+        return " (nominal)" if index == self.nominal else ""
+
     def tag(self, index: int) -> str:
         """Name and value, for titles."""
         if self.name == MISFIRE and self.words:
@@ -142,13 +146,17 @@ def pick(size: int, most: int, keep: int | None = None) -> list[int]:
     return sorted(int(index) for index in chosen)
 
 
+def picked(axis: StudyAxis | None, most: int = MOST_LINES) -> list[int]:
+    """Indices of the values of an axis that are drawn; one place without an axis."""
+    return pick(axis.size, most, axis.nominal) if axis else [0]
+
+
 def picked_text(axis: StudyAxis | None, most: int = MOST_LINES) -> str:
     """Say how many values of an axis are shown where they are not all."""
     if axis is None or axis.size <= most:
         return ""
-    shown_count = len(pick(axis.size, most, axis.nominal))
     what = "cases" if axis.name == "design" else f"values of {axis.name.replace('_', ' ')}"
-    return f"{shown_count} of {axis.size} {what} shown"
+    return f"{len(picked(axis, most))} of {axis.size} {what} shown"
 
 
 @dataclass(frozen=True)
@@ -179,6 +187,15 @@ class View:
     def array(self, name: str) -> xr.Variable:
         """Return a variable without its coordinates; not read before its values are."""
         return self.data.variables[name]
+
+    def at(self, name: str, index: Mapping[str, int]) -> xr.Variable:
+        """A variable at places of those axes that it has."""
+        array = self.array(name)
+        return array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+
+    def numbers(self, name: str, index: Mapping[str, int] | None = None) -> Floats:
+        """Values of a variable or coordinate, at places of those axes that it has."""
+        return np.asarray(self.at(name, index or {}).values, dtype=float)
 
     def has(self, name: str) -> bool:
         """Whether there is a variable of numbers of this name."""
@@ -223,6 +240,10 @@ class View:
         return StudyAxis(
             dim, values, (), axis_label(own, dim), own, is_log(values), remarks, nominal
         )
+
+    def axis_along(self, dim: str | None) -> StudyAxis | None:
+        """The axis of a dimension, or None where nothing is drawn along one."""
+        return self.axis(dim) if dim else None
 
     def cut(self, index: Mapping[str, int]) -> View:
         """One slice: the dimensions of `index` are gone."""
@@ -349,8 +370,7 @@ class View:
         doubtful = name.startswith(FROM_SPEED)
         if "status" not in self.data.variables or not (lost.any() or doubtful):
             return said
-        status = self.array("status")
-        status = status.isel({d: i for d, i in index.items() if d in status.dims})
+        status = self.at("status", index)
         if set(status.dims) <= set(array.dims):
             sizes = {dim: array.sizes[dim] for dim in array.dims}
             codes = status.set_dims(sizes).transpose(*array.dims).values
@@ -409,6 +429,11 @@ def same_over(dims: Sequence[str]) -> str:
     if "design" in dims:
         places.append("in every case")
     return f"the same {' and '.join(places)}"
+
+
+def title_by(title: str, axis: StudyAxis | None) -> str:
+    """A title, and along which axis it is."""
+    return f"{title} by {key_text(axis)}" if axis else title
 
 
 def key_text(axis: StudyAxis) -> str:
