@@ -12,18 +12,11 @@ from numpy.typing import NDArray
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
 from sweeps.figures.marks import LOST, LOST_OTHERWISE, doubt_look
-from sweeps.figures.scales import parameter_ticks, x_label, y_label
-from sweeps.figures.sheet import (
-    GREY,
-    Entries,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import Multiples, columns_for, multiples
+from sweeps.figures.scales import parameter_ticks
+from sweeps.figures.sheet import GREY, Entries
 from sweeps.figures.targets import LOOK, target_lines, target_places, target_text
-from sweeps.figures.views import MOST_PANELS, StudyAxis, View, key_text, pick, picked_text
+from sweeps.figures.views import MOST_PANELS, StudyAxis, View, key_text, picked, picked_text
 from sweeps.figures.wording import axis_label, digits_of, number_text, sentence, title_of, wrap
 
 if TYPE_CHECKING:
@@ -37,76 +30,92 @@ MOST_MARKS = 900
 """Cells of a map up to which designs that missed the tolerance are marked one by one."""
 
 
-def map_figure(view: View, name: str, along: str, up: str, facet: str | None = None) -> Figure:
-    """A variable over two axes: colours with labelled contours; designs without one hatched."""
-    from matplotlib.colors import LogNorm, Normalize
+def map_panels(
+    view: View, along: str, up: str, facet: str | None, room: float, each: float = 1.85
+) -> tuple[Multiples, float]:
+    """Empty maps over two axes, one for each value of a third, and the height of the figure.
 
-    view = view.only([name], [along, up, facet])
-    x, y = view.axis(along), view.axis(up)
-    across = view.axis(facet) if facet else None
-    places = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
-    rows, columns = grid_of(len(places))
-    array = view.array(name)
-    if facet:
-        array = array.isel({facet: places})
-    array = array.transpose(*([facet] if facet else []), up, along)
-    values = np.asarray(array.values, dtype=float).reshape(-1, y.size, x.size)
-    said = xr.Variable(view.array(name).dims, view.outcomes(name, view.array(name), {}))
-    if facet:
-        said = said.isel({facet: places})
-    reasons = said.transpose(*array.dims).values.reshape(values.shape)
-    known = values[np.isfinite(values)]
-    norm: Normalize = Normalize(0, 1)
-    if known.size:
-        low, high = float(known.min()), float(known.max())
-        log = low > 0 and high > 20 * low
-        norm = LogNorm(low, high) if log else Normalize(low, high if high > low else low + 1)
-    levels = _levels(known, isinstance(norm, LogNorm)) if known.size else np.empty(0)
-    height = 3.9 if rows * columns == 1 else 0.6 + (2.2 if columns == 2 else 1.85) * rows
-    figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
-    whys = sorted({str(why) for why in reasons.ravel() if why})
-    room = 5.4 / columns
-    for panel, table, why in zip(panels, values, reasons, strict=False):
-        parameter_ticks(panel, x, "x", room)
-        parameter_ticks(panel, y, "y", 0.7 * height / rows)
-        _map_panel(panel, x, y, table, why, whys, norm, levels)
-    entries = _hatches(whys, x.size * y.size > MOST_MARKS)
-    for panel, table in zip(panels, values, strict=False):
-        _target_contours(panel, view, name, (x, y, table), entries)
-    for panel, place in zip(panels, places, strict=False):
+    A map is `room` inches wide where it stands alone; `each` is the height of a row of several.
+    """
+    x, y, across = view.axis(along), view.axis(up), view.axis_along(facet)
+    places = picked(across, MOST_PANELS)
+    base, each = (3.9, 0.0) if len(places) == 1 else (0.6, each)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=True)
+    height = base + each * sheet.rows
+    for panel, place in zip(sheet.panels, places, strict=True):
+        panel.grid(False)
+        panel.spines[:].set_visible(True)
+        parameter_ticks(panel, x, "x", room / sheet.columns)
+        parameter_ticks(panel, y, "y", 0.7 * height / sheet.rows)
+        panel.set_xlim(*cell_edges(x)[[0, -1]].tolist())
+        panel.set_ylim(*cell_edges(y)[[0, -1]].tolist())
         if across:
             panel.set_title(across.tag(place))
-    bare_panels(panels, len(places), columns)
-    for panel in lowest_panels(panels, len(places), columns):
-        x_label(panel, x.label, room)
-    for panel in panels[::columns]:
-        y_label(panel, y.label, height / rows * 0.75)
+    sheet.label_x(x.label, room / sheet.columns)
+    sheet.label_y(y.label, height / sheet.rows * 0.75)
+    return sheet, height
+
+
+def map_figure(view: View, name: str, along: str, up: str, facet: str | None = None) -> Figure:
+    """A variable over two axes: colours with labelled contours; designs without one hatched."""
+    view = view.only([name], [along, up, facet])
+    x, y, across = view.axis(along), view.axis(up), view.axis_along(facet)
+    places = picked(across, MOST_PANELS)
+    values, reasons = _tables(view, name, (along, up, facet), places)
+    known = values[np.isfinite(values)]
+    norm, levels = _scale(known)
+    two_rows = columns_for(len(places)) == 2
+    sheet, height = map_panels(view, along, up, facet, 5.4, 2.2 if two_rows else 1.85)
+    whys = sorted({str(why) for why in reasons.ravel() if why})
+    sheet.entries.update(_hatches(whys, x.size * y.size > MOST_MARKS))
+    for panel, table, why in zip(sheet.panels, values, reasons, strict=True):
+        _map_panel(panel, x, y, table, why, norm, levels)
+        _target_contours(panel, view, name, (x, y, table), sheet.entries)
     if known.size:
-        _colour_bar(figure, panels[: len(places)], norm, levels, axis_label(array, name), height)
+        label = axis_label(view.array(name), name)
+        _colour_bar(sheet.figure, sheet.panels, norm, levels, label, height)
     notes = [*view.notes([name]), picked_text(across, MOST_PANELS)]
-    title = f"{title_of(array, name)} over {key_text(x)} and {key_text(y)}"
-    return finish(figure, title, notes, entries, caption=view.caption, below=True)
+    title = f"{title_of(view.array(name), name)} over {key_text(x)} and {key_text(y)}"
+    return sheet.finish(title, notes, view.caption)
+
+
+def _tables(
+    view: View, name: str, axes: tuple[str, str, str | None], places: Sequence[int]
+) -> tuple[Floats, NDArray[Any]]:
+    """Values of each map, and why some are no numbers, both of shape (maps, up, along)."""
+    along, up, facet = axes
+    array = view.array(name)
+    said = xr.Variable(array.dims, view.outcomes(name, array, {}))
+    shape = (len(places), view.axis(up).size, view.axis(along).size)
+    order = (*([facet] if facet else []), up, along)
+    values, reasons = (
+        (one.isel({facet: list(places)}) if facet else one).transpose(*order).values.reshape(shape)
+        for one in (array, said)
+    )
+    return np.asarray(values, dtype=float), reasons
+
+
+def _scale(known: Floats) -> tuple[Normalize, Floats]:
+    """Scale of the colours and levels of the contours, for all maps of a figure."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    if not known.size:
+        return Normalize(0, 1), np.empty(0)
+    low, high = float(known.min()), float(known.max())
+    log = low > 0 and high > 20 * low
+    norm = LogNorm(low, high) if log else Normalize(low, high if high > low else low + 1)
+    return norm, _levels(known, log)
 
 
 def _map_panel(
-    panel: Axes,
-    x: StudyAxis,
-    y: StudyAxis,
-    table: Floats,
-    why: NDArray[Any],
-    whys: Sequence[str],
-    norm: Normalize,
+    panel: Axes, x: StudyAxis, y: StudyAxis, table: Floats, why: NDArray[Any], norm: Normalize,
     levels: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Cells for designs, contours through their middles, hatching for what is lost."""
-    panel.grid(False)
-    panel.spines[:].set_visible(True)
     edges = cell_edges(x), cell_edges(y)
     lost = ~np.isfinite(table)
     masked = np.ma.masked_array(table, lost)
     panel.pcolormesh(*edges, masked, norm=norm, cmap=_light_map(), rasterized=True)
-    panel.set_xlim(*edges[0][[0, -1]].tolist())
-    panel.set_ylim(*edges[1][[0, -1]].tolist())
     inside = table[~lost]
     if min(table.shape) > 1 and inside.size:
         digits = digits_of(levels)
@@ -119,10 +128,8 @@ def _map_panel(
             places = _label_places(panel, lines)
             if places:
                 panel.clabel(lines, fmt=written, fontsize=6.5, inline_spacing=3, manual=places)
-    for reason in whys:
+    for reason in sorted({str(one) for one in why.ravel() if one}):
         where = why == reason
-        if not where.any():
-            continue
         if lost[where].all():
             hatch_cells(panel, *edges, where, LOST.get(reason, LOST_OTHERWISE)[1])
         elif table.size > MOST_MARKS:
@@ -205,12 +212,7 @@ def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
 
 
 def hatch_cells(
-    panel: Axes,
-    x: Floats,
-    y: Floats,
-    where: NDArray[Any],
-    hatch: str,
-    ground: str = "white",
+    panel: Axes, x: Floats, y: Floats, where: NDArray[Any], hatch: str, ground: str = "white"
 ) -> None:
     """Hatch cells of a map; neighbours in a row are one rectangle."""
     from matplotlib.collections import PolyCollection
@@ -241,13 +243,9 @@ def _hatches(whys: Sequence[str], dense: bool) -> Entries:
 
 
 def _colour_bar(
-    figure: Figure,
-    panels: Sequence[Axes],
-    norm: Normalize,
-    levels: Floats,
-    label: str,
+    figure: Figure, panels: Sequence[Axes], norm: Normalize, levels: Floats, label: str,
     height: float,
-) -> None:
+) -> None:  # fmt: skip
     """Colour bar with the contours on it, ticks at their levels."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import NullLocator
