@@ -9,30 +9,22 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.lines import COUNTED
-from sweeps.figures.scales import comparable, crank_axis, left_labels, y_label
-from sweeps.figures.sheet import (
-    OWN_ORDINATES,
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import Multiples, multiples
+from sweeps.figures.scales import comparable, crank_axis, y_label
+from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.torques import torque_and_speed_names
 from sweeps.figures.traces import draw_curves, trace
 from sweeps.figures.views import (
-    MOST_LINES,
     MOST_PANELS,
+    StudyAxis,
     View,
     facet_of,
-    key_text,
-    pick,
+    picked,
     picked_text,
     place_on,
     stem_of,
+    title_by,
 )
 from sweeps.figures.wording import axis_label, title_of
 
@@ -61,66 +53,56 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
     parts = [dim for dim in COUNTED if dim in view.array(name).dims]
     facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
-    axis = view.axis(along) if along else None
-    entries: Entries = {}
+    axis, across = view.axis_along(along), view.axis_along(facet)
     notes = [*view.notes([name]), picked_text(axis)]
-    label = axis_label(view.array(name), name)
-    if facet:
-        across = view.axis(facet)
-        picked = pick(across.size, MOST_PANELS, across.nominal)
-        rows, columns = grid_of(len(picked))
-        room, height = 6.3 / columns, 1.4
-        traces = [
-            [
-                trace(view, name, {facet: i, **place_on(axis, j)})[1]
-                for j in pick(axis.size if axis else 1, MOST_LINES)
-            ]
-            for i in picked
-        ]
-        change = None
-        if any(far_apart(lines) for lines in traces):
-            change, label = deviation, DEVIATION
-            traces = [[deviation(line) for line in lines] for lines in traces]
-        share = comparable(traces)
-        figure, panels = new_sheet(rows, columns, 0.5 + 1.75 * rows, sharex=True, sharey=share)
-        for panel, index in zip(panels, picked, strict=False):
-            draw_curves(panel, view, name, axis, {facet: index}, entries, change)
-            panel.set_title(across.tag(index))
-        notes.append("" if share else OWN_ORDINATES)
-        notes.append(picked_text(across, MOST_PANELS))
-        bare_panels(panels, len(picked), columns)
-        lowest = lowest_panels(panels, len(picked), columns)
+    if across:
+        sheet, share = _facets(view, name, axis, across)
+        notes += ["" if share else OWN_ORDINATES, picked_text(across, MOST_PANELS)]
     else:
-        figure, panels = new_sheet(1, 1, 3.3)
-        room, height = 5.0, 2.8
-        drawn = draw_curves(panels[0], view, name, axis, {}, entries)
-        if far_apart(drawn):
-            figure, panels = new_sheet(2, 1, 4.9, sharex=True)
-            height, entries = 2.2, {}
-            draw_curves(panels[0], view, name, axis, {}, entries)
-            draw_curves(panels[1], view, name, axis, {}, {}, deviation)
-            y_label(panels[1], DEVIATION, height)
-        lowest = list(panels[-1:])
-    for panel in lowest:
-        crank_axis(panel, view.array("crank_angle"), room)
-    for panel in panels[: len(picked) if facet else None]:
-        if panel not in lowest:
-            crank_axis(panel, view.array("crank_angle"), room, named=False)
-    if facet:
-        left_labels(panels, columns, label, height)
-    else:
-        y_label(panels[0], label, height)
-    title = title_of(view.array(name), name)
-    return finish(
-        figure,
-        f"{title} by {key_text(axis)}" if axis else title,
-        notes,
-        entries if axis or name in view.options.targets else None,
-        axis.label if axis else "",
-        view.caption,
-        below=bool(facet),
-        spare=panels[len(picked) :] if facet else (),
-    )
+        sheet = _one_panel(view, name, axis)
+    for panel in sheet.panels:
+        room = 6.3 / sheet.columns if across else 5.0
+        crank_axis(panel, view.array("crank_angle"), room, named=panel in sheet.lowest)
+    return sheet.finish(
+        title_by(title_of(view.array(name), name), axis), notes, view.caption,
+        legend=axis is not None or name in view.options.targets,
+        legend_title=axis.label if axis else "", below=across is not None,
+    )  # fmt: skip
+
+
+def _one_panel(view: View, name: str, axis: StudyAxis | None) -> Multiples:
+    """Lines of all values in one panel; below it their deviations, where they are far apart."""
+    sheet, height = multiples(1, 3.3, 0.0), 2.8
+    drawn = draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
+    if far_apart(drawn):
+        sheet, height = multiples(2, 4.9, 0.0, columns=1, sharex=True), 2.2
+        draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
+        draw_curves(sheet.panels[1], view, name, axis, {}, {}, deviation)
+        y_label(sheet.panels[1], DEVIATION, height)
+    y_label(sheet.panels[0], axis_label(view.array(name), name), height)
+    return sheet
+
+
+def _facets(
+    view: View, name: str, axis: StudyAxis | None, across: StudyAxis
+) -> tuple[Multiples, bool]:
+    """A panel for each value of a second axis, and whether they have one ordinate."""
+    shown = picked(across, MOST_PANELS)
+    traces = [
+        [trace(view, name, {across.name: i, **place_on(axis, j)})[1] for j in picked(axis)]
+        for i in shown
+    ]
+    change, label = None, axis_label(view.array(name), name)
+    if any(far_apart(lines) for lines in traces):
+        change, label = deviation, DEVIATION
+        traces = [[deviation(line) for line in lines] for lines in traces]
+    share = comparable(traces)
+    sheet = multiples(len(shown), 0.5, 1.75, sharex=True, sharey=share)
+    for panel, index in zip(sheet.panels, shown, strict=True):
+        draw_curves(panel, view, name, axis, {across.name: index}, sheet.entries, change)
+        panel.set_title(across.tag(index))
+    sheet.label_y(label, 1.4)
+    return sheet, share
 
 
 def far_apart(curves: Sequence[Floats]) -> bool:

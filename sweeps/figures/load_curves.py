@@ -9,7 +9,7 @@ from sweeps.figures.scales import y_label
 from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
-from sweeps.figures.views import MOST_LINES, View, key_text, picked_text
+from sweeps.figures.views import MOST_LINES, View, picked_text, title_by
 from sweeps.figures.wording import axis_label, title_of
 
 LOAD = "load"
@@ -67,10 +67,6 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
             entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
         y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])
-    yield (
-        f"{along}_curves{view.suffix}",
-        finish(
-            figure, f"Curves of the cycle by {key_text(axis)}",
-            [*view.notes(shown), picked_text(axis)], entries, axis.label, view.caption,
-        ),
-    )  # fmt: skip
+    title, notes = title_by("Curves of the cycle", axis), [*view.notes(shown), picked_text(axis)]
+    drawn = finish(figure, title, notes, entries, axis.label, view.caption)
+    yield f"{along}_curves{view.suffix}", drawn

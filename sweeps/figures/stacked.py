@@ -11,7 +11,7 @@ from sweeps.figures.scales import crank_axis, log_ticks, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, set_cycle
-from sweeps.figures.views import View, key_text, picked_text, stem_of
+from sweeps.figures.views import View, picked_text, stem_of, title_by
 from sweeps.figures.wording import axis_label
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _stacked(
     found = study.along(names)
     for whole, along in found:
         view = whole.only(names, [along])
-        axis = view.axis(along) if along else None
+        axis = view.axis_along(along)
         figure, panels = new_sheet(len(panels_of), 1, 0.5 + 1.6 * len(panels_of), sharex=True)
         entries: Entries = {}
         for panel, name in zip(panels, panels_of, strict=True):
@@ -71,10 +71,7 @@ def _stacked(
             y_label(panel, axis_label(view.array(name), name), 1.6)
         set_cycle(panels, view, 5.0, panels[-1:])
         adjust(panels, view)
-        heading = f"{title} by {key_text(axis)}" if axis else title
-        notes = [*view.notes(names), picked_text(axis)]
-        legend = axis.label if axis else ""
-        yield (
-            stem_of(base, view, along, len(found) == 1),
-            finish(figure, heading, notes, entries if axis else {}, legend, view.caption),
-        )
+        notes, legend = [*view.notes(names), picked_text(axis)], axis.label if axis else ""
+        shown = entries if axis else {}
+        drawn = finish(figure, title_by(title, axis), notes, shown, legend, view.caption)
+        yield stem_of(base, view, along, len(found) == 1), drawn

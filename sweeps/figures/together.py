@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
-from sweeps.figures.marks import line_style, lost_handle, mark_lost
-from sweeps.figures.scales import comparable, left_labels
-from sweeps.figures.sheet import (
-    OWN_ORDINATES,
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import multiples
+from sweeps.figures.scales import comparable
+from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
-from sweeps.figures.traces import over_angle, set_cycle, trace
-from sweeps.figures.views import View, key_text, pick, picked_text, stem_of
-from sweeps.figures.wording import title_of, unit_in_brackets
+from sweeps.figures.traces import draw_lines, over_angle, set_cycle, trace
+from sweeps.figures.views import View, picked, picked_text, place_on, stem_of, title_by
+from sweeps.figures.wording import unit_in_brackets
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
+MOST_PANELS = 6
 
 GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "piston_forces": (
@@ -53,14 +45,13 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         )
     },
     **{
-        f"{name}_parts": (
+        f"{name}_pressure_parts": (
             f"{title} of gas and masses over piston area", "Reduced force",
-            (f"gas_{name}", f"inertia_{name}", name),
+            (f"gas_{name}_pressure", f"inertia_{name}_pressure", f"{name}_pressure"),
         )
         for name, title in (
-            ("piston_pressure", "Forces"), ("wall_pressure", "Wall thrust"),
-            ("rod_pressure", "Rod force"), ("tangential_pressure", "Tangential force"),
-            ("radial_pressure", "Radial force"),
+            ("piston", "Forces"), ("wall", "Wall thrust"), ("rod", "Rod force"),
+            ("tangential", "Tangential force"), ("radial", "Radial force"),
         )
     },
 }  # fmt: skip
@@ -73,11 +64,13 @@ def grouped_names(view: View) -> list[str]:
 
 
 def groups(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw each group of which at least two variables are there."""
+    """Draw each group of which at least two variables are there, along each axis."""
     for stem, (title, ordinate, _) in GROUPS.items():
         members = _members(study.view, stem)
-        if members:
-            yield from _group_figures(study, stem, title, ordinate, members)
+        for whole, along in study.along(members) if members else ():
+            if along is None or whole.varies(members, along):
+                figure = together(whole, members, along, title, ordinate)
+                yield stem_of(stem, whole, along), figure
 
 
 def _members(view: View, stem: str) -> list[str]:
@@ -85,51 +78,23 @@ def _members(view: View, stem: str) -> list[str]:
     return names if len(names) > 1 else []
 
 
-def _group_figures(
-    study: Study, stem: str, title: str, ordinate: str, names: Sequence[str]
-) -> NamedFigures:
-    """Several variables in one panel, and in small multiples along each axis."""
-    for whole, along in study.along(names):
-        if along is not None and not whole.varies(names, along):
-            continue
-        view = whole.only(names, [along])
-        axis = view.axis(along) if along else None
-        picked = pick(axis.size, 6, axis.nominal) if axis else [0]
-        rows, columns = grid_of(len(picked))
-        places = [{along: index} if along else {} for index in picked]
-        share = comparable([[trace(view, n, place)[1] for n in names] for place in places])
-        height = 0.5 + 1.75 * rows if axis else 3.3
-        figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
-        entries: Entries = {}
-        for panel, place in zip(panels, places, strict=False):
-            _lines(panel, view, names, place, entries)
-            if axis:
-                panel.set_title(axis.tag(place[axis.name]))
-        bare_panels(panels, len(picked), columns)
-        lowest = lowest_panels(panels, len(picked), columns)
-        set_cycle(panels[: len(picked)], view, (6.3 if axis else 4.6) / columns, lowest)
-        label = ordinate + unit_in_brackets(view.array(names[0]))
-        left_labels(panels, columns, label, 1.5 if axis else 2.8)
-        notes = [*view.notes(names), picked_text(axis, 6), "" if share else OWN_ORDINATES]
-        yield (
-            stem_of(stem, view, along),
-            finish(
-                figure, f"{title} by {key_text(axis)}" if axis else title, notes, entries,
-                caption=view.caption, below=axis is not None, spare=panels[len(picked) :],
-            ),
-        )  # fmt: skip
-
-
-def _lines(
-    panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int], entries: Entries
-) -> None:
-    for rank, name in enumerate(names):
-        x, y, lost = trace(view, name, place)
-        style = line_style(rank, len(names)) | {"marker": ""}
-        label = title_of(view.array(name), name)
-        if lost:
-            mark_lost(panel, lost, style["color"], rank)
-            entries.setdefault(f"{label}: {lost}", lost_handle(lost, style["color"]))
-        else:
-            (line,) = panel.plot(x, y, **style)
-            entries.setdefault(label, line)
+def together(
+    whole: View, names: Sequence[str], along: str | None, title: str, ordinate: str,
+    look: Callable[[str], dict[str, Any]] | None = None,
+) -> Figure:  # fmt: skip
+    """Several variables over the crank angle in one panel, or in one for each value of an axis."""
+    view = whole.only(names, [along])
+    axis = view.axis_along(along)
+    places = [place_on(axis, index) for index in picked(axis, MOST_PANELS)]
+    curves = [name for name in names if over_angle(view, name)]
+    share = comparable([[trace(view, name, place)[1] for name in curves] for place in places])
+    base, each = (0.5, 1.75) if axis else (3.3, 0.0)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=share)
+    for panel, place in zip(sheet.panels, places, strict=True):
+        draw_lines(panel, view, names, place, sheet.entries, look)
+        if axis:
+            panel.set_title(axis.tag(place[axis.name]) + axis.mark(place[axis.name]))
+    set_cycle(sheet.panels, view, (6.3 if axis else 4.6) / sheet.columns, sheet.lowest)
+    sheet.label_y(ordinate + unit_in_brackets(view.array(names[0])), 1.5 if axis else 2.8)
+    notes = [*view.notes(names), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
+    return sheet.finish(title_by(title, axis), notes, view.caption, below=axis is not None)

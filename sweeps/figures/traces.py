@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,12 +13,14 @@ from sweeps.figures.marks import line_style, lost_handle, mark_lost
 from sweeps.figures.scales import crank_axis, no_ordinate
 from sweeps.figures.sheet import WIDTH, Entries
 from sweeps.figures.targets import target_lines
-from sweeps.figures.views import FROM_SPEED, MOST_LINES, NO_VALUE, StudyAxis, View, pick
+from sweeps.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View, picked, place_on
 from sweeps.figures.wording import title_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+
+FRICTION = "friction_torque"
 
 RMS = "_rms"
 """Ending of the root mean square of a curve."""
@@ -38,8 +40,10 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
     It is closed by its first point. A design that is computed for a number of passes from a
     starting angle is not periodic: there the gap between end and start stays open.
     """
-    array = view.array(name)
-    array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+    array = view.at(name, index)
+    if "crank_angle" not in array.dims:  # the same at every angle
+        x, y = view.numbers("crank_angle")[[0, -1]], np.full(2, float(array.values))
+        return x, y, "" if np.isfinite(y[0]) else str(view.outcomes(name, array, index))
     x = np.asarray(view.data.variables.get("crank_angle", np.arange(array.size)), dtype=float)
     y = np.asarray(array.values, dtype=float)
     if not np.isfinite(y).any():
@@ -65,8 +69,7 @@ def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
     for name in ("status", "start_angle"):
         if name not in view.data.variables:
             return None
-        array = view.array(name)
-        array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+        array = view.at(name, index)
         if array.ndim or not np.isfinite(float(array.values)):
             return None
         found.append(float(array.values))
@@ -83,18 +86,16 @@ def draw_curves(
     change: Callable[[Floats], Floats] | None = None,
 ) -> list[Floats]:
     """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
-    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
+    places = picked(axis)
     drawn = []
     cell = axes.get_subplotspec()
     width = WIDTH / (cell.get_gridspec().ncols if cell else 1)
-    for rank, index in enumerate(picked):
-        place = {**fixed, axis.name: index} if axis else fixed
+    for rank, index in enumerate(places):
+        place = {**fixed, **place_on(axis, index)}
         x, y, lost = trace(view, name, place)
-        text = axis.text(index) if axis else title_of(view.array(name), name)
-        nominal = axis is not None and index == axis.nominal
-        if nominal:
-            text += " (nominal)"
-        style = line_style(rank, len(picked), nominal)
+        nominal = axis.mark(index) if axis else ""
+        text = (axis.text(index) if axis else title_of(view.array(name), name)) + nominal
+        style = line_style(rank, len(places), bool(nominal))
         if not (lost or fixed):
             text += _rms_text(view, name, place)
         if lost:
@@ -103,11 +104,11 @@ def draw_curves(
                 mark_lost(axes, lost, style["color"], rank)
                 entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
             continue
-        if len(picked) == 1:
+        if len(places) == 1:
             style["marker"] = ""
         if x.size > 40:
             step = max(x.size // (8 if width > 3 else 4), 1)
-            style["markevery"] = (rank * step // len(picked) + step // 16, step)
+            style["markevery"] = (rank * step // len(places) + step // 16, step)
         (line,) = axes.plot(x, change(y) if change else y, **style)
         entries.setdefault(text, line)
         drawn.append(y)
@@ -119,12 +120,33 @@ def draw_curves(
     return drawn
 
 
+def draw_lines(
+    panel: Axes, view: View, names: Sequence[str], index: Mapping[str, int], entries: Entries,
+    look: Callable[[str], dict[str, Any]] | None = None,
+) -> None:  # fmt: skip
+    """Lines of several variables, in their own looks or told apart by their rank.
+
+    Friction, which is positive, is drawn as it acts: against the rotation.
+    """
+    for rank, name in enumerate(names):
+        x, y, lost = trace(view, name, index)
+        style = look(name) if look else line_style(rank, len(names)) | {"marker": ""}
+        label = title_of(view.array(name), name)
+        if name == FRICTION:
+            label, y = f"\N{MINUS SIGN}{label}", -y
+        if lost:
+            mark_lost(panel, lost, style["color"], rank)
+            entries.setdefault(f"{label}: {lost}", lost_handle(lost, style["color"]))
+        else:
+            (line,) = panel.plot(x, y, **style)
+            entries.setdefault(label, line)
+
+
 def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
     """The root mean square of a curve, where the archive has it."""
     if not view.has(name + RMS):
         return ""
-    array = view.array(name + RMS)
-    array = array.isel({dim: i for dim, i in place.items() if dim in array.dims})
+    array = view.at(name + RMS, place)
     if array.ndim or not np.isfinite(float(array.values)):
         return ""
     return f", rms {with_unit(array, float(array.values))}"

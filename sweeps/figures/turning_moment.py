@@ -24,6 +24,7 @@ from sweeps.figures.marks import lost_handle, mark_lost
 from sweeps.figures.scales import y_label
 from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
+from sweeps.figures.torques import load_at, shade_work
 from sweeps.figures.traces import over_angle, set_cycle, trace
 from sweeps.figures.views import View
 from sweeps.figures.wording import HARD_SPACE, number_text, title_of, unit_in_brackets
@@ -42,8 +43,6 @@ MOST_WRITTEN = 16
 
 JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
 """Joules of a torque of one over an angle of one radian, by the torque's unit."""
-
-EXCESS, LACK = "#d9d9d9", "#bdbdbd"
 
 
 @dataclass(frozen=True)
@@ -138,26 +137,19 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
     set_cycle((upper, lower), view, 5.0, [lower])
     y_label(upper, "Torque" + unit_in_brackets(view.array("torque")), 2.7)
     y_label(lower, f"Energy above its minimum{HARD_SPACE}({unit})", 1.8)
-    yield (
-        "turning_moment" + view.suffix,
-        finish(
-            figure, "Turning-moment diagram", notes, entries, caption=view.caption, below=True
-        ),
-    )  # fmt: skip
+    title = "Turning-moment diagram"
+    drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
+    yield "turning_moment" + view.suffix, drawn
 
 
 def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> tuple[Floats, str]:
     """The load torque where it balances the torque over the cycle, else the mean torque."""
     mean = float(np.mean(torque[:-1]))
-    if "load_torque" in names:
-        angle, load, lost = trace(view, "load_torque", {})
-        if not lost:
-            known = np.isfinite(load)
-            load = np.interp(x, angle[known], load[known])
-            if abs(np.mean(load[:-1]) - mean) <= BALANCED * np.ptp(torque):
-                # what is left of rounding must not add up over the cycle
-                load = load + (mean - np.mean(load[:-1]))
-                return load, title_of(view.array("load_torque"), "load_torque")
+    load = load_at(view, x) if "load_torque" in names else None
+    if load is not None and abs(np.mean(load[:-1]) - mean) <= BALANCED * np.ptp(torque):
+        # what is left of rounding must not add up over the cycle
+        load = load + (mean - np.mean(load[:-1]))
+        return load, title_of(view.array("load_torque"), "load_torque")
     return np.full(x.size, mean), "Mean torque"
 
 
@@ -166,17 +158,8 @@ def _areas(panel: Axes, found: Turning, entries: Entries, text: str, label: str)
     x, torque, resistance = found.angle, found.torque, found.resistance
     (line,) = panel.plot(x, torque, color="black", linewidth=1.6)
     (other,) = panel.plot(x, resistance, color="#2f7d55", linewidth=1.6, linestyle=(0, (6, 1.5)))
-    above = panel.fill_between(
-        x, torque, resistance, where=torque >= resistance, color=EXCESS, linewidth=0
-    )
-    below = panel.fill_between(
-        x, torque, resistance, where=torque <= resistance, facecolor="white", edgecolor=LACK,
-        hatch="////", linewidth=0,
-    )  # fmt: skip
-    entries |= {
-        label: line, text: other,
-        "Excess of work: speed rises": above, "Deficit of work: speed falls": below,
-    }  # fmt: skip
+    entries |= {label: line, text: other}
+    shade_work(panel, x, torque, resistance, entries)
     sizes = np.abs(found.areas)
     written = np.argsort(-sizes)[:MOST_WRITTEN]
     for number in written[sizes[written] >= WRITTEN * found.swing]:
