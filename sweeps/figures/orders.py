@@ -9,29 +9,19 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style
-from sweeps.figures.scales import comparable, degree_ticks, left_labels, x_label
-from sweeps.figures.sheet import (
-    OWN_ORDINATES,
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-    rc,
-)
+from sweeps.figures.multiples import multiples
+from sweeps.figures.scales import comparable, degree_ticks, whole_ticks
+from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import (
-    MOST_LINES,
     MOST_PANELS,
     View,
     facet_of,
-    key_text,
-    pick,
+    picked,
     picked_text,
     place_on,
     stem_of,
+    title_by,
 )
 from sweeps.figures.wording import axis_label, title_of
 
@@ -62,72 +52,51 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
 
     None where every order is zero.
     """
-    from matplotlib.ticker import MaxNLocator
-
     facet = facet_of(view, [name], [along]) if along else None
     if along and view.data.sizes[along] > MOST_NESTED:
         facet, along = along, None  # bars of many values hide each other
     view = view.only([name], [along, facet])
-    axis = view.axis(along) if along else None
-    across = view.axis(facet) if facet else None
-    shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
-    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
-    rows, columns = grid_of(len(shown))
-    values = [
-        [_order_values(view, name, {**place_on(across, i), **place_on(axis, j)}) for j in picked]
-        for i in shown
+    axis, across = view.axis_along(along), view.axis_along(facet)
+    places = [
+        [{**place_on(across, i), **place_on(axis, j)} for j in picked(axis)]
+        for i in picked(across, MOST_PANELS)
     ]
-    if not any(np.nan_to_num(y).any() for each in values for y in each):
+    values = [[view.numbers(name, place) for place in row] for row in places]
+    least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for row in values for y in row)
+    if least == 0.0:
         return None
     share = comparable(values)
-    height = 0.5 + 1.75 * rows if across else 3.3
-    figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
-    places = np.asarray(view.data.variables["order"].values, dtype=float)
+    base, each = (0.5, 1.75) if across else (3.3, 0.0)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=share)
+    order = view.numbers("order")
     angles = view.array(name).attrs.get("units") == "degree"
-    least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for v in values for y in v)
-    there = [np.abs(y) > least for v in values for y in v]
-    drawn = places[np.any(there, axis=0)]
-    room = float(np.min(np.diff(drawn if drawn.size > 1 else places), initial=1.0))
-    entries: Entries = {}
-    for panel, index, each in zip(panels, shown, values, strict=False):
+    there = order[np.any([np.abs(y) > least for row in values for y in row], axis=0)]
+    room = float(np.min(np.diff(there if there.size > 1 else order), initial=1.0))
+    for panel, row, curves in zip(sheet.panels, places, values, strict=True):
         any_drawn = False
-        for rank, (value, y) in enumerate(zip(picked, each, strict=True)):
-            text = axis.text(value) if axis else title_of(view.array(name), name)
-            known = np.isfinite(y)
-            if angles:  # an order without amplitude has phase 0, which is not drawn
-                known &= _has_amplitude(
-                    view, name, {**place_on(across, index), **place_on(axis, value)}
-                )
-            else:
-                known &= np.abs(y) > least
+        for rank, (place, y) in enumerate(zip(row, curves, strict=True)):
+            known = _has_amplitude(view, name, place, y) if angles else np.abs(y) > least
             any_drawn |= bool(known.any())
-            handle = (_marks if angles else _bars)(
-                panel, places[known], y[known], room, (rank, len(picked))
-            )
-            if np.isfinite(y).any():
-                entries.setdefault(text, handle)
+            draw = _marks if angles else _bars
+            handle = draw(panel, order[known], y[known], room, (rank, len(row)))
+            if axis and np.isfinite(y).any():
+                sheet.entries.setdefault(axis.text(place[axis.name]), handle)
         if not any_drawn:
             panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
         panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
         if angles:
             degree_ticks(panel, view.array(name))
-        panel.set_xlim(places[0] - 0.5, places[-1] + 0.5)
-        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        panel.set_xlim(order[0] - 0.5, order[-1] + 0.5)
+        whole_ticks(panel)
         if across:
-            panel.set_title(across.tag(index))
-    bare_panels(panels, len(shown), columns)
-    for panel in lowest_panels(panels, len(shown), columns):
-        x_label(panel, axis_label(view.data.variables["order"], "order"), 6.3 / columns)
-    label = axis_label(view.array(name), name)
-    left_labels(panels, columns, label, 1.5 if across else 2.8)
-    title = title_of(view.array(name), name)
-    by = axis or across
+            panel.set_title(across.tag(row[0][across.name]))
+    sheet.label_x(axis_label(view.array("order"), "order"), 6.3 / sheet.columns)
+    sheet.label_y(axis_label(view.array(name), name), 1.5 if across else 2.8)
     notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
-    return finish(
-        figure, f"{title} by {key_text(by)}" if by else title,
-        [*notes, "" if share else OWN_ORDINATES], entries if axis else None,
-        axis.label if axis else "", view.caption, below=across is not None,
-        spare=panels[len(shown) :] if across else (),
+    return sheet.finish(
+        title_by(title_of(view.array(name), name), axis or across),
+        [*notes, "" if share else OWN_ORDINATES], view.caption,
+        legend_title=axis.label if axis else "", below=across is not None,
     )  # fmt: skip
 
 
@@ -152,16 +121,11 @@ def _marks(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, i
     return points
 
 
-def _has_amplitude(view: View, name: str, place: Mapping[str, int]) -> Any:
-    """Where a phase has a meaning: its amplitude, if the archive has it, is not 0."""
+def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floats) -> Any:
+    """Where a phase has a meaning: it is a number, and its amplitude in the archive is not 0."""
+    known = np.isfinite(phases)
     other = name.removesuffix("_phase") + "_order"
     if other == name or not view.has(other):
-        return True
-    size = np.abs(_order_values(view, other, place))
-    return size > NOTHING * np.nanmax(size, initial=0.0)
-
-
-def _order_values(view: View, name: str, place: Mapping[str, int]) -> Floats:
-    array = view.array(name)
-    array = array.isel({dim: i for dim, i in place.items() if dim in array.dims})
-    return np.asarray(array.values, dtype=float)
+        return known
+    size = np.abs(view.numbers(other, place))
+    return known & (size > NOTHING * np.nanmax(size, initial=0.0))

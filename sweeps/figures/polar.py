@@ -11,30 +11,20 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style
-from sweeps.figures.scales import x_label, y_label
-from sweeps.figures.sheet import (
-    WIDTH,
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-    rc,
-)
+from sweeps.figures.multiples import columns_for, multiples
+from sweeps.figures.sheet import WIDTH, Entries, NamedFigures, rc
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, trace
 from sweeps.figures.views import (
-    MOST_LINES,
     MOST_PANELS,
+    StudyAxis,
     View,
     facet_of,
-    key_text,
-    pick,
+    picked,
     picked_text,
     place_on,
     stem_of,
+    title_by,
 )
 from sweeps.figures.wording import axis_label, name_of, number_text
 
@@ -94,11 +84,9 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     if facet is None and along is not None:
         facet = facet_of(view, names, [along])
     view = view.only(names, [along, facet])
-    axis = view.axis(along) if along else None
-    across = view.axis(facet) if facet else None
-    shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
-    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
-    rows, columns = grid_of(len(shown))
+    axis, across = view.axis_along(along), view.axis_along(facet)
+    shown = picked(across, MOST_PANELS)
+    columns = columns_for(len(shown))
     beside = LEGEND if axis and not across else 0.0
     room = (WIDTH - LABEL - beside) / columns - (0.2 if across else 0.0)
     most = 2.6 if across else 4.6
@@ -106,30 +94,14 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     wide = min(room, most * width / height)
     tall = wide * height / width
     size = WIDTH if columns > 2 else wide * columns + LABEL + beside
-    share = {"sharex": True, "sharey": True}
-    figure, panels = new_sheet(rows, columns, (tall + 0.3) * rows + 0.4, width=size, **share)
-    entries: Entries = {}
-    for panel, index in zip(panels, shown, strict=False):
+    sheet = multiples(len(shown), 0.4, tall + 0.3, width=size, sharex=True, sharey=True)
+    for panel, index in zip(sheet.panels, shown, strict=True):
         ends = (low, low + height)
         panel.set_xlim(left, left + width)
         panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
-        places = [{**place_on(across, index), **place_on(axis, value)} for value in picked]
-        loops = [_closed_once(view, names, place) for place in places]
-        for rank, (value, loop) in enumerate(zip(picked, loops, strict=True)):
-            if loop is None:  # padded to the engine with most journals
-                continue
-            style = line_style(rank, len(picked))
-            # a curve is wider by those that run over it later, so that each of them is seen
-            later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
-            style["linewidth"] = 1.2 + 1.5 * later
-            line = _draw_loop(panel, loop, style)
-            if axis:
-                nominal = " (nominal)" if value == axis.nominal else ""
-                entries.setdefault(axis.text(value) + nominal, line)
-        kept = [(rank, loop) for rank, loop in enumerate(loops) if loop is not None]
-        for rank, loop in kept[:1]:
-            colour = line_style(rank, len(picked))["color"]
-            _write_angles(panel, loop, colour, apart=(0.09 if across else 0.06) * height)
+        drawn = _loops(panel, view, names, place_on(across, index), axis, height)
+        for text, line in drawn.items() if axis else ():
+            sheet.entries.setdefault(text, line)
         panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.set_aspect("equal", adjustable="box")
@@ -137,23 +109,41 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         panel.locator_params("y", nbins=max(3, int(1.8 * tall)))
         if across:
             panel.set_title(across.tag(index))
-    bare_panels(panels, len(shown), columns)
-    for panel in lowest_panels(panels, len(shown), columns):
-        x_label(panel, axis_label(view.array(right), right), 6.3 / columns if across else wide)
-    for panel in panels[::columns]:
-        y_label(panel, axis_label(view.array(up), up), tall)
+    sheet.label_x(axis_label(view.array(right), right), 6.3 / columns if across else wide)
+    sheet.label_y(axis_label(view.array(up), up), tall)
     axes_said = next(said for pair, said in POLAR.items() if right.endswith(f"_{pair[0]}"))
-    title = f"Polar diagram of the {_common(view, names)}"
     notes = [
         *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
         axes_said, f"a mark every {MARKED:g}° of crank angle",
         "angles at the first curve" if axis else "",
     ]  # fmt: skip
-    return finish(
-        figure, f"{title} by {key_text(axis)}" if axis else title, notes,
-        entries if axis else None, axis.label if axis else "", view.caption,
-        below=across is not None, spare=panels[len(shown) :] if across else (),
+    return sheet.finish(
+        title_by(f"Polar diagram of the {_common(view, names)}", axis), notes, view.caption,
+        legend_title=axis.label if axis else "", below=across is not None,
     )  # fmt: skip
+
+
+def _loops(
+    panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
+    axis: StudyAxis | None, height: float,
+) -> Entries:  # fmt: skip
+    """Draw a curve for each value of an axis; the first one that is there has the angles."""
+    entries: Entries = {}
+    values = picked(axis)
+    loops = [_closed_once(view, names, {**place, **place_on(axis, value)}) for value in values]
+    for rank, (value, loop) in enumerate(zip(values, loops, strict=True)):
+        if loop is None:  # padded to the engine with most journals
+            continue
+        style = line_style(rank, len(values))
+        # a curve is wider by those that run over it later, so that each of them is seen
+        later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
+        style["linewidth"] = 1.2 + 1.5 * later
+        line = _draw_loop(panel, loop, style)
+        entries.setdefault(axis.text(value) + axis.mark(value) if axis else "", line)
+    for rank, loop in [(r, loop) for r, loop in enumerate(loops) if loop is not None][:1]:
+        colour = line_style(rank, len(values))["color"]
+        _write_angles(panel, loop, colour, apart=(0.09 if place else 0.06) * height)
+    return entries
 
 
 def _frame(
