@@ -22,7 +22,6 @@ from sweeps.figures.views import (
     stem_of,
     title_by,
 )
-from sweeps.figures.wording import title_of, unit_in_brackets
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -177,7 +176,7 @@ def _nominal(view: View, present: Sequence[str], names: Sequence[str]) -> Figure
     zero = [f"{word.lower()}: zero" for side, word in enumerate(SIDES) if side not in sides]
     notes = [*view.notes(present), *zero]
     what = f"Shaking {'force' if names[0].endswith('force') else 'moment'} over one turn"
-    title = what if several else title_of(view.array(present[0]), present[0])
+    title = what if several else view.title(present[0])
     return sheet.finish(title, notes, view.caption, legend=several)
 
 
@@ -228,7 +227,7 @@ def _hodographs(
             panel.set_title(axis.tag(place[axis.name]) + axis.mark(place[axis.name]))
         _square(panel, [pair for one in (curves if share else [pairs]) for pair in one])
         panel.locator_params(nbins=max(2, int(1.3 * square)))
-    unit = unit_in_brackets(view.array(main[0]))
+    unit = view.unit(main[0])
     sheet.label_x(f"{SIDES[1]}{unit}", 6.3 / columns)
     sheet.label_y(f"{SIDES[0]}{unit}", 1.5)
     notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES,
@@ -319,7 +318,7 @@ def _look(name: str, names: Sequence[str], present: Sequence[str]) -> tuple[str,
 
 def _ordinate(view: View, name: str) -> str:
     word = "Moment" if name.split("_")[1] == "moment" else "Force"
-    return word + unit_in_brackets(view.array(name))
+    return word + view.unit(name)
 
 
 def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:

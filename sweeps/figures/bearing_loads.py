@@ -13,7 +13,6 @@ from sweeps.figures.scales import parameter_ticks
 from sweeps.figures.sheet import Entries, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View, facet_of, picked, picked_text, stem_of
-from sweeps.figures.wording import unit_in_brackets
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,7 +81,7 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
                 panel.set_title(across.tag(index))
         sheet.panels[0].set_ylim(bottom=0.0)
         sheet.label_x(speed.label, 5.0 / sheet.columns)
-        label = f"{what.capitalize()} of the bearing" + unit_in_brackets(view.array(names[0]))
+        label = f"{what.capitalize()} of the bearing" + view.unit(names[0])
         sheet.label_y(label, 1.5 if across else 2.8)
         title = f"{what.capitalize()}s of the bearings over the speed"
         notes = [*view.notes(names), picked_text(across, MOST_PANELS)]

@@ -32,7 +32,7 @@ from sweeps.figures.sheet import GREY, OWN_ORDINATES, Entries, finish, new_sheet
 from sweeps.figures.study import Study, design_text
 from sweeps.figures.targets import target_lines
 from sweeps.figures.views import MOST_PANELS, MOST_ROWS, NO_VALUE, View, is_log, pick, picked_text
-from sweeps.figures.wording import HARD_SPACE, axis_label, number_text, sentence, title_of
+from sweeps.figures.wording import HARD_SPACE, number_text, sentence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +61,7 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
 def _lines_of(view: View, group: Sequence[str]) -> list[Line]:
     """A line for each variable, called by it where there are several."""
     several = len(group) > 1
-    names = {name: title_of(view.array(name), name) if several else COMPUTED for name in group}
+    names = {name: view.title(name) if several else COMPUTED for name in group}
     return [line_of(view, name, {}, text) for name, text in names.items()]
 
 
@@ -157,7 +157,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
             panel.set_xscale("log")
             log_ticks(panel.xaxis, known[0], known[-1])
         free_scale(panel, [line.y for line in lines])
-        x_label(panel, axis_label(view.array(parameter), parameter), 5.4 / sheet.columns)
+        x_label(panel, view.label(parameter), 5.4 / sheet.columns)
     label = common_label(view, group)
     sheet.label_y(label, 1.6)
     notes = view.notes(group)

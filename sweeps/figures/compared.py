@@ -22,7 +22,7 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet,
 from sweeps.figures.study import Study
 from sweeps.figures.traces import set_cycle, trace
 from sweeps.figures.views import RUNNING, StudyAxis, View, pick, stem_of
-from sweeps.figures.wording import axis_label, name_of, number_text, plain_text, title_of, with_unit
+from sweeps.figures.wording import name_of, number_text, plain_text, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,12 +118,12 @@ def _finished(
     view: View, name: str, panels: Sequence[Axes], entries: Entries, largest: bool
 ) -> Figure:
     panels[1].axhline(0.0, color=GREY, linewidth=0.6)
-    y_label(panels[0], axis_label(view.array(name), name), 2.6)
+    y_label(panels[0], view.label(name), 2.6)
     y_label(panels[1], OF_LARGEST if largest else OF_POINT, 1.7)
     first, second = labels_of(view)
     notes = [*view.notes([name]), f"difference: {second} less {first}"]
     figure = panels[0].figure
-    title = f"{title_of(view.array(name), name)}: {first} and {second}"
+    title = f"{view.title(name)}: {first} and {second}"
     return finish(figure, title, notes, entries, caption=view.caption, below=True)  # type: ignore[arg-type]
 
 
@@ -135,12 +135,12 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
         x, one, _ = trace(view, name, {})
         two = trace(view, name + COMPARED, {})[1]
         if two.size != one.size:  # one of them is open at its start
-            x, one = (np.asarray(view.array(n).values, dtype=float) for n in ("crank_angle", name))
-            two = np.asarray(view.array(name + COMPARED).values, dtype=float)
+            x, one = (view.numbers(n) for n in ("crank_angle", name))
+            two = view.numbers(name + COMPARED)
         _drawn(panels, x, (one, two), labels_of(view), entries, largest=True)
         set_cycle(panels, view, 5.0, panels[-1:])
         return _finished(view, name, panels, entries, True)
-    order = np.asarray(view.data.variables["order"].values, dtype=float)
+    order = view.numbers("order")
     both = _values(view, (name, name + COMPARED), {})
     width = 0.35 * float(np.min(np.diff(order), initial=1.0))
     for side, (values, label) in enumerate(zip(both, labels_of(view), strict=True)):
@@ -148,7 +148,7 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
         bars = panels[0].bar(order + (side - 0.5) * width, values, width, color=colour)
         entries[label] = bars  # type: ignore[assignment]
     panels[1].bar(order, difference(*both, largest=True), width, color=SECOND)
-    x_label(panels[1], axis_label(view.data.variables["order"], "order"), 5.0)
+    x_label(panels[1], view.label("order"), 5.0)
     whole_ticks(panels[1])
     return _finished(view, name, panels, entries, True)
 

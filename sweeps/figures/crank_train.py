@@ -33,7 +33,7 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet,
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, set_cycle, trace
 from sweeps.figures.views import View
-from sweeps.figures.wording import number_text, symbol_of, title_of, unit_in_brackets, with_unit
+from sweeps.figures.wording import number_text, symbol_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,12 +119,12 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
         x, y, _ = trace(view, name, {})
         (line,) = right.plot(x, y, color=colour, linestyle=dashes, linewidth=1.2)
         value = with_unit(view.array(name), float(f"{values[name]:.3g}"))
-        entries[f"{title_of(view.array(name), name)}: {value}"] = line
+        entries[f"{view.title(name)}: {value}"] = line
     right.axhline(0.0, color=GREY, linewidth=0.6)
     right.axvline(angle[at], color=rc("text.color"), linewidth=1.0)
     right.set_title(f"over the cycle, {said} marked")
     set_cycle([right], view, 3.6, [right])
-    y_label(right, "Force in cylinder 1" + unit_in_brackets(view.array(TANGENTIAL)), 3.7)
+    y_label(right, "Force in cylinder 1" + view.unit(TANGENTIAL), 3.7)
     why = "" if view.options.at is not None else "at the largest tangential force"
     yield (
         "crank_train" + view.suffix,

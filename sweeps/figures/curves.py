@@ -26,7 +26,6 @@ from sweeps.figures.views import (
     stem_of,
     title_by,
 )
-from sweeps.figures.wording import axis_label, title_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,7 +63,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
         room = 6.3 / sheet.columns if across else 5.0
         crank_axis(panel, view.array("crank_angle"), room, named=panel in sheet.lowest)
     return sheet.finish(
-        title_by(title_of(view.array(name), name), axis), notes, view.caption,
+        title_by(view.title(name), axis), notes, view.caption,
         legend=axis is not None or name in view.options.targets,
         legend_title=axis.label if axis else "", below=across is not None,
     )  # fmt: skip
@@ -79,7 +78,7 @@ def _one_panel(view: View, name: str, axis: StudyAxis | None) -> Multiples:
         draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
         draw_curves(sheet.panels[1], view, name, axis, {}, {}, deviation)
         y_label(sheet.panels[1], DEVIATION, height)
-    y_label(sheet.panels[0], axis_label(view.array(name), name), height)
+    y_label(sheet.panels[0], view.label(name), height)
     return sheet
 
 
@@ -92,7 +91,7 @@ def _facets(
         [trace(view, name, {across.name: i, **place_on(axis, j)})[1] for j in picked(axis)]
         for i in shown
     ]
-    change, label = None, axis_label(view.array(name), name)
+    change, label = None, view.label(name)
     if any(far_apart(lines) for lines in traces):
         change, label = deviation, DEVIATION
         traces = [[deviation(line) for line in lines] for lines in traces]

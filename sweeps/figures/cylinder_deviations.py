@@ -50,7 +50,7 @@ def deviations(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _values(view: View, name: str, dims: int) -> Floats:
     """Values with their dimension `recording`, which is cut away where there is only one."""
-    found = np.asarray(view.array(name).values, dtype=float)
+    found = view.numbers(name)
     return found if found.ndim == dims else found[None]
 
 

@@ -15,7 +15,7 @@ from sweeps.figures.scales import x_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_ROWS, View
-from sweeps.figures.wording import axis_label, sentence, wrap
+from sweeps.figures.wording import sentence, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +91,7 @@ def _rows(
         panel.grid(visible=False, axis="y")
         panel.locator_params(axis="x", nbins=4)
         panel.tick_params("y", length=0.0, labelleft=number == 0)
-        x_label(panel, axis_label(view.array(name), name), 5.4 / len(criteria))
+        x_label(panel, view.label(name), 5.4 / len(criteria))
     panels[0].set_yticks(rows, orders)
     for tick, order in zip(panels[0].get_yticklabels(), orders, strict=True):
         if order == about["own_order"]:
@@ -125,7 +125,7 @@ def _strips(
                 markeredgecolor="black", markeredgewidth=0.5,
             )  # fmt: skip
             entries.setdefault(orders[order], point)
-        _label_strip(panel, sentence(axis_label(view.array(name), name)))
+        _label_strip(panel, sentence(view.label(name)))
     finished = finish(figure, "Firing orders", notes, entries, "", view.caption)
     return f"firing_orders{view.suffix}", finished
 

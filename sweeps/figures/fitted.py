@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.figures.marks import line_style, shade
+from sweeps.figures.marks import shade
 from sweeps.figures.recordings import (
     COMPUTED,
     MEASURED,
     PERCENT,
-    closed,
-    numbers_of,
+    Delta,
+    delta_figure,
     recording_panels,
     recording_tag,
+    through_wheel,
     tooth_figure,
-    weighted_mean,
     with_recordings,
 )
-from sweeps.figures.scales import y_label
-from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View
 from sweeps.figures.wording import HARD_SPACE, shorten, unit_text
@@ -40,6 +39,14 @@ NORMAL = 1.96
 
 MOST_PARAMETERS = 24
 """Of the map of correlations."""
+
+DELTAS = (
+    Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
+    Delta("delta_through_wheel", "", "fitted to all recordings", "D", COMPUTED),
+    Delta("delta_predicted", "delta_predicted_deviation", "predicted from the others", "^",
+          COMPUTED),
+)  # fmt: skip
+"""What is drawn of the deltas: measured, fitted, and predicted from the other recordings."""
 
 DARK = 0.55
 """Size of a correlation from which its number is written in white."""
@@ -71,7 +78,13 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         view, "Residuals of the fit", _residuals, "Measured less fitted (standard errors)",
         _of_noise(view), recording_tag,
     )  # fmt: skip
-    yield "fit_delta", _deltas(view)
+    raw = "Raw coefficient" if "wheel" in view.data.attrs else "Coefficient"
+    yield "fit_delta", delta_figure(
+        view, [row for row in DELTAS if view.has(row.name)], 0.16,
+        rf"{raw} of speed fluctuation $\delta$",
+        "Speed fluctuation, measured, fitted and predicted", ["bars and ±: 95 % intervals", *notes],
+        NORMAL,
+    )  # fmt: skip
     if "parameter" in view.data.dims and view.data.sizes["parameter"] <= MOST_PARAMETERS:
         yield "fit_correlations", _correlations(view)
     if "tooth_error" in names:
@@ -86,7 +99,7 @@ def _notes(view: View) -> list[str]:
     data = view.data
     names, units = (np.atleast_1d(data[key].values) for key in ("parameter", "unit"))
     low, value, high = (
-        np.atleast_1d(numbers_of(view, name)) for name in ("value_low", "value", "value_high")
+        np.atleast_1d(view.numbers(name)) for name in ("value_low", "value", "value_high")
     )
     notes = [
         f"{str(name).replace('_', ' ')} {_rounded(one, 0.5 * (last - first), str(unit))}"
@@ -108,7 +121,7 @@ def _rounded(value: float, half: float, unit: str) -> str:
 
 def _title(view: View, place: int) -> str:
     """Recording, and how large what is left is."""
-    residual = numbers_of(view, "residual")[place][numbers_of(view, "interval_used") > 0]
+    residual = view.numbers("residual")[place][view.numbers("interval_used") > 0]
     rms = float(np.sqrt(np.mean(residual**2)))
     return f"{recording_tag(view, place)}\nrms residual {rms:.2g} standard errors"
 
@@ -125,31 +138,16 @@ def _of_noise(view: View) -> list[str]:
 
 def _speeds(panel: Axes, view: View, place: int) -> Entries:
     """Measured mean with its spread over cycles, and the fitted speed as seen through the wheel."""
-    angle, used = numbers_of(view, "interval"), numbers_of(view, "interval_used") > 0
-    mean, spread, own = (
-        numbers_of(view, name)[place]
-        for name in ("omega_raw", "omega_raw_std", "omega_through_wheel")
-    )
-    level, own_level = weighted_mean(view, mean), weighted_mean(view, own)
-    mean, own = (np.where(used, curve, np.nan) for curve in (mean, own))
-    x, y = closed(angle, 100.0 * (mean / level - 1.0))
-    _, half = closed(angle, 100.0 * spread / level)
-    band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.2, linewidth=0)
-    (line,) = panel.plot(x, y, color=shade(MEASURED), linewidth=0.9)
-    x, y = closed(angle, 100.0 * (own / own_level - 1.0))
-    (other,) = panel.plot(x, y, color=shade(COMPUTED), linestyle=(0, (5, 1.5)), linewidth=0.9)
     wheel = "wheel" in view.data.attrs
-    return {
-        "measured, raw, mean over cycles" if wheel else "measured, mean over cycles": line,
-        "± standard deviation over cycles": band,
-        "fitted, through the wheel" if wheel else "fitted": other,
-    }
+    texts = ("measured, raw, mean over cycles" if wheel else "measured, mean over cycles",
+             "fitted, through the wheel" if wheel else "fitted")  # fmt: skip
+    return through_wheel(panel, view, place, texts)
 
 
 def _residuals(panel: Axes, view: View, place: int) -> Entries:
     """Residuals over the angle, and where 95 % of noise would be."""
-    angle, used = numbers_of(view, "interval"), numbers_of(view, "interval_used") > 0
-    residual = np.where(used, numbers_of(view, "residual")[place], np.nan)
+    angle, used = view.numbers("interval"), view.numbers("interval_used") > 0
+    residual = np.where(used, view.numbers("residual")[place], np.nan)
     band = panel.axhspan(-NORMAL, NORMAL, color=shade(MEASURED), alpha=0.12, linewidth=0)
     panel.axhline(0.0, color="black", linewidth=0.6)
     marks = "." if angle.size <= 240 else ""
@@ -159,47 +157,9 @@ def _residuals(panel: Axes, view: View, place: int) -> Entries:
     return {"measured less fitted": line, "95 % of noise": band}
 
 
-def _deltas(view: View) -> Figure:
-    """Raw delta of every recording: measured, fitted, and predicted from the others."""
-    count = view.data.sizes["recording"]
-    figure, (panel,) = new_sheet(1, 1, 3.2)
-    place = np.arange(count, dtype=float)
-    rows = [
-        ("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
-        ("delta_through_wheel", "", "fitted to all recordings", "D", COMPUTED),
-        ("delta_predicted", "delta_predicted_deviation", "predicted from the others", "^",
-         COMPUTED),
-    ]  # fmt: skip
-    rows = [row for row in rows if view.has(row[0])]
-    entries: Entries = {}
-    for number, (name, uncertainty, text, marker, lightness) in enumerate(rows):
-        colour = shade(lightness)
-        style = {**line_style(0, 1), "linestyle": "none", "color": colour, "marker": marker,
-                 "markerfacecolor": colour if uncertainty else "white",
-                 "markersize": 5.5}  # fmt: skip
-        error = NORMAL * np.atleast_1d(numbers_of(view, uncertainty)) if uncertainty else None
-        values = np.atleast_1d(numbers_of(view, name))
-        shift = 0.16 * (number - 0.5 * (len(rows) - 1))
-        drawn = panel.errorbar(place + shift, values, error, capsize=2.5, elinewidth=0.9, **style)
-        entries[text] = drawn.lines[0]
-    panel.set_xticks(place, [recording_tag(view, i) for i in range(count)])
-    panel.set_xlim(-0.5, count - 0.5)
-    panel.set_ylim(0.0, 1.03 * panel.get_ylim()[1])
-    panel.grid(False, axis="x")
-    for middle in place[:-1] + 0.5:
-        panel.axvline(middle, color=GREY, linewidth=0.4)
-    wheel = "wheel" in view.data.attrs
-    raw = "Raw coefficient" if wheel else "Coefficient"
-    y_label(panel, rf"{raw} of speed fluctuation $\delta$", 2.6)
-    return finish(
-        figure, "Speed fluctuation, measured, fitted and predicted",
-        ["bars and ±: 95 % intervals", *_notes(view)], entries, "", view.caption, below=True,
-    )  # fmt: skip
-
-
 def _correlations(view: View) -> Figure:
     """Map of the correlations of the fitted values."""
-    size = numbers_of(view, "correlation")
+    size = view.numbers("correlation")
     names = [shorten(str(name).replace("_", " ")) for name in view.data["parameter"].values]
     side = (0.42 if len(names) > 6 else 0.6) * len(names)
     room = 0.07 * max(len(name) for name in names)

@@ -13,7 +13,6 @@ from sweeps.figures.scales import parameter_ticks, x_label, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, key_text, stem_of
-from sweeps.figures.wording import unit_in_brackets
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,12 +76,12 @@ def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _unit(view: View, names: Sequence[str]) -> str:
-    return unit_in_brackets(view.array(names[0]))
+    return view.unit(names[0])
 
 
 def _over(view: View, name: str, along: str) -> Floats:
     """Values of a variable along an axis, also where it is the same all along."""
-    values = np.asarray(view.array(name).values, dtype=float)
+    values = view.numbers(name)
     return np.asarray(np.broadcast_to(values, (view.axis(along).size,)))
 
 

@@ -15,7 +15,7 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, bare_panels, finis
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, trace
 from sweeps.figures.views import MOST_LINES, StudyAxis, View, key_text, pick, picked_text, stem_of
-from sweeps.figures.wording import axis_label, number_text
+from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +67,7 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
             _work_lines(panels[1], view, names[1], axis, {}, True)
             _logarithmic(panels[1])
         for panel in panels:
-            y_label(panel, axis_label(view.array(PRESSURE), PRESSURE), 2.6)
+            y_label(panel, view.label(PRESSURE), 2.6)
             x_label(panel, _volume_label(view, names[1], logarithmic), 6.0 / len(panels))
         heading = "Work diagrams" + (f" by {key_text(axis)}" if axis else "")
         yield (
@@ -81,7 +81,7 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _volume_label(view: View, name: str, logarithmic: bool) -> str:
     if name == VOLUME:
-        return axis_label(view.array(VOLUME), VOLUME)
+        return view.label(VOLUME)
     return "Volume over swept volume" if logarithmic else "Swept part of the stroke"
 
 
@@ -189,11 +189,11 @@ def _cycles(view: View) -> Floats:
 
 
 def _angles(view: View) -> Floats:
-    return np.asarray(view.array("crank_angle").values, dtype=float)
+    return view.numbers("crank_angle")
 
 
 def _pressure_lines(panel: Axes, view: View, entries: Entries, near: bool) -> None:
-    angle, mean = _angles(view), np.asarray(view.array(PRESSURE).values, dtype=float)
+    angle, mean = _angles(view), view.numbers(PRESSURE)
     every = _cycles(view)
     at = (angle >= NEAR[0]) & (angle <= NEAR[1]) if near else np.ones(angle.size, dtype=bool)
     if len(every) > 1:
@@ -215,7 +215,7 @@ def _whole_cycle(panel: Axes, view: View, volume: str, entries: Entries) -> None
     _pressure_lines(panel, view, entries, near=False)
     angle = _angles(view)
     panel.set_xlim(float(angle[0]), float(2.0 * angle[-1] - angle[-2]))
-    panel.set_ylabel(axis_label(view.array(PRESSURE), PRESSURE))
+    panel.set_ylabel(view.label(PRESSURE))
     crank_axis(panel, view.array("crank_angle"), 2.7)
     panel.set_title("Whole cycle")
 
@@ -223,7 +223,7 @@ def _whole_cycle(panel: Axes, view: View, volume: str, entries: Entries) -> None
 def _near_dead_centre(panel: Axes, view: View, volume: str, entries: Entries) -> None:
     _pressure_lines(panel, view, entries, near=True)
     _near_axis(panel, view)
-    panel.set_ylabel(axis_label(view.array(PRESSURE), PRESSURE))
+    panel.set_ylabel(view.label(PRESSURE))
     panel.set_title("Around firing dead centre")
 
 
@@ -231,12 +231,12 @@ def _near_axis(panel: Axes, view: View) -> None:
     panel.set_xlim(*NEAR)
     panel.set_xticks(np.arange(NEAR[0], NEAR[1] + 1.0, 30.0))
     panel.axvline(0.0, color="#b8b8b8", linewidth=0.6, zorder=0.5)
-    x_label(panel, axis_label(view.array("crank_angle"), "crank_angle"), 2.9)
+    x_label(panel, view.label("crank_angle"), 2.9)
 
 
 def _loop(view: View, volume: str) -> tuple[Floats, Floats]:
-    v = np.asarray(view.array(volume).values, dtype=float)
-    p = np.asarray(view.array(PRESSURE).values, dtype=float)
+    v = view.numbers(volume)
+    p = view.numbers(PRESSURE)
     return np.append(v, v[0]), np.append(p, p[0])
 
 
@@ -244,8 +244,8 @@ def _over_volume(panel: Axes, view: View, volume: str, entries: Entries) -> None
     panel.plot(*_loop(view, volume), color=MEAN)
     panel.set_xlim(left=0.0)
     panel.set_ylim(bottom=0.0)
-    panel.set_ylabel(axis_label(view.array(PRESSURE), PRESSURE))
-    x_label(panel, axis_label(view.array(volume), volume), 2.9)
+    panel.set_ylabel(view.label(PRESSURE))
+    x_label(panel, view.label(volume), 2.9)
     panel.set_title("p - V")
 
 
@@ -282,18 +282,18 @@ def _log_log(panel: Axes, view: View, volume: str, entries: Entries) -> None:
     if low > 0.0:
         panel.set_ylim(0.8 * low, 1.3 * high)
     _logarithmic(panel)
-    panel.set_ylabel(axis_label(view.array(PRESSURE), PRESSURE))
-    x_label(panel, axis_label(view.array(volume), volume), 2.9)
+    panel.set_ylabel(view.label(PRESSURE))
+    x_label(panel, view.label(volume), 2.9)
     panel.set_title("log p - log V")
 
 
 def _heat_panel(panel: Axes, view: View, name: str, title: str) -> None:
-    angle, values = _angles(view), np.asarray(view.array(name).values, dtype=float)
+    angle, values = _angles(view), view.numbers(name)
     at = (angle >= NEAR[0]) & (angle <= NEAR[1])
     panel.axhline(0.0, color="#888888", linewidth=0.6)
     panel.plot(angle[at], values[at], color=MEAN)
     _near_axis(panel, view)
-    panel.set_ylabel(axis_label(view.array(name), name))
+    panel.set_ylabel(view.label(name))
     panel.set_title(title)
 
 
@@ -307,13 +307,13 @@ def _heat(panel: Axes, view: View, volume: str, entries: Entries) -> None:
 
 def _imep(panel: Axes, view: View, volume: str, entries: Entries) -> None:
     """Imep of each cycle with its mean and standard deviation."""
-    values = np.asarray(view.array("imep_of_cycle").values, dtype=float)
-    number = np.asarray(view.array("recorded_cycle").values, dtype=float)
+    values = view.numbers("imep_of_cycle")
+    number = view.numbers("recorded_cycle")
     mean, spread = float(values.mean()), float(values.std(ddof=1))
     panel.axhspan(mean - spread, mean + spread, color="#ececec", linewidth=0.0, zorder=0)
     panel.axhline(mean, color=MEAN, linewidth=0.8)
     panel.plot(number, values, linestyle="none", marker="o", markersize=2.5, color=shade(0.3))
-    panel.set_ylabel(axis_label(view.array("imep_of_cycle"), "imep_of_cycle"))
+    panel.set_ylabel(view.label("imep_of_cycle"))
     x_label(panel, "Recorded cycle", 2.9)
     panel.set_title("Imep, mean and standard deviation")
 
@@ -325,6 +325,6 @@ def _peaks(panel: Axes, view: View, volume: str, entries: Entries) -> None:
         np.asarray(view.array(angle).values), np.asarray(view.array(pressure).values),
         linestyle="none", marker="o", markersize=2.5, color=shade(0.3),
     )  # fmt: skip
-    panel.set_ylabel(axis_label(view.array(pressure), pressure))
-    x_label(panel, axis_label(view.array(angle), angle), 2.9)
+    panel.set_ylabel(view.label(pressure))
+    x_label(panel, view.label(angle), 2.9)
     panel.set_title("Largest pressure over its angle")

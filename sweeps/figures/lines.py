@@ -35,11 +35,8 @@ from sweeps.figures.views import (
 )
 from sweeps.figures.wording import (
     HARD_SPACE,
-    axis_label,
     name_of,
     sentence,
-    title_of,
-    unit_in_brackets,
 )
 
 if TYPE_CHECKING:
@@ -142,15 +139,15 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
 def common_label(view: View, names: Sequence[str]) -> str:
     """Label for one variable, or for several of one kind: what their long names share."""
     if len(names) == 1:
-        return axis_label(view.array(names[0]), names[0])
+        return view.label(names[0])
     shared = {str(view.array(name).attrs.get("common_name", "")) for name in names}
     if len(shared) == 1 and all(shared):
-        return sentence(*shared) + unit_in_brackets(view.array(names[0]))
+        return sentence(*shared) + view.unit(names[0])
     words = [re.findall(r"\w+", name_of(view.array(n), n).lower()) for n in names]
     common = [word for word in words[0] if all(word in other for other in words[1:])]
     common = [word for word in common if word not in ("of", "the", "in", "over", "at", "a")]
     text = " ".join(common) or names[0].split("_")[0].replace("_", " ")
-    return sentence(text) + unit_in_brackets(view.array(names[0]))
+    return sentence(text) + view.unit(names[0])
 
 
 def told_apart(entries: Entries) -> bool:
@@ -181,7 +178,7 @@ def line_figure(
         elif len(names) == 1:
             lines = [line_of(view, names[0], at, text, strong=True), *more]
         else:
-            lines = [line_of(view, name, at, title_of(view.array(name), name)) for name in names]
+            lines = [line_of(view, name, at, view.title(name)) for name in names]
         draw_points(panel, axis, lines, sheet.entries)
         target_lines(panel, view, names, sheet.entries)
         target_places(panel, view, axis, sheet.entries)

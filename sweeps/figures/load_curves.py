@@ -10,7 +10,6 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
 from sweeps.figures.views import MOST_LINES, View, picked_text, title_by
-from sweeps.figures.wording import axis_label, title_of
 
 LOAD = "load"
 """The axis that is taken where there is one."""
@@ -52,7 +51,7 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     figure, panels = new_sheet(len(shown), 1, 0.6 + 1.7 * len(shown), sharex=True)
     entries: Entries = {}
     for panel, name in zip(panels, shown, strict=True):
-        label = axis_label(view.array(name), name)
+        label = view.label(name)
         lines = draw_curves(panel, view, name, axis, {}, entries)
         if name == "omega" and far_apart(lines):
             for line in list(panel.lines):
@@ -60,10 +59,10 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
             panel.relim()
             draw_curves(panel, view, name, axis, {}, {}, deviation)
             panel.autoscale_view(scalex=False)
-            label = f"{title_of(view.array(name), name)}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
+            label = f"{view.title(name)}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
         if name in beside:
             x, y, _ = trace(view, beside[name], {along: 0})
-            also = title_of(view.array(beside[name]), beside[name])
+            also = view.title(beside[name])
             entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
         y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])

@@ -17,7 +17,7 @@ from sweeps.figures.scales import parameter_ticks
 from sweeps.figures.sheet import GREY, Entries
 from sweeps.figures.targets import LOOK, target_lines, target_places, target_text
 from sweeps.figures.views import MOST_PANELS, StudyAxis, View, key_text, picked, picked_text
-from sweeps.figures.wording import axis_label, digits_of, number_text, sentence, title_of, wrap
+from sweeps.figures.wording import digits_of, number_text, sentence, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,10 +72,10 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
         _map_panel(panel, x, y, table, why, norm, levels)
         _target_contours(panel, view, name, (x, y, table), sheet.entries)
     if known.size:
-        label = axis_label(view.array(name), name)
+        label = view.label(name)
         _colour_bar(sheet.figure, sheet.panels, norm, levels, label, height)
     notes = [*view.notes([name]), picked_text(across, MOST_PANELS)]
-    title = f"{title_of(view.array(name), name)} over {key_text(x)} and {key_text(y)}"
+    title = f"{view.title(name)} over {key_text(x)} and {key_text(y)}"
     return sheet.finish(title, notes, view.caption)
 
 

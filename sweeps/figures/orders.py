@@ -23,7 +23,6 @@ from sweeps.figures.views import (
     stem_of,
     title_by,
 )
-from sweeps.figures.wording import axis_label, title_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -90,11 +89,11 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
         whole_ticks(panel)
         if across:
             panel.set_title(across.tag(row[0][across.name]))
-    sheet.label_x(axis_label(view.array("order"), "order"), 6.3 / sheet.columns)
-    sheet.label_y(axis_label(view.array(name), name), 1.5 if across else 2.8)
+    sheet.label_x(view.label("order"), 6.3 / sheet.columns)
+    sheet.label_y(view.label(name), 1.5 if across else 2.8)
     notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
     return sheet.finish(
-        title_by(title_of(view.array(name), name), axis or across),
+        title_by(view.title(name), axis or across),
         [*notes, "" if share else OWN_ORDINATES], view.caption,
         legend_title=axis.label if axis else "", below=across is not None,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from sweeps.figures.searched_front import is_searched, searched_fronts, searched
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study, design_text, parameters_of
 from sweeps.figures.views import MOST_LINES, View, is_words, pick
-from sweeps.figures.wording import axis_label, middle_of_sentence, name_of
+from sweeps.figures.wording import middle_of_sentence, name_of
 from sweeps.fronts import front_of, unbeaten
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ def _figure(view: View, names: Sequence[str], found: Front) -> Figure:
 def _label(view: View, name: str) -> str:
     more = GOALS.get(name, LESS) == MORE
     part = ", largest" if set(PARTS) & set(view.array(name).dims) else ""
-    return f"{axis_label(view.array(name), name)}{part}, {'more' if more else 'less'} is better"
+    return f"{view.label(name)}{part}, {'more' if more else 'less'} is better"
 
 
 def _scale(panel: Axes, abscissa: bool, values: Floats) -> None:

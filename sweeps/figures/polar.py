@@ -26,7 +26,7 @@ from sweeps.figures.views import (
     stem_of,
     title_by,
 )
-from sweeps.figures.wording import axis_label, name_of, number_text
+from sweeps.figures.wording import name_of, number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,8 +109,8 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         panel.locator_params("y", nbins=max(3, int(1.8 * tall)))
         if across:
             panel.set_title(across.tag(index))
-    sheet.label_x(axis_label(view.array(right), right), 6.3 / columns if across else wide)
-    sheet.label_y(axis_label(view.array(up), up), tall)
+    sheet.label_x(view.label(right), 6.3 / columns if across else wide)
+    sheet.label_y(view.label(up), tall)
     axes_said = next(said for pair, said in POLAR.items() if right.endswith(f"_{pair[0]}"))
     notes = [
         *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
@@ -155,7 +155,7 @@ def _frame(
     """
     ranges = []
     for name in names:
-        values = np.asarray(view.array(name).values, dtype=float)
+        values = view.numbers(name)
         known = values[np.isfinite(values)]
         ranges.append((min(known.min(initial=0.0), 0.0), max(known.max(initial=0.0), 0.0)))
     spans = [1.15 * (high - low) or 1.0 for low, high in ranges]

@@ -22,7 +22,7 @@ from sweeps.figures.sheet import (
 )
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, MOST_ROWS, StudyAxis, View
-from sweeps.figures.wording import axis_label, number_text, title_of, wrap
+from sweeps.figures.wording import axis_label, number_text, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,7 +88,7 @@ def _differences_of_one(
     both = [_both(view, name, other) for name, other in drawn]
     percent = [float(_percent(ours[design], theirs[design])) for ours, theirs in both]
     panel.plot(percent, np.arange(len(drawn)), "o", color=shade(0.15), markersize=4.5)
-    names = [title_of(view.array(name), name) for name, _ in drawn]
+    names = [view.title(name) for name, _ in drawn]
     _rows(panel, names)
     x_label(panel, "Computed less published (%)", 4.5)
     title = f"Difference from the published values: {axis.tag(design)}"
@@ -122,7 +122,7 @@ def _differences(
         shift = 0.5 * ((rank + 0.5) / len(pairs) - 0.5)
         style = line_style(rank, len(pairs)) | {"linestyle": "none", "markersize": 4.5}
         (dots,) = panel.plot(percent, np.arange(rows.size) + shift, **style)
-        entries[title_of(view.array(name), name)] = dots
+        entries[view.title(name)] = dots
         every.append(percent[np.isfinite(percent)])
     _rows(panel, [axis.tag(int(row)) for row in rows])
     size = np.abs(np.concatenate(every))

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine_dyn.types import Floats
 from engine_dyn.units import RPM
 from sweeps.figures.marks import line_style, shade
 from sweeps.figures.scales import whole_ticks, x_label, y_label
@@ -47,11 +46,11 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
     figure, panels = new_sheet(3, 1, 6.2)
     entries: Entries = {}
     _first_cycles(panels[0], view, entries)
-    number = _numbers(view, "recorded_cycle")
+    number = view.numbers("recorded_cycle")
     _over_cycles(panels[1], view, "omega_mean_{}", ("followed", "closed"), 1.0 / RPM, entries)
     if view.has("omega_mean_measured"):
         (drawn,) = panels[1].plot(
-            number, _numbers(view, "omega_mean_measured") / RPM, linestyle="none", marker="x",
+            number, view.numbers("omega_mean_measured") / RPM, linestyle="none", marker="x",
             color="black", markersize=5.0, zorder=5,
         )  # fmt: skip
         entries["measured"] = drawn
@@ -62,32 +61,28 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
         panel.set_xlim(number[0] - 0.5, number[-1] + 0.5)
         x_label(panel, "Recorded cycle", 6.0)
         whole_ticks(panel)
+    title = "Train of recorded cycles"
     yield (
         "recorded_train",
-        finish(figure, "Train of recorded cycles", _notes(view), entries, "", view.caption,
-               below=True),
-    )  # fmt: skip
-
-
-def _numbers(view: View, name: str) -> Floats:
-    return np.asarray(view.array(name).values, dtype=float)
+        finish(figure, title, _notes(view), entries, "", view.caption, below=True),
+    )
 
 
 def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
     """Speed over the angle of the first cycles, counted in cycles."""
-    number, angle = _numbers(view, "recorded_cycle")[:DETAIL], _numbers(view, "crank_angle")
+    number, angle = view.numbers("recorded_cycle")[:DETAIL], view.numbers("crank_angle")
     turn = 720.0 if angle[-1] - angle[0] > 365.0 else 360.0
     part = (angle - angle[0]) / turn
     at = number[:, None] - 0.5 + part
     if view.has("omega_raw"):
-        middle = (_numbers(view, "interval") - angle[0]) / turn
+        middle = (view.numbers("interval") - angle[0]) / turn
         x = (number[:, None] - 0.5 + middle).ravel()
-        y = _numbers(view, "omega_raw")[: number.size].ravel() / RPM
+        y = view.numbers("omega_raw")[: number.size].ravel() / RPM
         (drawn,) = panel.plot(x, y, linestyle="none", marker=".", color="#a0a0a0", markersize=2.0)
         entries["measured between teeth"] = drawn
     for word in ("repeated", "closed", "followed"):
         colour, dashes, _ = LOOKS[word]
-        values = _numbers(view, f"omega_{word}")[: number.size] / RPM
+        values = view.numbers(f"omega_{word}")[: number.size] / RPM
         if word == "repeated":  # a line for each: from one to the next the speed jumps
             gaps = np.full((values.shape[0], 1), np.nan)
             x, y = np.hstack([at, gaps]).ravel(), np.hstack([values, gaps]).ravel()
@@ -109,19 +104,19 @@ def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
 def _over_cycles(
     panel: Axes, view: View, form: str, words: Sequence[str], factor: float, entries: Entries
 ) -> None:
-    number = _numbers(view, "recorded_cycle")
+    number = view.numbers("recorded_cycle")
     for rank, word in enumerate(words):
         colour, dashes, marker = LOOKS[word]
         marker = marker if number.size <= MOST_MARKS else ""
         style = {**line_style(rank, len(words)), "color": shade(colour), "linestyle": dashes,
                  "marker": marker, "linewidth": 0.9}  # fmt: skip
-        panel.plot(number, factor * _numbers(view, form.format(word)), **style)
+        panel.plot(number, factor * view.numbers(form.format(word)), **style)
 
 
 def _notes(view: View) -> list[str]:
-    jump = float(_numbers(view, "jump"))
-    start = float(_numbers(view, "start_speed_followed"))
-    memory = 100.0 * float(_numbers(view, "memory_of_a_cycle"))
+    jump = float(view.numbers("jump"))
+    start = float(view.numbers("start_speed_followed"))
+    memory = 100.0 * float(view.numbers("memory_of_a_cycle"))
     notes = [
         f"repeating the train forces a jump of {jump / RPM:+.2g} rpm ({100.0 * jump / start:+.2g} "
         "%) in the initial speed",

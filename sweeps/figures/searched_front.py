@@ -16,7 +16,7 @@ from sweeps.figures.scales import free_scale, x_label, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study, design_text
 from sweeps.figures.views import View, pick
-from sweeps.figures.wording import axis_label, middle_of_sentence, name_of
+from sweeps.figures.wording import middle_of_sentence, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,7 +90,7 @@ def _figure(view: View, pair: Sequence[str]) -> Figure:
     entries[f"Best found: front of {found.size} designs"] = line
     common = _named(view, about, found, values, entries, panel)
     for axis, name in enumerate(pair):
-        label = f"{axis_label(view.array(name), name)}, "
+        label = f"{view.label(name)}, "
         label += "less is better" if name in about["least"] else "more is better"
         (x_label, y_label)[axis](panel, label, (4.5, 3.2)[axis])
     free_scale(panel, [values[1, known]])

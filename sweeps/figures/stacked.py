@@ -12,7 +12,6 @@ from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, set_cycle
 from sweeps.figures.views import View, picked_text, stem_of, title_by
-from sweeps.figures.wording import axis_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +67,7 @@ def _stacked(
         entries: Entries = {}
         for panel, name in zip(panels, panels_of, strict=True):
             draw_curves(panel, view, name, axis, {}, entries)
-            y_label(panel, axis_label(view.array(name), name), 1.6)
+            y_label(panel, view.label(name), 1.6)
         set_cycle(panels, view, 5.0, panels[-1:])
         adjust(panels, view)
         notes, legend = [*view.notes(names), picked_text(axis)], axis.label if axis else ""

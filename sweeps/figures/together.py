@@ -11,7 +11,6 @@ from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_lines, over_angle, set_cycle, trace
 from sweeps.figures.views import View, picked, picked_text, place_on, stem_of, title_by
-from sweeps.figures.wording import unit_in_brackets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,6 +94,6 @@ def together(
         if axis:
             panel.set_title(axis.tag(place[axis.name]) + axis.mark(place[axis.name]))
     set_cycle(sheet.panels, view, (6.3 if axis else 4.6) / sheet.columns, sheet.lowest)
-    sheet.label_y(ordinate + unit_in_brackets(view.array(names[0])), 1.5 if axis else 2.8)
+    sheet.label_y(ordinate + view.unit(names[0]), 1.5 if axis else 2.8)
     notes = [*view.notes(names), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
     return sheet.finish(title_by(title, axis), notes, view.caption, below=axis is not None)

@@ -15,7 +15,7 @@ from sweeps.figures.study import Study
 from sweeps.figures.together import MOST_PANELS, together
 from sweeps.figures.traces import FRICTION, draw_curves, draw_lines, over_angle, set_cycle, trace
 from sweeps.figures.views import View, key_text, picked, picked_text, stem_of, title_by
-from sweeps.figures.wording import axis_label, symbol_of, title_of, unit_in_brackets
+from sweeps.figures.wording import symbol_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,8 +73,8 @@ def _load_law(whole: View, sums: Sequence[str], along: str, title: str) -> Figur
     lines: Entries = {}
     draw_curves(panels[1], view, "load_torque", axis, {}, lines)
     set_cycle(panels, view, 4.6, panels[-1:])
-    y_label(panels[0], "Torque" + unit_in_brackets(view.array(sums[0])), 2.0)
-    y_label(panels[1], axis_label(view.array("load_torque"), "load_torque"), 2.0)
+    y_label(panels[0], "Torque" + view.unit(sums[0]), 2.0)
+    y_label(panels[1], view.label("load_torque"), 2.0)
     panels[0].set_title(f"the same for every {key_text(axis)}")
     for text, line in lines.items():
         sign = "" if axis.words else f"{symbol_of(axis.variable) or key_text(axis)} = "
@@ -102,7 +102,7 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
     if load is not None:
         shade_work(left, x, torque, load, entries)
     x, speed, lost = trace(view, "omega", {})
-    label = title_of(view.array("omega"), "omega") + " (right)"
+    label = view.title("omega") + " (right)"
     if lost:
         mark_lost(left, lost)
         entries[f"{label}: {lost}"] = lost_handle(lost)
@@ -114,8 +114,8 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
     right.grid(False)
     right.spines["right"].set_visible(True)
     set_cycle([left], view, 4.4, [left])
-    y_label(left, "Torque" + unit_in_brackets(view.array("torque")), 2.8)
-    y_label(right, axis_label(view.array("omega"), "omega"), 2.8)
+    y_label(left, "Torque" + view.unit("torque"), 2.8)
+    y_label(right, view.label("omega"), 2.8)
     title = "Torque, load torque and speed" if "load_torque" in names else "Torque and speed"
     drawn = finish(figure, title, view.notes(names), entries, caption=view.caption, below=True)
     yield "torque_and_speed", drawn
@@ -175,7 +175,7 @@ def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
             entries["Mean over the cycle"] = line
         set_cycle(panels, view, 3.0, panels[-2:])
         for panel, name in zip(panels[:2], names, strict=True):
-            text = axis_label(view.array(name), name)
+            text = view.label(name)
             panel.set_title(f"{text}\n{panel.get_title(loc='left')}", linespacing=1.5)
         notes = [*view.notes(names), picked_text(axis, MOST_PANELS)]
         title = "Torque and speed for different numbers of cylinders"

@@ -14,7 +14,7 @@ from sweeps.figures.scales import crank_axis, no_ordinate
 from sweeps.figures.sheet import WIDTH, Entries
 from sweeps.figures.targets import target_lines
 from sweeps.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View, picked, place_on
-from sweeps.figures.wording import title_of, with_unit
+from sweeps.figures.wording import with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,7 +94,7 @@ def draw_curves(
         place = {**fixed, **place_on(axis, index)}
         x, y, lost = trace(view, name, place)
         nominal = axis.mark(index) if axis else ""
-        text = (axis.text(index) if axis else title_of(view.array(name), name)) + nominal
+        text = (axis.text(index) if axis else view.title(name)) + nominal
         style = line_style(rank, len(places), bool(nominal))
         if not (lost or fixed):
             text += _rms_text(view, name, place)
@@ -131,7 +131,7 @@ def draw_lines(
     for rank, name in enumerate(names):
         x, y, lost = trace(view, name, index)
         style = look(name) if look else line_style(rank, len(names)) | {"marker": ""}
-        label = title_of(view.array(name), name)
+        label = view.title(name)
         if name == FRICTION:
             label, y = f"\N{MINUS SIGN}{label}", -y
         if lost:
@@ -154,7 +154,7 @@ def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
 
 def _cycle(view: View) -> tuple[float, float]:
     """First and last angle of the cycle; the last is the first again."""
-    degrees = np.asarray(view.array("crank_angle").values, dtype=float)
+    degrees = view.numbers("crank_angle")
     step = degrees[1] - degrees[0] if degrees.size > 1 else 0.0
     return float(degrees[0]), float(degrees[-1] + step)
 

@@ -27,7 +27,7 @@ from sweeps.figures.study import Study
 from sweeps.figures.torques import load_at, shade_work
 from sweeps.figures.traces import over_angle, set_cycle, trace
 from sweeps.figures.views import View
-from sweeps.figures.wording import HARD_SPACE, number_text, title_of, unit_in_brackets
+from sweeps.figures.wording import HARD_SPACE, number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,10 +132,10 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
         found = replace(found, energy=joules * found.energy, areas=joules * found.areas)
         unit = _unit(found.swing)[1]
         notes.append(f"areas in {unit}")
-        _areas(upper, found, entries, text, title_of(view.array("torque"), "torque"))
+        _areas(upper, found, entries, text, view.title("torque"))
         _levels(lower, found, entries)
     set_cycle((upper, lower), view, 5.0, [lower])
-    y_label(upper, "Torque" + unit_in_brackets(view.array("torque")), 2.7)
+    y_label(upper, "Torque" + view.unit("torque"), 2.7)
     y_label(lower, f"Energy above its minimum{HARD_SPACE}({unit})", 1.8)
     title = "Turning-moment diagram"
     drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
@@ -149,7 +149,7 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     if load is not None and abs(np.mean(load[:-1]) - mean) <= BALANCED * np.ptp(torque):
         # what is left of rounding must not add up over the cycle
         load = load + (mean - np.mean(load[:-1]))
-        return load, title_of(view.array("load_torque"), "load_torque")
+        return load, view.title("load_torque")
     return np.full(x.size, mean), "Mean torque"
 
 

@@ -23,6 +23,8 @@ from sweeps.figures.wording import (
     plain_text,
     sentence,
     shorten,
+    title_of,
+    unit_in_brackets,
     value_text,
 )
 
@@ -196,6 +198,18 @@ class View:
     def numbers(self, name: str, index: Mapping[str, int] | None = None) -> Floats:
         """Values of a variable or coordinate, at places of those axes that it has."""
         return np.asarray(self.at(name, index or {}).values, dtype=float)
+
+    def label(self, name: str) -> str:
+        """What stands beside an axis of a variable: name, symbol and unit."""
+        return axis_label(self.array(name), name)
+
+    def title(self, name: str) -> str:
+        """Name and symbol of a variable."""
+        return title_of(self.array(name), name)
+
+    def unit(self, name: str) -> str:
+        """Unit of a variable in brackets."""
+        return unit_in_brackets(self.array(name))
 
     def has(self, name: str) -> bool:
         """Whether there is a variable of numbers of this name."""

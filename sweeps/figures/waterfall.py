@@ -13,7 +13,7 @@ from sweeps.figures.scales import x_label, y_label
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, pick, picked_text, stem_of
-from sweeps.figures.wording import axis_label, number_text, title_of, unit_text
+from sweeps.figures.wording import number_text, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,12 +57,12 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
             if not np.nanmax(amplitudes, initial=0.0):
                 continue
             figure, panels = new_sheet(1, 1, min(2.2 + 0.22 * len(picked), 6.0))
-            order = np.asarray(view.data.variables[ORDER].values, dtype=float)
+            order = view.numbers(ORDER)
             _rows(panels[0], order, axis.values[picked], amplitudes)
             _scale(panels[0], view, name, float(np.nanmax(amplitudes)))
-            x_label(panels[0], axis_label(view.data.variables[ORDER], ORDER), 5.0)
+            x_label(panels[0], view.label(ORDER), 5.0)
             y_label(panels[0], axis.label, 3.0)
-            text = title_of(view.array(name), name)
+            text = view.title(name)
             yield (
                 stem_of(f"{name}_waterfall", view, None),
                 finish(
