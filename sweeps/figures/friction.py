@@ -9,10 +9,11 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import shade
+from sweeps.figures.parameter_bars import name_rows
 from sweeps.figures.scales import parameter_ticks, x_label, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
-from sweeps.figures.views import View, key_text, stem_of
+from sweeps.figures.views import StudyAxis, View, stem_of, title_by
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +35,7 @@ HATCHES = ("", "////", "", "", "....", "\\\\\\\\", "", "xxxx")
 """Neighbours differ in grey print too."""
 
 WHOLE, OF_TORQUE = "fmep", "fmep of the torque"
+FMEP = "Friction mean effective pressure"
 
 LINE = "#b3261e"
 
@@ -54,46 +56,36 @@ def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
         view = whole.only(drawn, [along])
         axis = view.axis(along)
         figure, (panel,) = new_sheet(1, 1, 3.4)
-        entries = _stacked(panel, view, names, along)
+        entries = _stacked(panel, view, names, axis)
         if WHOLE in drawn:
-            values = _over(view, WHOLE, along)
-            (line,) = panel.plot(
-                axis.values, values, color=LINE, linewidth=1.6,
-                linestyle="-" if axis.joined else "none", marker="" if axis.joined else "D",
-            )  # fmt: skip
+            form = "-" if axis.joined else "D"
+            values = _over(view, WHOLE, axis)
+            (line,) = panel.plot(axis.values, values, form, color=LINE, linewidth=1.6)
             entries = {OF_TORQUE: line, **entries}
         panel.set_ylim(bottom=0.0)
         if axis.joined:
             panel.set_xlim(float(np.min(axis.values)), float(np.max(axis.values)))
         parameter_ticks(panel, axis, "x", 5.0)
         x_label(panel, axis.label, 5.0)
-        y_label(panel, "Friction mean effective pressure" + _unit(view, names), 2.9)
-        title = f"Components of the friction by {key_text(axis)}"
-        yield (
-            stem_of("friction_components", view, along),
-            finish(figure, title, view.notes(drawn), entries, caption=view.caption),
-        )
+        y_label(panel, FMEP + view.unit(names[0]), 2.9)
+        title = title_by("Components of the friction", axis)
+        finished = finish(figure, title, view.notes(drawn), entries, caption=view.caption)
+        yield stem_of("friction_components", view, along), finished
 
 
-def _unit(view: View, names: Sequence[str]) -> str:
-    return view.unit(names[0])
-
-
-def _over(view: View, name: str, along: str) -> Floats:
+def _over(view: View, name: str, axis: StudyAxis) -> Floats:
     """Values of a variable along an axis, also where it is the same all along."""
-    values = view.numbers(name)
-    return np.asarray(np.broadcast_to(values, (view.axis(along).size,)))
+    return np.asarray(np.broadcast_to(view.numbers(name), (axis.size,)))
 
 
-def _stacked(panel: Axes, view: View, names: Sequence[str], along: str) -> Entries:
+def _stacked(panel: Axes, view: View, names: Sequence[str], axis: StudyAxis) -> Entries:
     """Areas, or bars where the axis has words, above each other; the topmost is named first."""
-    axis = view.axis(along)
     base = np.zeros(axis.size)
     entries: Entries = {}
     for rank, (name, text) in enumerate(COMPONENTS.items()):
         if name not in names:
             continue
-        top = base + _over(view, name, along)
+        top = base + _over(view, name, axis)
         look = {
             "facecolor": shade(rank / (len(COMPONENTS) - 1)), "hatch": HATCHES[rank],
             "edgecolor": "white", "linewidth": 0.6,
@@ -110,28 +102,18 @@ def _stacked(panel: Axes, view: View, names: Sequence[str], along: str) -> Entri
 def _one_design(whole: View, names: Sequence[str]) -> tuple[str, Figure]:
     """Bars of one design with their values and shares."""
     view = whole.only(names, ())
-    values = np.array([float(np.asarray(view.array(name).values)) for name in names])
+    values = np.array([float(view.numbers(name)) for name in names])
     figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * len(names))
-    rows = np.arange(len(names))
-    panel.barh(rows, values, height=0.62, color=shade(0.35))
+    panel.barh(range(len(names)), values, height=0.62, color=shade(0.35))
     total = float(values.sum())
-    for row, value in zip(rows, values, strict=True):
+    for row, value in enumerate(values):
         text = f"{value:.3f}, {100.0 * value / total:.0f} %" if total > 0.0 else f"{value:.3f}"
-        panel.annotate(
-            text,
-            (value, row),
-            xytext=(3, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=rc("legend.fontsize"),
-        )
-    panel.set_yticks(rows, [COMPONENTS[name].capitalize() for name in names])
-    panel.grid(visible=False, axis="y")
-    panel.invert_yaxis()
-    panel.tick_params(axis="y", length=0.0)
+        look = {"xytext": (3, 0), "textcoords": "offset points", "fontsize": rc("legend.fontsize")}
+        panel.annotate(text, (value, row), va="center", **look)
     panel.margins(x=0.18)
     panel.set_xlim(left=0.0)
-    x_label(panel, "Friction mean effective pressure" + _unit(view, names), 5.0)
+    texts = [COMPONENTS[name].capitalize() for name in names]
+    name_rows(panel, texts, FMEP + view.unit(names[0]))
     notes = [*view.notes(names), f"together {total:.3f} {view.array(names[0]).attrs['units']}"]
     finished = finish(figure, "Components of the friction", notes, caption=view.caption)
     return f"friction_components{view.suffix}", finished

@@ -73,17 +73,23 @@ from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
 from sweeps.figures.orders import orders
 from sweeps.figures.outcomes import outcome_names, outcomes_map
+from sweeps.figures.parameter_bars import (
+    index_names,
+    sensitivities,
+    share_names,
+    tornado_names,
+    tornados,
+    uncertain_values,
+)
 from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
-from sweeps.figures.sensitivities import index_names, sensitivities
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
 from sweeps.figures.strokes import stroke_names, strokes
 from sweeps.figures.study import Study
 from sweeps.figures.together import grouped_names, groups
-from sweeps.figures.tornado import tornado_names, tornados
 from sweeps.figures.torques import (
     component_names,
     cylinders,
@@ -94,7 +100,6 @@ from sweeps.figures.torques import (
 )
 from sweeps.figures.traces import over_angle
 from sweeps.figures.turning_moment import turning_moment, turning_names
-from sweeps.figures.uncertain_values import share_names, uncertain_values
 from sweeps.figures.views import RUNNING, View
 from sweeps.figures.waterfall import waterfall_names, waterfalls
 
