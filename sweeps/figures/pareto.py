@@ -16,11 +16,18 @@ from engine_dyn import status as outcome
 from engine_dyn.types import Floats, Integers
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import free_scale, log_ticks, x_label, y_label
-from sweeps.figures.searched_front import is_searched, searched_fronts, searched_names
-from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.figures.searched_front import (
+    MOST_POINTS,
+    NAMED,
+    is_searched,
+    number_design,
+    searched_fronts,
+    searched_names,
+    title_of_front,
+)
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study, design_text, parameters_of
 from sweeps.figures.views import MOST_LINES, View, is_words, pick
-from sweeps.figures.wording import middle_of_sentence, name_of
 from sweeps.fronts import front_of, unbeaten
 
 if TYPE_CHECKING:
@@ -46,12 +53,6 @@ LEAST_FRONT, LEAST_DESIGNS = 3, 10
 
 MOST_SHARE = 0.5
 """Of all designs: a greater front says only that the two follow from each other."""
-
-NAMED = 5
-"""Designs of a front that the legend names."""
-
-MOST_POINTS = 20_000
-"""Designs that are drawn; the front is that of all."""
 
 MOST_AT_ONCE = 1_000_000
 """Designs that are read at one time."""
@@ -195,36 +196,25 @@ def _figure(view: View, names: Sequence[str], found: Front) -> Figure:
         *found.values, color=shade(0.15), marker="o", markersize=3.5, linewidth=1.4,
         drawstyle="steps-post", rasterized=found.places.size > 1000,
     )  # fmt: skip
-    entries["All designs" if found.points.shape[1] == found.count else "Some of the designs"] = (
-        points
-    )
+    every = found.points.shape[1] == found.count
+    entries["All designs" if every else "Some of the designs"] = points
     entries[f"Pareto front, {found.places.size} of {found.count} designs"] = line
     _named(panel, view, found, entries)
-    _scale(panel, True, found.points[0])
-    _scale(panel, False, found.points[1])
-    labels = [_label(view, name) for name in names]
-    x_label(panel, labels[0], 4.5)
-    y_label(panel, labels[1], 3.2)
-    words = [middle_of_sentence(name_of(view.array(name), name)) for name in names]
-    return finish(
-        figure, f"Pareto front of {words[0]} and {words[1]}", view.notes(names), entries,
-        caption=view.caption,
-    )  # fmt: skip
+    x, y = found.points
+    if x.size and np.all(x > 0.0) and x.max() > 20.0 * x.min():
+        panel.set_xscale("log")
+        log_ticks(panel.xaxis, *panel.get_xlim())
+    free_scale(panel, [y])
+    x_label(panel, _label(view, names[0]), 4.5)
+    y_label(panel, _label(view, names[1]), 3.2)
+    title = title_of_front(view, names)
+    return finish(figure, title, view.notes(names), entries, caption=view.caption)
 
 
 def _label(view: View, name: str) -> str:
     more = GOALS.get(name, LESS) == MORE
     part = ", largest" if set(PARTS) & set(view.array(name).dims) else ""
     return f"{view.label(name)}{part}, {'more' if more else 'less'} is better"
-
-
-def _scale(panel: Axes, abscissa: bool, values: Floats) -> None:
-    """Take a logarithmic scale for positive values of more than a decade and a bit."""
-    if not abscissa:
-        free_scale(panel, [values])
-    elif values.size and np.all(values > 0.0) and values.max() > 20.0 * values.min():
-        panel.set_xscale("log")
-        log_ticks(panel.xaxis, *panel.get_xlim())
 
 
 def _named(panel: Axes, view: View, found: Front, entries: Entries) -> None:
@@ -240,13 +230,4 @@ def _named(panel: Axes, view: View, found: Front, entries: Entries) -> None:
                 ]
             else:
                 said.append(view.axis(dim).tag(int(index)))
-        here = tuple(found.values[:, which])
-        panel.annotate(
-            str(number), here, textcoords="offset points", xytext=(4, 4), fontsize=8.0,
-            weight="bold", zorder=7,
-        )  # fmt: skip
-        (handle,) = panel.plot(
-            [], [], linestyle="none", marker=f"${number}$", markersize=6.0, color=rc("text.color")
-        )
-        text = ", ".join(said)
-        entries[text if text not in entries else f"{text} ({number})"] = handle
+        number_design(panel, number, found.values[:, which], ", ".join(said), entries)

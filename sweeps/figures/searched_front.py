@@ -19,9 +19,8 @@ from sweeps.figures.views import View, pick
 from sweeps.figures.wording import middle_of_sentence, name_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["is_searched", "searched_fronts", "searched_names"]
 
 NAMED = 5
 """Designs of a front that the legend names."""
@@ -94,13 +93,30 @@ def _figure(view: View, pair: Sequence[str]) -> Figure:
         label += "less is better" if name in about["least"] else "more is better"
         (x_label, y_label)[axis](panel, label, (4.5, 3.2)[axis])
     free_scale(panel, [values[1, known]])
-    words = [middle_of_sentence(name_of(view.array(name), name)) for name in pair]
     conditions = ", ".join(about["within"]).replace("<=", "\N{LESS-THAN OR EQUAL TO}")
     conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
     every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
     notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
-    title = f"Pareto front of {words[0]} and {words[1]}"
-    return finish(figure, title, notes, entries)  # the caption is about one design
+    # the caption is about one design
+    return finish(figure, title_of_front(view, pair), notes, entries)
+
+
+def number_design(panel: Axes, number: int, here: Floats, text: str, entries: Entries) -> None:
+    """Number a design of a front; the legend says which one it is."""
+    panel.annotate(
+        str(number), tuple(here), textcoords="offset points", xytext=(4, 4), fontsize=8.0,
+        weight="bold", zorder=7,
+    )  # fmt: skip
+    (handle,) = panel.plot(
+        [], [], linestyle="none", marker=f"${number}$", markersize=6.0, color=rc("text.color")
+    )
+    entries[text if text not in entries else f"{text} ({number})"] = handle
+
+
+def title_of_front(view: View, names: Sequence[str]) -> str:
+    """Title of the front of two quantities."""
+    first, second = (middle_of_sentence(name_of(view.array(name), name)) for name in names)
+    return f"Pareto front of {first} and {second}"
 
 
 def _others(
@@ -116,7 +132,7 @@ def _others(
 
 def _named(
     view: View, about: dict[str, Any], found: Integers, values: Floats, entries: Entries,
-    panel: Any,
+    panel: Axes,
 ) -> list[str]:  # fmt: skip
     """Number some designs of the front; return what the whole front has in common."""
     keys = [key for key in about["over"] if key in view.data.variables
@@ -125,13 +141,6 @@ def _named(
     differ = [key for key in keys if key not in common]
     chosen = found[pick(found.size, NAMED)] if differ else found[:0]
     for number, design in enumerate(chosen, start=1):
-        panel.annotate(
-            str(number), tuple(values[:, design]), textcoords="offset points", xytext=(4, 4),
-            fontsize=8.0, weight="bold", zorder=7,
-        )  # fmt: skip
-        (handle,) = panel.plot(
-            [], [], linestyle="none", marker=f"${number}$", markersize=6.0, color=rc("text.color")
-        )
         text = ", ".join(design_text(view.data, key, int(design)) for key in differ)
-        entries[text if text not in entries else f"{text} ({number})"] = handle
+        number_design(panel, number, values[:, design], text, entries)
     return [design_text(view.data, key, int(found[0])) for key in common]
