@@ -9,15 +9,9 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style, shade
-from sweeps.figures.scales import left_labels, whole_ticks, x_label, y_label
-from sweeps.figures.sheet import (
-    Entries,
-    NamedFigures,
-    bare_panels,
-    finish,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import multiples
+from sweeps.figures.scales import whole_ticks, y_label
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View, pick
 from sweeps.figures.wording import shorten
@@ -70,12 +64,10 @@ def _over_cycles(view: View, place: int) -> Figure:
     lacking = float(_values(view, "imep_of_combustion", 1)[place])
     shown = pick(single.shape[1], MOST_PANELS)
     columns = 1 if len(shown) <= 2 else 2
-    rows = -(-len(shown) // columns)
-    figure, panels = new_sheet(rows, columns, 0.5 + 1.75 * rows, sharex=True, sharey=True)
-    entries: Entries = {}
+    sheet = multiples(len(shown), 0.5, 1.75, columns=columns, sharex=True, sharey=True)
     cycle = np.arange(1, len(single) + 1)
     size = 3.0 if cycle.size <= 200 else 1.5
-    for panel, number in zip(panels, shown, strict=False):
+    for panel, number in zip(sheet.panels, shown, strict=True):
         here, gone = single[:, number], missed[:, number]
         band = panel.axhspan(-spread[number], spread[number], color="#e6e6e6", linewidth=0.0,
                              zorder=0)  # fmt: skip
@@ -84,23 +76,21 @@ def _over_cycles(view: View, place: int) -> Figure:
         lack = panel.axhline(-lacking, color="black", linestyle=(0, (1.2, 1)), linewidth=0.8)
         (dots,) = panel.plot(cycle[~gone], here[~gone], linestyle="none", marker="o",
                              markersize=size, color=shade(NORMAL))  # fmt: skip
-        entries |= {
+        sheet.entries.update({
             "cycle": dots, "± standard deviation of the errors": band,
             "threshold": edge, "no combustion": lack,
-        }  # fmt: skip
+        })  # fmt: skip
         if gone.any():
             (cross,) = panel.plot(cycle[gone], here[gone], linestyle="none", marker="X",
                                   markersize=6.5, color=MISSED, zorder=4)  # fmt: skip
-            entries["classified as misfire"] = cross
+            sheet.entries["classified as misfire"] = cross
         called = ", dead" if dead[number] else ", weak" if weak[number] else ""
         mean = f"{lasting[number]:+.2f}".replace("-", "\N{MINUS SIGN}")
         panel.set_title(f"Cylinder {number + 1}: mean {mean} ± {unsure[number]:.2f} bar{called}")
-    panels[0].set_xlim(0.5, cycle[-1] + 0.5)
-    whole_ticks(panels[0])
-    bare_panels(panels, len(shown), columns)
-    for panel in lowest_panels(panels, len(shown), columns):
-        x_label(panel, "Recorded cycle", 6.0 / columns)
-    left_labels(panels, columns, "Deviation of imep (bar)", 1.6)
+    sheet.panels[0].set_xlim(0.5, cycle[-1] + 0.5)
+    whole_ticks(sheet.panels[0])
+    sheet.label_x("Recorded cycle", 6.0 / columns)
+    sheet.label_y("Deviation of imep (bar)", 1.6)
     rate = float(view.data.attrs.get("false_alarms", np.nan))
     notes = [_label(view, place), f"threshold for {rate:g} false alarms in a cycle of the engine"]
     if missed.any():
@@ -110,10 +100,8 @@ def _over_cycles(view: View, place: int) -> Figure:
         )
     if len(shown) < single.shape[1]:
         notes.append(f"{len(shown)} of {single.shape[1]} cylinders shown")
-    return finish(
-        figure, "Deviation of single cycles from the usual value of their cylinder", notes, entries,
-        "", view.caption, below=True, spare=panels[len(shown) :],
-    )  # fmt: skip
+    title = "Deviation of single cycles from the usual value of their cylinder"
+    return sheet.finish(title, notes, view.caption)
 
 
 def _lasting(view: View) -> Figure:
@@ -145,6 +133,5 @@ def _lasting(view: View) -> Figure:
     notes = ["from the mean of the other cylinders; bars: standard deviation"]
     if len(shown) < len(mean):
         notes.append(f"{len(shown)} of {len(mean)} recordings shown")
-    return finish(
-        figure, "Lasting deviations of cylinders", notes, entries, "", view.caption, below=True
-    )
+    title = "Lasting deviations of cylinders"
+    return finish(figure, title, notes, entries, "", view.caption, below=True)

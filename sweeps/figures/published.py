@@ -9,20 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn.types import Floats
+from sweeps.dimensions import PUBLISHED
 from sweeps.figures.marks import line_style, shade
-from sweeps.figures.scales import left_labels, log_ticks, x_label
-from sweeps.figures.sheet import (
-    GREY,
-    Entries,
-    NamedFigures,
-    finish,
-    grid_of,
-    lowest_panels,
-    new_sheet,
-)
+from sweeps.figures.multiples import multiples
+from sweeps.figures.scales import log_ticks, x_label
+from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, MOST_ROWS, StudyAxis, View
-from sweeps.figures.wording import axis_label, number_text, wrap
+from sweeps.figures.wording import number_text, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,98 +25,85 @@ if TYPE_CHECKING:
 
 def published_names(view: View) -> list[str]:
     """Computed variables with published values beside them, over the same axes or more."""
-    return [name for name, _ in _pairs(view)]
+    names = [str(name) for name in view.data.data_vars if view.has(str(name))]
+    return [name for name in names if _has_published(view, name)]
 
 
-def _pairs(view: View) -> list[tuple[str, str]]:
-    pairs = [
-        (str(name), other)
-        for name in view.data.data_vars
-        if view.has(str(name)) and (other := view.published(str(name), everywhere=True))
-    ]
-    pairs = [(n, o) for n, o in pairs if set(view.array(n).dims) <= set(view.array(o).dims)]
-    return [(n, o) for n, o in pairs if np.isfinite(view.array(o).values.astype(float)).any()]
+def _has_published(view: View, name: str) -> bool:
+    other = view.published(name, everywhere=True)
+    if other is None or not set(view.array(name).dims) <= set(view.array(other).dims):
+        return False
+    return bool(np.isfinite(view.numbers(other)).any())
 
 
 def published(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw computed against published: differences case by case, and one against the other."""
     view = study.view
-    pairs = _pairs(view)
-    several = [
-        (name, other)
-        for name, other in pairs
-        if np.isfinite(view.array(other).values.astype(float)).sum() > 2
-    ]
+    known = {name: np.isfinite(_both(view, name)[1]) for name in published_names(view)}
+    several = [name for name, there in known.items() if there.sum() > 2]
     if several:
         yield "published_parity", _parity(view, several)
-    dims = {view.array(other).dims for _, other in pairs}
+    dims = {view.array(name + PUBLISHED).dims for name in known}
     if len(dims) == 1 and len(next(iter(dims))) == 1:
         axis = view.axis(str(next(iter(dims))[0]))
-        known = np.any([np.isfinite(view.array(o).values.astype(float)) for _, o in pairs], axis=0)
-        rows = np.flatnonzero(known)
-        if rows.size == 1 and len(pairs) > 1:
-            yield "published", _differences_of_one(view, pairs, axis, int(rows[0]))
+        rows = np.flatnonzero(np.any(list(known.values()), axis=0))
+        if rows.size == 1 and len(known) > 1:
+            yield "published", _differences_of_one(view, list(known), axis, int(rows[0]))
         elif rows.size <= MOST_ROWS:
-            yield "published", _differences(view, pairs, axis, rows)
+            yield "published", _differences(view, list(known), axis, rows)
 
 
-def _both(view: View, name: str, other: str) -> tuple[Floats, Floats]:
+def _both(view: View, name: str) -> tuple[Floats, Floats]:
     """Computed and published values, of one shape: a computed one may hold for many designs."""
-    known = view.array(other)
+    known = view.array(name + PUBLISHED)
     computed = view.array(name).set_dims(dict(known.sizes)).transpose(*known.dims)
     return computed.values.astype(float), known.values.astype(float)
 
 
-def _percent(computed: Floats, known: Floats) -> Floats:
+def _percent(view: View, name: str) -> Floats:
+    """Computed less published values, in percent of the published ones."""
+    computed, known = _both(view, name)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
 
 
-def _differences_of_one(
-    view: View, pairs: Sequence[tuple[str, str]], axis: StudyAxis, design: int
-) -> Figure:
+def _differences_of_one(view: View, names: Sequence[str], axis: StudyAxis, design: int) -> Figure:
     """Percent by which the values of one design differ from published ones, a row for each."""
-    drawn = list(pairs)[:MOST_ROWS]
-    figure, panels = new_sheet(1, 1, 0.5 + 0.22 * len(drawn))
-    panel = panels[0]
-    both = [_both(view, name, other) for name, other in drawn]
-    percent = [float(_percent(ours[design], theirs[design])) for ours, theirs in both]
+    drawn = names[:MOST_ROWS]
+    figure, (panel,) = new_sheet(1, 1, 0.5 + 0.22 * len(drawn))
+    percent = [float(_percent(view, name)[design]) for name in drawn]
     panel.plot(percent, np.arange(len(drawn)), "o", color=shade(0.15), markersize=4.5)
-    names = [view.title(name) for name, _ in drawn]
-    _rows(panel, names)
-    x_label(panel, "Computed less published (%)", 4.5)
+    _rows(panel, [view.title(name) for name in drawn])
     title = f"Difference from the published values: {axis.tag(design)}"
-    return finish(figure, title, view.notes([n for n, _ in drawn], units=False))
+    return finish(figure, title, view.notes(drawn, units=False))
 
 
-def _rows(panel: Axes, names: Sequence[str]) -> None:
+def _rows(panel: Axes, texts: Sequence[str]) -> None:
     """A named row for each, from above, and a line at no difference."""
     panel.axvline(0.0, color="black", linewidth=0.8, zorder=1)
-    for row in range(1, len(names)):
+    for row in range(1, len(texts)):
         panel.axhline(row - 0.5, color="#e6e6e6", linewidth=0.5, zorder=0.4)
     panel.grid(False, axis="y")
     panel.tick_params("y", length=0)
-    panel.set_yticks(range(len(names)), names)
-    panel.set_ylim(len(names) - 0.5, -0.5)
+    panel.set_yticks(range(len(texts)), texts)
+    panel.set_ylim(len(texts) - 0.5, -0.5)
+    x_label(panel, "Computed less published (%)", 4.5)
 
 
 def _differences(
-    view: View, pairs: Sequence[tuple[str, str]], axis: StudyAxis, rows: NDArray[np.intp]
+    view: View, names: Sequence[str], axis: StudyAxis, rows: NDArray[np.intp]
 ) -> Figure:
     """Percent by which computed values differ from published ones, a row for each case."""
     from matplotlib.ticker import FuncFormatter, NullLocator, SymmetricalLogLocator
 
-    figure, panels = new_sheet(1, 1, 0.7 + 0.22 * rows.size)
-    panel = panels[0]
+    figure, (panel,) = new_sheet(1, 1, 0.7 + 0.22 * rows.size)
     entries: Entries = {}
     every = [np.zeros(1)]
-    for rank, (name, other) in enumerate(pairs):
-        computed, known = _both(view, name, other)
-        percent = _percent(computed[rows], known[rows])
-        shift = 0.5 * ((rank + 0.5) / len(pairs) - 0.5)
-        style = line_style(rank, len(pairs)) | {"linestyle": "none", "markersize": 4.5}
-        (dots,) = panel.plot(percent, np.arange(rows.size) + shift, **style)
-        entries[view.title(name)] = dots
+    for rank, name in enumerate(names):
+        percent = _percent(view, name)[rows]
+        shift = 0.5 * ((rank + 0.5) / len(names) - 0.5)
+        style = line_style(rank, len(names)) | {"linestyle": "none", "markersize": 4.5}
+        (entries[view.title(name)],) = panel.plot(percent, np.arange(rows.size) + shift, **style)
         every.append(percent[np.isfinite(percent)])
     _rows(panel, [axis.tag(int(row)) for row in rows])
     size = np.abs(np.concatenate(every))
@@ -131,51 +112,42 @@ def _differences(
         panel.xaxis.set_major_locator(SymmetricalLogLocator(base=10, linthresh=0.1))
         panel.xaxis.set_minor_locator(NullLocator())
         panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
-    x_label(panel, "Computed less published (%)", 4.5)
     title = "Difference from the published values"
-    return finish(figure, title, view.notes([n for n, _ in pairs], units=False), entries)
+    return finish(figure, title, view.notes(names, units=False), entries)
 
 
-def _parity(view: View, pairs: Sequence[tuple[str, str]]) -> Figure:
+def _parity(view: View, names: Sequence[str]) -> Figure:
     """Computed against published values, one panel for each quantity."""
-    drawn = list(pairs)[:MOST_PANELS]
-    rows, columns = grid_of(len(drawn))
-    figure, panels = new_sheet(rows, columns, 0.2 + 2.6 * rows)
-    entries: Entries = {}
-    for panel, (name, other) in zip(panels, drawn, strict=False):
-        computed, known = (values.ravel() for values in _both(view, name, other))
+    drawn = names[:MOST_PANELS]
+    sheet = multiples(len(drawn), 0.2, 2.6)
+    for panel, name in zip(sheet.panels, drawn, strict=True):
+        computed, known = (values.ravel() for values in _both(view, name))
         good = np.isfinite(computed) & np.isfinite(known)
-        both = np.concatenate([computed[good], known[good]])
-        variable = view.array(name)
-        panel.set_title(wrap(axis_label(variable, name), int(72 / columns)))
-        if both.size:
-            log = both.min() > 0 and both.max() > 20 * both.min()
-            pad = (both.max() / both.min()) ** 0.08 if log else 0.08 * np.ptp(both) or 1.0
-            low, high = (
-                (both.min() / pad, both.max() * pad)
-                if log
-                else (both.min() - pad, both.max() + pad)
-            )
-            (line,) = panel.plot([low, high], [low, high], color=GREY, linewidth=0.8)
-            (dots,) = panel.plot(
-                known[good], computed[good], "o", color=shade(0.15), markerfacecolor="none"
-            )
-            entries["Equal"] = line
-            entries["Case"] = dots
-            panel.set(xlim=(low, high), ylim=(low, high))
-            if log:
-                panel.set(xscale="log", yscale="log")
-                log_ticks(panel.xaxis, low, high, few=True)
-                log_ticks(panel.yaxis, low, high, few=True)
-            else:
-                panel.locator_params(nbins=4)
+        panel.set_title(wrap(view.label(name), int(72 / sheet.columns)))
         panel.set_box_aspect(1)
-    for panel in panels[len(drawn) :]:
-        panel.set_visible(False)
-    for panel in lowest_panels(panels, len(drawn), columns):
+        if not good.any():
+            continue
+        both = np.concatenate([computed[good], known[good]])
+        low, high = float(both.min()), float(both.max())
+        log = low > 0 and high > 20 * low
+        if log:
+            pad = (high / low) ** 0.08
+            low, high = low / pad, high * pad
+        else:
+            pad = 0.08 * (high - low) or 1.0
+            low, high = low - pad, high + pad
+        (line,) = panel.plot([low, high], [low, high], color=GREY, linewidth=0.8)
+        look = {"color": shade(0.15), "markerfacecolor": "none"}
+        (dots,) = panel.plot(known[good], computed[good], "o", **look)
+        sheet.entries.update({"Equal": line, "Case": dots})
+        panel.set(xlim=(low, high), ylim=(low, high))
+        if log:
+            panel.set(xscale="log", yscale="log")
+            log_ticks(panel.xaxis, low, high, few=True)
+            log_ticks(panel.yaxis, low, high, few=True)
+        else:
+            panel.locator_params(nbins=4)
+    for panel in sheet.lowest:
         panel.set_xlabel("Published")
-    left_labels(panels, columns, "Computed", 1.5)
-    notes = view.notes([n for n, _ in pairs])
-    title = "Computed against published"
-    spare = panels[len(drawn) :]
-    return finish(figure, title, notes, entries, below=True, spare=spare)
+    sheet.label_y("Computed", 1.5)
+    return sheet.finish("Computed against published", view.notes(names))
