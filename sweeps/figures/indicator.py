@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 from sweeps.figures.marks import line_style, lost_handle, mark_lost, shade
+from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import crank_axis, log_ticks, x_label, y_label
-from sweeps.figures.sheet import GREY, Entries, NamedFigures, bare_panels, finish, new_sheet
+from sweeps.figures.sheet import GREY, Entries, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, trace
-from sweeps.figures.views import MOST_LINES, StudyAxis, View, key_text, pick, picked_text, stem_of
+from sweeps.figures.views import (
+    StudyAxis,
+    View,
+    pick,
+    picked,
+    picked_text,
+    place_on,
+    stem_of,
+    title_by,
+)
 from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
@@ -58,25 +68,21 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     found = study.along(names[:1])
     for whole, along in found:
         view = whole.only(names, [along])
-        axis = view.axis(along) if along else None
-        logarithmic = names[1] == VOLUME or _ratio(view, {along: 0} if along else {}) is not None
-        figure, panels = new_sheet(1, 1 + logarithmic, 3.2)
-        entries: Entries = {}
-        _work_lines(panels[0], view, names[1], axis, entries, False)
-        if logarithmic:
-            _work_lines(panels[1], view, names[1], axis, {}, True)
-            _logarithmic(panels[1])
-        for panel in panels:
+        axis = view.axis_along(along)
+        logarithmic = names[1] == VOLUME or _ratio(view, place_on(axis, 0)) is not None
+        sheet = multiples(1 + logarithmic, 3.2, 0.0)
+        for panel, entries in zip(sheet.panels, (sheet.entries, {}), strict=False):
+            _work_lines(panel, view, names[1], axis, entries)
             y_label(panel, view.label(PRESSURE), 2.6)
-            x_label(panel, _volume_label(view, names[1], logarithmic), 6.0 / len(panels))
-        heading = "Work diagrams" + (f" by {key_text(axis)}" if axis else "")
-        yield (
-            stem_of("work_diagrams", view, along, len(found) == 1),
-            finish(
-                figure, heading, [*view.notes(names), picked_text(axis)], entries if axis else {},
-                axis.label if axis else "", view.caption, below=True,
-            ),
+            x_label(panel, _volume_label(view, names[1], logarithmic), 6.0 / sheet.columns)
+        if logarithmic:
+            _logarithmic(sheet.panels[1])
+        notes = [*view.notes(names), picked_text(axis)]
+        drawn = sheet.finish(
+            title_by("Work diagrams", axis), notes, view.caption, legend=axis is not None,
+            legend_title=axis.label if axis else "",
         )  # fmt: skip
+        yield stem_of("work_diagrams", view, along, len(found) == 1), drawn
 
 
 def _volume_label(view: View, name: str, logarithmic: bool) -> str:
@@ -97,9 +103,8 @@ def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None
 def _ratio(view: View, place: Mapping[str, int]) -> float | None:
     """Compression ratio at a place: of an axis, or what the scene sets; None if not known."""
     if RATIO in view.data.coords:
-        array = view.data.coords[RATIO]
-        value = array.isel({d: i for d, i in place.items() if d in array.dims})
-        return float(value) if value.ndim == 0 else None
+        value = view.at(RATIO, place)
+        return float(value.values) if value.ndim == 0 else None
     try:
         ratio = float(json.loads(view.data.attrs["parameters"])[RATIO])
     except (KeyError, TypeError, ValueError):
@@ -108,24 +113,24 @@ def _ratio(view: View, place: Mapping[str, int]) -> float | None:
 
 
 def _work_lines(
-    panel: Axes, view: View, abscissa: str, axis: StudyAxis | None, entries: Entries, closed: bool
+    panel: Axes, view: View, abscissa: str, axis: StudyAxis | None, entries: Entries
 ) -> None:
-    """One loop for each value of an axis; of the closed cylinder's half if `closed`."""
-    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
-    for rank, index in enumerate(picked):
-        place = {axis.name: index} if axis else {}
+    """One loop for each value of an axis."""
+    places = picked(axis)
+    for rank, index in enumerate(places):
+        place = place_on(axis, index)
         _, p, lost = trace(view, PRESSURE, place)
-        nominal = axis is not None and index == axis.nominal
-        style = line_style(rank, len(picked), nominal)
-        text = (axis.text(index) if axis else "") + (" (nominal)" if nominal else "")
+        nominal = axis.mark(index) if axis else ""
+        style = line_style(rank, len(places), bool(nominal))
+        text = (axis.text(index) if axis else "") + nominal
         if lost:
             mark_lost(panel, lost, style["color"], rank)
             entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
             continue
-        volume = _volume(view, abscissa, place, _ratio(view, place))
         style["markevery"] = max(p.size // 8, 1)
-        if len(picked) == 1:
+        if len(places) == 1:
             style["marker"] = ""
+        volume = _volume(view, abscissa, place, _ratio(view, place))
         (line,) = panel.plot(volume, p, **style)
         entries.setdefault(text, line)
 
@@ -150,81 +155,73 @@ def recorded_names(view: View) -> list[str]:
 def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one page about a recording: pressure, work diagrams, heat release, spread of cycles."""
     view = study.view
-    many = "recorded_cycle" in view.array(SHEET[0]).dims
-    volume = VOLUME if view.has(VOLUME) else "displaced_volume"
     draws = [_whole_cycle, _near_dead_centre, _over_volume]
     if view.has(VOLUME):
         draws.append(_log_log)
     if view.has("heat_released"):
         draws += [_heat_rate, _heat]
-    if many:
+    if "recorded_cycle" in view.array(SHEET[0]).dims:
         draws += [_imep, _peaks]
-    rows = -(-len(draws) // 2)
-    figure, panels = new_sheet(rows, 2, 0.4 + 2.1 * rows)
-    entries: Entries = {}
-    for panel, draw in zip(panels, draws, strict=False):
-        draw(panel, view, volume, entries)
-    bare_panels(panels, len(draws), 2)
-    for panel in panels[: len(draws)]:
-        y_label(panel, panel.get_ylabel(), 1.7)
-    said = view.data.attrs.get("findings", "")
-    yield (
-        "recorded_pressure",
-        finish(
-            figure, str(view.data.attrs.get("title", "")) or "Recorded pressure",
-            str(view.data.attrs.get("summary", "")).split("; "), entries,
-            caption="; ".join(["Checks: " + line for line in str(said).split("\n") if line]),
-            below=True,
-        ),
-    )  # fmt: skip
+    sheet = multiples(len(draws), 0.4, 2.1, columns=2)
+    for panel, draw in zip(sheet.panels, draws, strict=True):
+        title, ordinate = draw(panel, view, sheet.entries)
+        panel.set_title(title)
+        y_label(panel, view.label(ordinate), 1.7)
+    attributes = view.data.attrs
+    checks = str(attributes.get("findings", "")).split("\n")
+    caption = "; ".join(f"Checks: {line}" for line in checks if line)
+    title = str(attributes.get("title", "")) or "Recorded pressure"
+    notes = str(attributes.get("summary", "")).split("; ")
+    yield "recorded_pressure", sheet.finish(title, notes, caption)
+
+
+Drawn = tuple[str, str]
+"""Title of a panel, and the variable of its ordinate."""
 
 
 def _cycles(view: View) -> Floats:
-    """Pressure of some cycles, shape (cycles, angles)."""
+    """Pressure of all cycles, shape (cycles, angles)."""
     array = view.array(SHEET[0])
     if "recorded_cycle" not in array.dims:
         return np.atleast_2d(array.values)
-    values = array.transpose("recorded_cycle", "crank_angle").values
-    return np.asarray(values[pick(len(values), MOST_CYCLES)])
+    return np.asarray(array.transpose("recorded_cycle", "crank_angle").values)
 
 
-def _angles(view: View) -> Floats:
-    return view.numbers("crank_angle")
+def _near(view: View) -> Booleans:
+    """Which crank angles are around firing dead centre."""
+    angle = view.numbers("crank_angle")
+    return (angle >= NEAR[0]) & (angle <= NEAR[1])
 
 
-def _pressure_lines(panel: Axes, view: View, entries: Entries, near: bool) -> None:
-    angle, mean = _angles(view), view.numbers(PRESSURE)
-    every = _cycles(view)
-    at = (angle >= NEAR[0]) & (angle <= NEAR[1]) if near else np.ones(angle.size, dtype=bool)
+def _pressure_lines(panel: Axes, view: View, entries: Entries, at: Booleans, band: bool) -> None:
+    """Single cycles and their mean, at some angles; `band`: where 90 % of many cycles are."""
+    angle, every = view.numbers("crank_angle")[at], _cycles(view)[:, at]
+    some = every[pick(len(every), MOST_CYCLES)]
     if len(every) > 1:
-        lines = panel.plot(
-            angle[at], every[:, at].T, color=CYCLES, linewidth=0.4, rasterized=True, zorder=1
-        )
-        entries.setdefault(f"single cycles ({len(every)} shown)", lines[0])
-        array = view.array(SHEET[0]).transpose("recorded_cycle", "crank_angle").values
-        if len(array) >= 20 and near:
-            low, high = np.percentile(array[:, at], [5.0, 95.0], axis=0)
-            (edge,) = panel.plot(angle[at], low, color=BAND, linewidth=0.8, linestyle=(0, (4, 1.5)))
-            panel.plot(angle[at], high, color=BAND, linewidth=0.8, linestyle=(0, (4, 1.5)))
-            entries.setdefault("5 and 95 % of the cycles", edge)
-    (line,) = panel.plot(angle[at], mean[at], color=MEAN, linewidth=1.2, zorder=3)
+        lines = panel.plot(angle, some.T, color=CYCLES, linewidth=0.4, rasterized=True, zorder=1)
+        entries.setdefault(f"single cycles ({len(some)} shown)", lines[0])
+        if len(every) >= 20 and band:
+            for edge in np.percentile(every, [5.0, 95.0], axis=0):
+                (line,) = panel.plot(
+                    angle, edge, color=BAND, linewidth=0.8, linestyle=(0, (4, 1.5))
+                )
+                entries.setdefault("5 and 95 % of the cycles", line)
+    (line,) = panel.plot(angle, view.numbers(PRESSURE)[at], color=MEAN, linewidth=1.2, zorder=3)
     entries.setdefault("mean of the cycles" if len(every) > 1 else "recorded cycle", line)
 
 
-def _whole_cycle(panel: Axes, view: View, volume: str, entries: Entries) -> None:
-    _pressure_lines(panel, view, entries, near=False)
-    angle = _angles(view)
+def _whole_cycle(panel: Axes, view: View, entries: Entries) -> Drawn:
+    angle = view.numbers("crank_angle")
+    _pressure_lines(panel, view, entries, np.ones(angle.size, dtype=bool), False)
     panel.set_xlim(float(angle[0]), float(2.0 * angle[-1] - angle[-2]))
-    panel.set_ylabel(view.label(PRESSURE))
     crank_axis(panel, view.array("crank_angle"), 2.7)
-    panel.set_title("Whole cycle")
+    return "Whole cycle", PRESSURE
 
 
-def _near_dead_centre(panel: Axes, view: View, volume: str, entries: Entries) -> None:
-    _pressure_lines(panel, view, entries, near=True)
+def _near_dead_centre(panel: Axes, view: View, entries: Entries) -> Drawn:
+    _pressure_lines(panel, view, entries, _near(view), True)
     _near_axis(panel, view)
-    panel.set_ylabel(view.label(PRESSURE))
-    panel.set_title("Around firing dead centre")
+    return "Around firing dead centre", PRESSURE
 
 
 def _near_axis(panel: Axes, view: View) -> None:
@@ -234,41 +231,38 @@ def _near_axis(panel: Axes, view: View) -> None:
     x_label(panel, view.label("crank_angle"), 2.9)
 
 
-def _loop(view: View, volume: str) -> tuple[Floats, Floats]:
-    v = view.numbers(volume)
-    p = view.numbers(PRESSURE)
+def _loop(panel: Axes, view: View) -> tuple[Floats, Floats]:
+    """Closed loop of volume and mean pressure; the abscissa gets its label."""
+    volume = VOLUME if view.has(VOLUME) else "displaced_volume"
+    x_label(panel, view.label(volume), 2.9)
+    v, p = view.numbers(volume), view.numbers(PRESSURE)
     return np.append(v, v[0]), np.append(p, p[0])
 
 
-def _over_volume(panel: Axes, view: View, volume: str, entries: Entries) -> None:
-    panel.plot(*_loop(view, volume), color=MEAN)
+def _over_volume(panel: Axes, view: View, entries: Entries) -> Drawn:
+    panel.plot(*_loop(panel, view), color=MEAN)
     panel.set_xlim(left=0.0)
     panel.set_ylim(bottom=0.0)
-    panel.set_ylabel(view.label(PRESSURE))
-    x_label(panel, view.label(volume), 2.9)
-    panel.set_title("p - V")
+    return "p - V", PRESSURE
 
 
-def _log_log(panel: Axes, view: View, volume: str, entries: Entries) -> None:
+def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
     """Both logarithmic, with the polytropes that were fitted."""
-    v, p = _loop(view, volume)
+    v, p = _loop(panel, view)
     if not np.all(p > 0.0):
         panel.text(0.5, 0.5, "pressure is not positive", transform=panel.transAxes, ha="center",
                    color=GREY)  # fmt: skip
     else:
         panel.plot(v, p, color=MEAN)
-    angle = np.append(_angles(view), np.nan)
+    angle = np.append(view.numbers("crank_angle"), np.nan)
     for name, colour, dashes in (
         ("compression_exponent", "#1b4f9c", (0, (4, 1.2, 1, 1.2))),
         ("expansion_exponent", "#2f7d55", (0, (6, 1.5))),
     ):
-        if not view.has(name):
-            continue
-        array = view.array(name)
-        start, end = (float(array.attrs[key]) for key in ("from_angle", "to_angle"))
-        exponent = float(array)
+        exponent = float(view.numbers(name)) if view.has(name) else 0.0
         if not 0.0 < exponent < MOST_EXPONENT:
             continue
+        start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))
         at = (angle >= start) & (angle <= end) & (p > 0.0)
         level = np.exp(np.mean(np.log(p[at] * v[at] ** exponent)))
         # drawn beyond the fitted part, so that a bend shows
@@ -282,49 +276,41 @@ def _log_log(panel: Axes, view: View, volume: str, entries: Entries) -> None:
     if low > 0.0:
         panel.set_ylim(0.8 * low, 1.3 * high)
     _logarithmic(panel)
-    panel.set_ylabel(view.label(PRESSURE))
-    x_label(panel, view.label(volume), 2.9)
-    panel.set_title("log p - log V")
+    return "log p - log V", PRESSURE
 
 
-def _heat_panel(panel: Axes, view: View, name: str, title: str) -> None:
-    angle, values = _angles(view), view.numbers(name)
-    at = (angle >= NEAR[0]) & (angle <= NEAR[1])
+def _heat_line(panel: Axes, view: View, name: str) -> None:
+    at = _near(view)
     panel.axhline(0.0, color="#888888", linewidth=0.6)
-    panel.plot(angle[at], values[at], color=MEAN)
+    panel.plot(view.numbers("crank_angle")[at], view.numbers(name)[at], color=MEAN)
     _near_axis(panel, view)
-    panel.set_ylabel(view.label(name))
-    panel.set_title(title)
 
 
-def _heat_rate(panel: Axes, view: View, volume: str, entries: Entries) -> None:
-    _heat_panel(panel, view, "heat_release_rate", "Rate of apparent heat release")
+def _heat_rate(panel: Axes, view: View, entries: Entries) -> Drawn:
+    _heat_line(panel, view, "heat_release_rate")
+    return "Rate of apparent heat release", "heat_release_rate"
 
 
-def _heat(panel: Axes, view: View, volume: str, entries: Entries) -> None:
-    _heat_panel(panel, view, "heat_released", "Apparent net heat released")
+def _heat(panel: Axes, view: View, entries: Entries) -> Drawn:
+    _heat_line(panel, view, "heat_released")
+    return "Apparent net heat released", "heat_released"
 
 
-def _imep(panel: Axes, view: View, volume: str, entries: Entries) -> None:
+def _imep(panel: Axes, view: View, entries: Entries) -> Drawn:
     """Imep of each cycle with its mean and standard deviation."""
     values = view.numbers("imep_of_cycle")
-    number = view.numbers("recorded_cycle")
     mean, spread = float(values.mean()), float(values.std(ddof=1))
     panel.axhspan(mean - spread, mean + spread, color="#ececec", linewidth=0.0, zorder=0)
     panel.axhline(mean, color=MEAN, linewidth=0.8)
-    panel.plot(number, values, linestyle="none", marker="o", markersize=2.5, color=shade(0.3))
-    panel.set_ylabel(view.label("imep_of_cycle"))
+    panel.plot(view.numbers("recorded_cycle"), values, "o", markersize=2.5, color=shade(0.3))
     x_label(panel, "Recorded cycle", 2.9)
-    panel.set_title("Imep, mean and standard deviation")
+    return "Imep, mean and standard deviation", "imep_of_cycle"
 
 
-def _peaks(panel: Axes, view: View, volume: str, entries: Entries) -> None:
+def _peaks(panel: Axes, view: View, entries: Entries) -> Drawn:
     """Largest pressure of each cycle over its angle."""
-    pressure, angle = "peak_pressure_of_cycle", "peak_angle_of_cycle"
-    panel.plot(
-        np.asarray(view.array(angle).values), np.asarray(view.array(pressure).values),
-        linestyle="none", marker="o", markersize=2.5, color=shade(0.3),
-    )  # fmt: skip
-    panel.set_ylabel(view.label(pressure))
+    angle, pressure = "peak_angle_of_cycle", "peak_pressure_of_cycle"
+    x, y = view.numbers(angle), view.numbers(pressure)
+    panel.plot(x, y, "o", markersize=2.5, color=shade(0.3))
     x_label(panel, view.label(angle), 2.9)
-    panel.set_title("Largest pressure over its angle")
+    return "Largest pressure over its angle", pressure
