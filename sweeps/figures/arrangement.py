@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,13 +29,10 @@ PIN, BLOCK, TOP = 1.0, 1.9, 2.7
 """Distances from the shaft in crank radii of cylinder 1: its pin, both ends of a cylinder."""
 
 
-def described(view: View) -> list[str]:
-    """Return the attribute that describes the arrangement, if the archive has one."""
-    return ["arrangement"] if _listed(view) else []
-
-
-def _listed(view: View) -> dict[str, Mapping[str, Any]]:
-    """Arrangements of two cylinders or more, by the ending of their file's name.
+def arrangements_of(
+    view: View, usable: Callable[[Mapping[str, Any]], bool]
+) -> dict[str, Mapping[str, Any]]:
+    """Those arrangements that an archive describes and that can be drawn, by the ending of a file.
 
     The number is that among all arrangements, as in the names of other figures.
     """
@@ -44,33 +41,41 @@ def _listed(view: View) -> dict[str, Mapping[str, Any]]:
     found = {
         f"_{number}" if len(listed) > 1 else "": one
         for number, one in enumerate(listed, start=1)
-        if "period" in one and len(one["throws"]) > 1
+        if usable(one)
     }
     return dict(itertools.islice(found.items(), MOST_PANELS))
 
 
-def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw a figure for each arrangement that the archive describes."""
-    for suffix, one in _listed(study.view).items():
-        yield f"arrangement{suffix}", _figure(one)
-
-
-def _figure(one: Mapping[str, Any]) -> Any:
-    figure, (view, star) = new_sheet(1, 2, 3.3)
-    _end_view(view, one)
-    _firing_star(star, one)
-    view.set_title("end view as cylinder 1 fires")
-    star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
+def firing_notes(one: Mapping[str, Any]) -> list[str]:
+    """Firing order, and the intervals between the firings."""
     angles = np.asarray(one["firing_angles"])
     order = np.argsort(angles, kind="stable")
-    gaps = np.diff(np.sort(angles), append=one["period"])
-    notes = [f"firing order {'-'.join(str(i + 1) for i in order)}"]
-    if len(gaps) > 1:
-        steps = dict.fromkeys(_degrees(gap) for gap in gaps)
-        even = len(steps) == 1
-        shown = steps if even else [_degrees(gap) for gap in gaps]
-        notes.append(f"{'every' if even else 'intervals'} {', '.join(shown)}")
-    return finish(figure, sentence(str(one["name"])), notes)
+    gaps = np.diff(np.sort(angles), append=angles.min() + one["period"])
+    steps = [_degrees(gap) for gap in gaps]
+    even = len(set(steps)) == 1
+    intervals = f"every {steps[0]}" if even else f"intervals {', '.join(steps)}"
+    return [f"firing order {'-'.join(str(i + 1) for i in order)}", intervals]
+
+
+def described(view: View) -> list[str]:
+    """Return the attribute that describes the arrangement, if the archive has one."""
+    return ["arrangement"] if arrangements_of(view, _several) else []
+
+
+def _several(one: Mapping[str, Any]) -> bool:
+    return "period" in one and len(one["throws"]) > 1
+
+
+def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw a figure for each arrangement that the archive describes."""
+    for suffix, one in arrangements_of(study.view, _several).items():
+        figure, (view, star) = new_sheet(1, 2, 3.3)
+        _end_view(view, one)
+        _firing_star(star, one)
+        view.set_title("end view as cylinder 1 fires")
+        star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
+        drawn = finish(figure, sentence(str(one["name"])), firing_notes(one))
+        yield f"arrangement{suffix}", drawn
 
 
 def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:

@@ -15,11 +15,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.figures.arrangement import blank, circle, gathered, label, point, sense
+from sweeps.figures.arrangement import (
+    arrangements_of,
+    blank,
+    circle,
+    gathered,
+    label,
+    point,
+    sense,
+)
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
-from sweeps.figures.strokes import arrangements_of
 from sweeps.figures.study import Study
-from sweeps.figures.views import MOST_PANELS, View
+from sweeps.figures.views import View
 from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
@@ -37,35 +44,31 @@ NEAR, FAR = "#d9d9d9", "#f2f2f2"
 
 def star_names(view: View) -> list[str]:
     """Return the attribute that describes the throws, if there are two or more cylinders."""
-    several = [one for one in arrangements_of(view.data) if len(one.get("throws", ())) > 1]
-    return ["arrangement"] if several else []
+    return ["arrangement"] if arrangements_of(view, _several) else []
+
+
+def _several(one: Mapping[str, Any]) -> bool:
+    return len(one.get("throws", ())) > 1
 
 
 def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw side view and star of the throws, a figure for each arrangement."""
-    listed = arrangements_of(study.view.data)
     given = json.loads(study.view.data.attrs.get("parameters", "{}"))
-    for number, one in enumerate(listed[:MOST_PANELS], start=1):
-        if len(one.get("throws", ())) > 1:
-            suffix = f"_{number}" if len(listed) > 1 else ""
-            yield f"crank_star{suffix}", _figure(one, given.get("counterweight_fraction", 0.0))
-
-
-def _figure(one: Mapping[str, Any], fraction: float) -> Any:
-    throws = _throws(one)
-    long = PITCH * len({place for place, *_ in throws}) + 1.0
-    figure, (side, star) = new_sheet(
-        1, 2, 2.7, width_ratios=(max(long, 4.4), max(3.4, 0.33 * long))
-    )
-    _side_view(side, throws, fraction)
-    _star(star, throws)
-    side.set_title("side view, not to scale along the shaft")
-    star.set_title("crank star")
-    notes = ["the crank of cylinder 1 up", "take-off at cylinder 1"]
-    notes.append("side view from the right of the star, throws to its left are lighter")
+    fraction = given.get("counterweight_fraction", 0.0)
+    notes = ["the crank of cylinder 1 up", "take-off at cylinder 1",
+             "side view from the right of the star, throws to its left are lighter"]  # fmt: skip
     if fraction:
         notes.append(f"counterweights for the fraction {number_text(fraction)}")
-    return finish(figure, f"Crankshaft, {one['name']}", notes)
+    for suffix, one in arrangements_of(study.view, _several).items():
+        throws = _throws(one)
+        long = PITCH * len({place for place, *_ in throws}) + 1.0
+        widths = (max(long, 4.4), max(3.4, 0.33 * long))
+        figure, (side, star) = new_sheet(1, 2, 2.7, width_ratios=widths)
+        _side_view(side, throws, fraction)
+        _star(star, throws)
+        side.set_title("side view, not to scale along the shaft")
+        star.set_title("crank star")
+        yield f"crank_star{suffix}", finish(figure, f"Crankshaft, {one['name']}", notes)
 
 
 Throw = tuple[float, float, float, list[int]]

@@ -15,11 +15,11 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
+from sweeps.figures.arrangement import arrangements_of, firing_notes
 from sweeps.figures.scales import crank_axis
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
-from sweeps.figures.views import MOST_PANELS, View
-from sweeps.figures.wording import number_text
+from sweeps.figures.views import View
 
 TURN = 180.0
 """Degrees of a stroke."""
@@ -39,14 +39,7 @@ DRIVEN = (("expansion, suction", EXCHANGE), ("compression, delivery", COMPRESSIO
 
 def stroke_names(view: View) -> list[str]:
     """Return the attribute that describes the cylinders, if there are two or more."""
-    return ["arrangement"] if any(_several(one) for one in arrangements_of(view.data)) else []
-
-
-def arrangements_of(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Arrangements that an archive describes; none where it describes none."""
-    text = data.attrs.get("arrangement")
-    described = json.loads(text) if text else []
-    return [described] if isinstance(described, dict) else described
+    return ["arrangement"] if arrangements_of(view, _several) else []
 
 
 def _several(one: Mapping[str, Any]) -> bool:
@@ -55,35 +48,23 @@ def _several(one: Mapping[str, Any]) -> bool:
 
 def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the strokes of all cylinders, the first to fire above; a figure for each engine."""
-    listed = arrangements_of(study.view.data)
-    for number, one in enumerate(listed[:MOST_PANELS], start=1):
-        if _several(one):
-            suffix = f"_{number}" if len(listed) > 1 else ""
-            yield f"strokes{suffix}", _figure(study.view, one)
-
-
-def _figure(view: View, one: Mapping[str, Any]) -> Any:
-    firing = np.asarray(one["firing_angles"], dtype=float)
-    order = np.argsort(firing, kind="stable")
-    figure, panels = new_sheet(1, 1, 0.7 + 0.26 * firing.size)
-    panel = panels[0]
-    angle, low, zero = _range(view, one["period"])
-    panel.set_xlim(low, low + one["period"])
-    for row, cylinder in enumerate(order):
-        fires = one["pressure_factor"][cylinder] != 0.0
-        _bars(panel, row, firing[cylinder] - zero, low, _strokes_of(view, one), fires)
-    panel.set_ylim(firing.size - 0.45, -0.55)
-    panel.set_yticks(range(firing.size), [f"cylinder {i + 1}" for i in order])
-    panel.tick_params("y", left=False)
-    panel.grid(False)
-    crank_axis(panel, angle, 5.6)
-    gaps = np.diff(np.sort(firing), append=firing.min() + one["period"])
-    steps = dict.fromkeys(f"{number_text(round(float(gap), 2))}°" for gap in gaps)
-    notes = [
-        f"firing order {'-'.join(str(i + 1) for i in order)}",
-        f"intervals {', '.join(steps)}" if len(steps) > 1 else f"every {', '.join(steps)}",
-    ]
-    return finish(figure, f"Strokes of the cylinders, {one['name']}", notes)
+    view = study.view
+    for suffix, one in arrangements_of(view, _several).items():
+        firing = np.asarray(one["firing_angles"], dtype=float)
+        order = np.argsort(firing, kind="stable")
+        figure, (panel,) = new_sheet(1, 1, 0.7 + 0.26 * firing.size)
+        angle, low, zero = _range(view, one["period"])
+        panel.set_xlim(low, low + one["period"])
+        for row, cylinder in enumerate(order):
+            fires = one["pressure_factor"][cylinder] != 0.0
+            _bars(panel, row, firing[cylinder] - zero, low, _strokes_of(view, one), fires)
+        panel.set_ylim(firing.size - 0.45, -0.55)
+        panel.set_yticks(range(firing.size), [f"cylinder {i + 1}" for i in order])
+        panel.tick_params("y", left=False)
+        panel.grid(False)
+        crank_axis(panel, angle, 5.6)
+        title = f"Strokes of the cylinders, {one['name']}"
+        yield f"strokes{suffix}", finish(figure, title, firing_notes(one))
 
 
 def _strokes_of(view: View, one: Mapping[str, Any]) -> Sequence[tuple[str, Look]]:
