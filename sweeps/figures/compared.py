@@ -9,7 +9,7 @@ since such curves pass through zero.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +21,7 @@ from sweeps.figures.scales import free_scale, parameter_ticks, whole_ticks, x_la
 from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.traces import set_cycle, trace
-from sweeps.figures.views import RUNNING, StudyAxis, View, pick, stem_of
+from sweeps.figures.views import RUNNING, View, pick, picked, place_on, stem_of
 from sweeps.figures.wording import name_of, number_text, plain_text, with_unit
 
 if TYPE_CHECKING:
@@ -63,10 +63,8 @@ def compared(study: Study, names: Sequence[str]) -> NamedFigures:
         else:
             for whole, along in study.along(pair):
                 if along is not None:
-                    yield (
-                        stem_of(f"compared_{name}", whole, along),
-                        _line_figure(whole, name, along),
-                    )
+                    figure = _line_figure(whole, name, along)
+                    yield stem_of(f"compared_{name}", whole, along), figure
     if single:
         yield "compared_numbers", _bar_figure(study.view, single[:MOST_BARS])
 
@@ -79,10 +77,8 @@ def labels_of(view: View) -> tuple[str, str]:
 
 def _differs(view: View, name: str) -> bool:
     """Whether the two are not the same, looked at in some values of each axis."""
-    some = {d: pick(n, 60) for d, n in view.array(name).sizes.items() if d not in RUNNING}
-    one, two = (
-        np.asarray(view.array(n).isel(some).values, dtype=float) for n in (name, name + COMPARED)
-    )
+    some = {str(d): pick(n, 60) for d, n in view.array(name).sizes.items() if d not in RUNNING}
+    one, two = view.numbers(name, some), view.numbers(name + COMPARED, some)
     return bool(((one != two) & ~(np.isnan(one) & np.isnan(two))).any())
 
 
@@ -99,19 +95,17 @@ def _pair_of_panels() -> tuple[Figure, list[Axes]]:
 
 def _drawn(
     panels: Sequence[Axes], x: Floats, curves: tuple[Floats, Floats], labels: Sequence[str],
-    entries: Entries, *, largest: bool, colours: Sequence[str] | None = None, marker: str = "",
+    entries: Entries, *, largest: bool, marker: str = "",
 ) -> None:  # fmt: skip
     """Draw the lines of both, and their difference."""
-    looks = ("-", DASHES[1])
-    chosen = colours or (rc("text.color"), SECOND)
     every = max(x.size // 12, 1)
-    for curve, label, colour, dashes in zip(curves, labels, chosen, looks, strict=True):
-        (line,) = panels[0].plot(
+    looks = ((rc("text.color"), "-"), (SECOND, DASHES[1]))
+    for curve, label, (colour, dashes) in zip(curves, labels, looks, strict=True):
+        (entries[label],) = panels[0].plot(
             x, curve, color=colour, linestyle=dashes, linewidth=1.5, marker=marker, markevery=every
         )
-        entries[label] = line
     change = difference(*curves, largest=largest)
-    panels[1].plot(x, change, color=chosen[1], linewidth=1.2, marker=marker, markevery=every)
+    panels[1].plot(x, change, color=SECOND, linewidth=1.2, marker=marker, markevery=every)
 
 
 def _finished(
@@ -135,13 +129,13 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
         x, one, _ = trace(view, name, {})
         two = trace(view, name + COMPARED, {})[1]
         if two.size != one.size:  # one of them is open at its start
-            x, one = (view.numbers(n) for n in ("crank_angle", name))
+            x, one = view.numbers("crank_angle"), view.numbers(name)
             two = view.numbers(name + COMPARED)
         _drawn(panels, x, (one, two), labels_of(view), entries, largest=True)
         set_cycle(panels, view, 5.0, panels[-1:])
         return _finished(view, name, panels, entries, True)
     order = view.numbers("order")
-    both = _values(view, (name, name + COMPARED), {})
+    both = view.numbers(name), view.numbers(name + COMPARED)
     width = 0.35 * float(np.min(np.diff(order), initial=1.0))
     for side, (values, label) in enumerate(zip(both, labels_of(view), strict=True)):
         colour = (rc("text.color"), SECOND)[side]
@@ -159,12 +153,13 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     rest = [d for d in whole.axes(pair) if d != along and not whole.idle(pair, d)]
     over = min(rest, key=lambda dim: whole.data.sizes[dim], default=None)
     view = whole.only(pair, [along, over])
-    axis, other = view.axis(along), view.axis(over) if over else None
+    axis, other = view.axis(along), view.axis_along(over)
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    for rank, index in enumerate(pick(other.size, MOST_OVER, other.nominal) if other else [0]):
-        curves = _values(view, pair, {over: index} if over else {})
+    for rank, index in enumerate(picked(other, MOST_OVER)):
+        place = place_on(other, index)
+        curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
         said = f", {other.tag(index)}" if other else ""
         _drawn(
             panels, axis.values, curves, [label + said for label in labels_of(view)], entries,
@@ -175,27 +170,16 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
         parameter_ticks(panel, axis, "x", 5.0)
     free_scale(panels[0], every)
     x_label(panels[1], axis.label, 5.0)
-    _no_lines(panels, axis)
-    return _finished(view, name, panels, entries, False)
-
-
-def _no_lines(panels: Sequence[Axes], axis: StudyAxis) -> None:
-    """Words have no values between them."""
-    for panel in panels if axis.words else ():
-        for line in panel.lines:
+    if axis.words:  # which have no values between them
+        for line in (line for panel in panels for line in panel.lines):
             line.set_linestyle("none")
-
-
-def _values(view: View, names: Sequence[str], index: Mapping[str, int]) -> tuple[Floats, Floats]:
-    arrays = [view.array(name) for name in names]
-    one, two = (a.isel({d: i for d, i in index.items() if d in a.dims}) for a in arrays)
-    return np.asarray(one.values, dtype=float), np.asarray(two.values, dtype=float)
+    return _finished(view, name, panels, entries, False)
 
 
 def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     """Bars of the difference of single numbers, with both numbers beside them."""
     figure, (panel,) = new_sheet(1, 1, 0.8 + 0.3 * len(names))
-    values = [_values(view, (name, name + COMPARED), {}) for name in names]
+    values = [(view.numbers(name), view.numbers(name + COMPARED)) for name in names]
     change = [float(difference(one, two)) for one, two in values]
     panel.barh(range(len(names)), np.nan_to_num(change), 0.55, color=SECOND)
     for row, (name, (one, two), percent) in enumerate(zip(names, values, change, strict=True)):

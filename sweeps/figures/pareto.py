@@ -170,14 +170,13 @@ def _slabs(view: View, names: Sequence[str], dims: Sequence[str]) -> Iterator[tu
         shape = sizes | {dims[0]: min(rows, sizes[dims[0]] - begin)}
         values = []
         for name in names:
-            array = view.array(name)
-            array = array.isel({d: at for d, at in part.items() if d in array.dims}).astype(float)
+            array = view.at(name, part).astype(float)
             for dim in PARTS:
                 if dim in array.dims:
                     array = array.max(dim)
             values.append(array.set_dims(shape).transpose(*dims).values.reshape(-1))
         if status is not None:
-            codes = status.isel({d: at for d, at in part.items() if d in status.dims})
+            codes = view.at("status", part)
             good = np.isin(
                 codes.set_dims(shape).transpose(*dims).values.reshape(-1), outcome.WITH_NUMBERS
             )

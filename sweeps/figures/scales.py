@@ -23,12 +23,6 @@ def y_label(axes: Axes, text: str, height: float) -> None:
     axes.set_ylabel(wrap(text, max(14, int(height * 16))))
 
 
-def left_labels(panels: Sequence[Axes], columns: int, text: str, height: float) -> None:
-    """Label the ordinates of the first column of small multiples."""
-    for panel in panels[::columns]:
-        y_label(panel, text, height)
-
-
 def x_label(axes: Axes, text: str, width: float) -> None:
     """Label of a panel `width` inches wide, broken to fit."""
     axes.set_xlabel(wrap(text, max(14, int(width * room_scale() * 15.5))))

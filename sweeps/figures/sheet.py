@@ -136,27 +136,6 @@ def new_sheet(
     return figure, list(figure.subplots(rows, columns, squeeze=False, **share).ravel())
 
 
-def grid_of(count: int) -> tuple[int, int]:
-    """Rows and columns for small multiples."""
-    columns = count if count <= 3 else 2 if count == 4 else 3
-    return -(-count // columns), columns
-
-
-def bare_panels(panels: Iterable[Axes], count: int, columns: int) -> None:
-    """Hide the panels that are left over, and give the ones above them their tick labels."""
-    listed = list(panels)
-    for number, panel in enumerate(listed):
-        if number >= count:
-            panel.set_visible(False)
-        elif number + columns >= count:
-            panel.tick_params(labelbottom=True)
-
-
-def lowest_panels(panels: Iterable[Axes], count: int, columns: int) -> list[Axes]:
-    """Return the panels with none below them, of `count` small multiples."""
-    return [p for number, p in enumerate(panels) if count - columns <= number < count]
-
-
 def finish(
     figure: Figure,
     title: str,

@@ -190,12 +190,12 @@ class View:
         """Return a variable without its coordinates; not read before its values are."""
         return self.data.variables[name]
 
-    def at(self, name: str, index: Mapping[str, int]) -> xr.Variable:
+    def at(self, name: str, index: Mapping[str, Any]) -> xr.Variable:
         """A variable at places of those axes that it has."""
         array = self.array(name)
         return array.isel({dim: i for dim, i in index.items() if dim in array.dims})
 
-    def numbers(self, name: str, index: Mapping[str, int] | None = None) -> Floats:
+    def numbers(self, name: str, index: Mapping[str, Any] | None = None) -> Floats:
         """Values of a variable or coordinate, at places of those axes that it has."""
         return np.asarray(self.at(name, index or {}).values, dtype=float)
 

@@ -12,7 +12,7 @@ from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label, y_label
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
-from sweeps.figures.views import View, pick, picked_text, stem_of
+from sweeps.figures.views import View, picked, picked_text, stem_of
 from sweeps.figures.wording import number_text, unit_text
 
 if TYPE_CHECKING:
@@ -51,40 +51,31 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
                 continue
             view = whole.only([name], [SPEED])
             axis = view.axis(SPEED)
-            picked = pick(axis.size, MOST_ROWS, axis.nominal)
-            values = view.array(name).transpose(SPEED, ORDER).values[picked]
+            rows = picked(axis, MOST_ROWS)
+            speeds = axis.values[rows]
+            values = view.array(name).transpose(SPEED, ORDER).values[rows]
             amplitudes = np.abs(np.asarray(values, dtype=float))
-            if not np.nanmax(amplitudes, initial=0.0):
+            largest = float(np.nanmax(amplitudes, initial=0.0))
+            if not largest:
                 continue
-            figure, panels = new_sheet(1, 1, min(2.2 + 0.22 * len(picked), 6.0))
-            order = view.numbers(ORDER)
-            _rows(panels[0], order, axis.values[picked], amplitudes)
-            _scale(panels[0], view, name, float(np.nanmax(amplitudes)))
-            x_label(panels[0], view.label(ORDER), 5.0)
-            y_label(panels[0], axis.label, 3.0)
-            text = view.title(name)
-            yield (
-                stem_of(f"{name}_waterfall", view, None),
-                finish(
-                    figure, f"{text} over order and speed",
-                    [*view.notes([name]), picked_text(axis, MOST_ROWS)], caption=view.caption,
-                ),
-            )  # fmt: skip
+            figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
+            gap = float(np.median(np.diff(np.sort(speeds))))
+            factor = STEM * gap / largest  # speed that one unit of amplitude is drawn as
+            _rows(panel, view.numbers(ORDER), speeds, amplitudes, factor)
+            _scale(panel, unit_text(str(view.array(name).attrs.get("units", ""))), largest, factor)
+            x_label(panel, view.label(ORDER), 5.0)
+            y_label(panel, axis.label, 3.0)
+            title = f"{view.title(name)} over order and speed"
+            notes = [*view.notes([name]), picked_text(axis, MOST_ROWS)]
+            drawn = finish(figure, title, notes, caption=view.caption)
+            yield stem_of(f"{name}_waterfall", view, None), drawn
 
 
-def _height(speeds: Floats, amplitudes: Floats) -> float:
-    """Speed that one unit of amplitude is drawn as."""
-    gap = float(np.median(np.diff(np.sort(speeds))))
-    return STEM * gap / float(np.nanmax(amplitudes))
-
-
-def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats) -> None:
+def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
     """Draw one row of stems at each speed, the highest speed first and so behind the others."""
-    factor = _height(speeds, amplitudes)
     least = DRAWN * float(np.nanmax(amplitudes))
     step = float(np.min(np.diff(order), initial=1.0))
-    ranks = np.argsort(-speeds, kind="stable")
-    for place, row in enumerate(ranks):
+    for place, row in enumerate(np.argsort(-speeds, kind="stable")):
         colour = shade(row / max(len(speeds) - 1, 1))
         base, sizes = speeds[row], amplitudes[row]
         drawn = np.isfinite(sizes) & (sizes > least)
@@ -102,28 +93,18 @@ def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats) -> Non
         panel.set_yticks(np.sort(speeds), [number_text(value) for value in np.sort(speeds)])
 
 
-def _scale(panel: Axes, view: View, name: str, largest: float) -> None:
+def _scale(panel: Axes, unit: str, largest: float, factor: float) -> None:
     """Draw a bar of a round amplitude beside the panel: the ordinate shows the speed."""
-    axis = view.axis(SPEED)
-    picked = pick(axis.size, MOST_ROWS, axis.nominal)
-    factor = _height(axis.values[picked], np.array([largest]))
     power = 10.0 ** np.floor(np.log10(largest))
     length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= largest)
     low, high = panel.get_ylim()
     top = high - 0.04 * (high - low)
     bottom = top - factor * length
     where = panel.get_yaxis_transform()
-    style: dict[str, Any] = {
-        "color": rc("text.color"),
-        "linewidth": 1.0,
-        "clip_on": False,
-        "transform": where,
-    }
-    panel.plot([1.02, 1.02], [bottom, top], **style)
+    style: dict[str, Any] = {"color": rc("text.color"), "linewidth": 1.0, "clip_on": False}
+    panel.plot([1.02, 1.02], [bottom, top], transform=where, **style)
     for end in (bottom, top):
-        panel.plot([1.012, 1.028], [end, end], **style)
-    unit = unit_text(str(view.array(name).attrs.get("units", "")))
-    panel.text(
-        1.04, 0.5 * (bottom + top), f"{number_text(length)} {unit}".rstrip(), transform=where,
-        va="center", color=GREY, fontsize=7.5,
-    )  # fmt: skip
+        panel.plot([1.012, 1.028], [end, end], transform=where, **style)
+    text = f"{number_text(length)} {unit}".rstrip()
+    panel.text(1.04, 0.5 * (bottom + top), text, transform=where, va="center", color=GREY,
+               fontsize=7.5)  # fmt: skip
