@@ -140,17 +140,72 @@ def rows(
     import pandas as pd
 
     check_dataset(archive)
+    _check_options(select, limit, relative_to)
+    part = nearest(archive, **(select or {}))
+    names = _names(part, quantities)
+    used = {d for name in names for d in part[name].dims}
+    dims = [str(d) for d in part.dims if d in used]
+    shape = [part.sizes[d] for d in dims]
+    columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
+    uncertain = [n for n in names if n + SHARE in part]
+    ends = {} if relative_to is not None else _ends(part, uncertain)
+    _check_sort(sort, columns | ends)
+    found = _first(columns | ends, dims, shape, sort, limit)
+    table = pd.DataFrame({name: found[name] for name in columns})
+    words = {name: words_of_flags(column) for name, column in columns.items()}
+    verdicts = {name: meant for name, meant in words.items() if meant is not None}
+    changes = frozenset[str]()
+    if relative_to is not None:
+        changes = frozenset(names) - {"status", *verdicts}
+        one = _one_design(part, relative_to, dims)
+        for name in changes:
+            table[name] = _change(table[name].to_numpy(dtype=float), float(one[name]))
+    if "status" in table:
+        table["status"] = OUTCOMES[table["status"].to_numpy(dtype=np.int64)]
+    for name, meant in verdicts.items():
+        table[name] = in_words(table[name].to_numpy(), meant)
+    curves, several = _left_out(part) if quantities is None else ((), {})
+    return Rows(
+        table,
+        units={
+            name: "percent" if name in changes else str(variable.attrs.get("units", ""))
+            for name, variable in columns.items()
+            if variable.dtype.kind in "fiu" and name != "status" and name not in verdicts
+        },
+        texts={name: str(v.attrs.get("long_name", "")) for name, v in columns.items()},
+        given=tuple(name for name in columns if name not in names),
+        fixed=fixed_of(archive, part),
+        designs=math.prod(shape),
+        curves=curves,
+        changes=changes,
+        elasticities=_elasticities(part, names),
+        bands={n: (found[f"{n} low"], found[f"{n} high"]) for n in uncertain if ends},
+        mainly=_mainly(part, uncertain),
+        several=several,
+        listed=tuple(d for d in dims if d in DIMENSIONS),
+    )
+
+
+def _check_options(select: Any, limit: Any, relative_to: Any) -> None:
+    """Check what a caller gave, but for names."""
     if not isinstance(limit, int) or limit < 1:
         raise SceneError(f"limit = {shown(limit)}: must be a whole number, 1 or more")
     for key, at in (("select", select), ("relative_to", relative_to)):
-        if at is not None and not isinstance(at, Mapping):
-            if (key, at) == ("relative_to", NOMINAL):
-                continue
+        if not (at is None or isinstance(at, Mapping) or (key, at) == ("relative_to", NOMINAL)):
             also = ", or 'nominal'" if key == "relative_to" else ""
             raise SceneError(
                 f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}{also}"
             )
-    part = nearest(archive, **(select or {}))
+
+
+def _check_sort(sort: str | None, columns: Mapping[str, xr.Variable]) -> None:
+    key = sort.removeprefix("-") if sort is not None else None
+    if key is not None and key not in columns:
+        raise SceneError(f"{shown(key)}: not a column of the table{not_known(key, columns)}")
+
+
+def _names(part: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
+    """Quantities of the table; where none were asked for, without what belongs to bands."""
     names = chosen_quantities(part, quantities)
     check_one_table(part, names)
     curved = [n for n in names if CRANK_ANGLE in part[n].dims]
@@ -159,59 +214,24 @@ def rows(
             f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
             "engine-dyn export writes it"
         )
-    uncertain = [n for n in names if n + SHARE in part]
-    if quantities is None:
-        endings = (LOW, HIGH, EXPLAINED)
-        beside = {FAILED_DRAWS, *(n + ending for n in uncertain for ending in endings)}
-        names = [n for n in names if n not in beside or (n == FAILED_DRAWS and part[n].any())]
-    used = {d for name in names for d in part[name].dims}
-    dims = [str(d) for d in part.dims if d in used]
-    columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
-    given = tuple(name for name in columns if name not in names)
-    ends = {} if relative_to is not None else _ends(part, uncertain)
-    columns |= ends
-    shape = [part.sizes[d] for d in dims]
-    if sort is not None and sort.removeprefix("-") not in columns:
-        key = sort.removeprefix("-")
-        raise SceneError(f"{shown(key)}: not a column of the table{not_known(key, columns)}")
-    found = _first(columns, dims, shape, sort, limit)
-    bands = {n: (found.pop(f"{n} low"), found.pop(f"{n} high")) for n in uncertain if ends}
-    columns = {name: column for name, column in columns.items() if name not in ends}
-    table = pd.DataFrame({name: found[name] for name in columns})
-    words = {name: words_of_flags(column) for name, column in columns.items()}
-    verdicts = {name: found for name, found in words.items() if found is not None}
-    changes = frozenset[str]()
-    if relative_to is not None:
-        one = _one_design(part, relative_to, dims)
-        changes = frozenset(names) - {"status"} - frozenset(verdicts)
-        for name in names:
-            if name in changes:
-                base = float(one[name])
-                change = (
-                    100.0 * (table[name].to_numpy(dtype=float) / base - 1.0) if base else np.nan
-                )
-                table[name] = change
-    if "status" in table:
-        table["status"] = OUTCOMES[table["status"].to_numpy(dtype=np.int64)]
-    for name, meant in verdicts.items():
-        table[name] = in_words(table[name].to_numpy(), meant)
-    units = {
-        name: "percent" if name in changes else str(variable.attrs.get("units", ""))
-        for name, variable in columns.items()
-        if variable.dtype.kind in "fiu" and name != "status" and name not in verdicts
-    }
-    texts = {name: str(v.attrs.get("long_name", "")) for name, v in columns.items()}
-    fixed = fixed_of(archive, part)
-    curves, several = _left_out(part) if quantities is None else ((), {})
-    more = tuple(
-        str(name)
-        for name in part.data_vars
-        if str(name).endswith(ELASTICITY) and name not in names and PARAMETER in part[name].dims
+    if quantities is not None:
+        return names
+    bands = {n + end for n in names if n + SHARE in part for end in (LOW, HIGH, EXPLAINED)}
+    left_out = (
+        bands if FAILED_DRAWS in part and part[FAILED_DRAWS].any() else bands | {FAILED_DRAWS}
     )
-    return Rows(
-        table, units, texts, given, fixed, math.prod(shape), curves, changes, more, bands,
-        _mainly(part, uncertain), several, tuple(d for d in dims if d in DIMENSIONS),
-    )  # fmt: skip
+    return [n for n in names if n not in left_out]
+
+
+def _change(values: npt.NDArray[Any], base: float) -> npt.NDArray[Any]:
+    """Changes from a value in percent; NaN where that is zero."""
+    return 100.0 * (values / base - 1.0) if base else np.full(values.shape, np.nan)
+
+
+def _elasticities(part: xr.Dataset, names: Sequence[str]) -> tuple[str, ...]:
+    """Elasticities that are not in the table."""
+    named = [str(name) for name in part.data_vars if PARAMETER in part[name].dims]
+    return tuple(name for name in named if name.endswith(ELASTICITY) and name not in names)
 
 
 def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
