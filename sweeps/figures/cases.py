@@ -16,9 +16,10 @@ from sweeps.figures.lines import (
     draw_points,
     line_figure,
     line_of,
+    mark_outcomes,
     told_apart,
 )
-from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_look, lost_points
+from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_look
 from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import (
     comparable,
@@ -129,8 +130,6 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
 
 def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figure:
     """Many unrelated designs: the variable against each parameter."""
-    from matplotlib.lines import Line2D
-
     shown = parameters[:MOST_PANELS]
     sheet = multiples(len(shown), 0.0, 2.05, sharey=True)
     entries = sheet.entries
@@ -143,14 +142,8 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
             y, colour = line.y[picked], line_style(rank, len(lines))["color"]
             (dots,) = panel.plot(x, y, ".", color=colour, markersize=2.5, rasterized=True)
             entries.setdefault(line.text, dots)
-            for why in sorted({str(said) for said in line.said if said}):
-                places = line.said[picked] == why
-                if np.isfinite(y[places]).any():
-                    panel.plot(x[places], y[places], **doubt_look())
-                    entries.setdefault(sentence(why), Line2D([], [], **doubt_look()))
-                else:
-                    lost_points(panel, x[places], why)
-                    entries.setdefault(sentence(why), lost_handle(why))
+            for text, handle in mark_outcomes(panel, (x, y, line.said[picked]), 4.0).items():
+                entries.setdefault(text, handle)
         target_lines(panel, view, group, entries)
         known = np.unique(x[np.isfinite(x)])
         if is_log(known):

@@ -21,7 +21,7 @@ from sweeps.figures.scales import (
     parameter_ticks,
     sensible_span,
 )
-from sweeps.figures.sheet import Entries
+from sweeps.figures.sheet import GREY, Entries
 from sweeps.figures.targets import target_lines, target_places
 from sweeps.figures.views import (
     MOST_PANELS,
@@ -90,8 +90,6 @@ def band_names(name: str) -> tuple[str, str]:
 
 def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: Entries) -> None:
     """Numbers along an axis as joined points; lost designs are marked on the frame."""
-    from matplotlib.lines import Line2D
-
     remarks: Entries = {}
     for rank, line in enumerate(lines):
         style = line_style(rank, len(lines), line.strong and len(lines) > 1)
@@ -119,21 +117,34 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             (beside,) = panel.plot(x, line.published, markerfacecolor="none", **look)
             single = len(lines) == 1
             entries.setdefault("Published" if single else f"{line.text}, published", beside)
-        for why in sorted({str(said) for said in line.said if said}):
-            if why == NO_VALUE and axis.name in COUNTED:
-                continue  # the engine has no such part
-            places = line.said == why
-            if np.isfinite(y[places]).any():  # a number, though not to the tolerance
-                panel.plot(x[places][::thin], y[places][::thin], **doubt_look(9.0))
-                remarks[sentence(why)] = Line2D([], [], **doubt_look(9.0))
-            else:
-                lost_points(panel, x[places][::thin], why, style["color"])
-                remarks[sentence(why)] = lost_handle(why)
+        parts = axis.name in COUNTED  # without a value, the engine has no such part
+        said = np.where(line.said == NO_VALUE, "", line.said) if parts else line.said
+        remarks |= mark_outcomes(panel, (x, y, said), 9.0, thin, style["color"])
     if not any(np.isfinite(line.y).any() for line in lines):
         no_ordinate(panel)
     for text, handle in remarks.items():
         entries.pop(text, None)  # outcomes come last in a legend
         entries[text] = handle
+
+
+def mark_outcomes(
+    panel: Axes, points: tuple[Floats, Floats, NDArray[Any]], size: float, thin: int = 1,
+    colour: Any = GREY,
+) -> Entries:  # fmt: skip
+    """Mark designs that missed the tolerance, and on the frame those without an answer."""
+    from matplotlib.lines import Line2D
+
+    x, y, said = points
+    entries: Entries = {}
+    for why in sorted({str(one) for one in said if one}):
+        places = said == why
+        if np.isfinite(y[places]).any():  # a number, though not to the tolerance
+            panel.plot(x[places][::thin], y[places][::thin], **doubt_look(size))
+            entries[sentence(why)] = Line2D([], [], **doubt_look(size))
+        else:
+            lost_points(panel, x[places][::thin], why, colour)
+            entries[sentence(why)] = lost_handle(why)
+    return entries
 
 
 def common_label(view: View, names: Sequence[str]) -> str:

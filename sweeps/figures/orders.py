@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style
@@ -82,13 +83,9 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
                 sheet.entries.setdefault(axis.text(place[axis.name]), handle)
         if not any_drawn:
             panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
-        panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
-        if angles:
-            degree_ticks(panel, view.array(name))
-        panel.set_xlim(order[0] - 0.5, order[-1] + 0.5)
-        whole_ticks(panel)
         if across:
             panel.set_title(across.tag(row[0][across.name]))
+        _frame(panel, order, view.array(name))
     sheet.label_x(view.label("order"), 6.3 / sheet.columns)
     sheet.label_y(view.label(name), 1.5 if across else 2.8)
     notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
@@ -97,6 +94,14 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
         [*notes, "" if share else OWN_ORDINATES], view.caption,
         legend_title=axis.label if axis else "", below=across is not None,
     )  # fmt: skip
+
+
+def _frame(panel: Axes, order: Floats, variable: xr.Variable) -> None:
+    """Line at zero, and the scales of a panel over all orders."""
+    panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
+    degree_ticks(panel, variable)
+    panel.set_xlim(order[0] - 0.5, order[-1] + 0.5)
+    whole_ticks(panel)
 
 
 def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
