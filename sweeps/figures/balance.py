@@ -10,9 +10,10 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.figures.marks import DASHES
 from sweeps.figures.multiples import Multiples, columns_for, multiples
-from sweeps.figures.scales import comparable, crank_axis
+from sweeps.figures.scales import comparable
 from sweeps.figures.sheet import GREY, OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
+from sweeps.figures.traces import set_cycle
 from sweeps.figures.views import (
     StudyAxis,
     View,
@@ -246,15 +247,12 @@ def _over_turn(
     """Panels over one turn of the crank, each with its title and its lines."""
     sheet = multiples(len(drawn), base, each, columns=columns, sharex=True, sharey=share)
     x = _angles(view)
-    limits = (0.0, 360.0) if x[-1] - x[0] > 360.0 else (float(x[0]), float(x[-1]))
     for panel, (title, lines) in zip(sheet.panels, drawn, strict=True):
         for label, values, look in lines:
             (line,) = panel.plot(x, values, **look)
             sheet.entries.setdefault(label, line)
         panel.set_title(title)
-        panel.set_xlim(*limits)
-        angle, room = view.array("crank_angle"), 6.3 / sheet.columns
-        crank_axis(panel, angle, room, named=panel in sheet.lowest)
+    set_cycle(sheet.panels, view, 6.3 / sheet.columns, sheet.lowest, one_turn=True)
     return sheet
 
 

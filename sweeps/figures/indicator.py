@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.types import Booleans, Floats
-from sweeps.figures.marks import line_style, lost_handle, mark_lost, shade
+from sweeps.figures.marks import line_style, shade
 from sweeps.figures.multiples import multiples
-from sweeps.figures.scales import crank_axis, log_ticks, x_label, y_label
+from sweeps.figures.scales import crank_axis, set_log, x_label, y_label
 from sweeps.figures.sheet import GREY, Entries, NamedFigures
 from sweeps.figures.study import Study
-from sweeps.figures.traces import over_angle, trace
+from sweeps.figures.traces import line_or_mark, over_angle, trace
 from sweeps.figures.views import (
     StudyAxis,
     View,
@@ -122,24 +122,17 @@ def _work_lines(
         _, p, lost = trace(view, PRESSURE, place)
         nominal = axis.mark(index) if axis else ""
         style = line_style(rank, len(places), bool(nominal))
-        text = (axis.text(index) if axis else "") + nominal
-        if lost:
-            mark_lost(panel, lost, style["color"], rank)
-            entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
-            continue
         style["markevery"] = max(p.size // 8, 1)
         if len(places) == 1:
             style["marker"] = ""
-        volume = _volume(view, abscissa, place, _ratio(view, place))
-        (line,) = panel.plot(volume, p, **style)
-        entries.setdefault(text, line)
+        volume = p if lost else _volume(view, abscissa, place, _ratio(view, place))
+        text = (axis.text(index) if axis else "") + nominal
+        line_or_mark(panel, (volume, p, lost), style, text, rank, entries)
 
 
 def _logarithmic(panel: Axes) -> None:
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    for axis, limits in ((panel.xaxis, panel.get_xlim()), (panel.yaxis, panel.get_ylim())):
-        log_ticks(axis, *limits)
+    set_log(panel, "x")
+    set_log(panel, "y")
 
 
 # --- one recording -----------------------------------------------------------------------------

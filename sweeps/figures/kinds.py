@@ -31,8 +31,8 @@ the legend names the outcome; they are never drawn as numbers.
 
 To add a kind: write a function that takes a `Study` and the names of variables and yields figures
 with the names of their files, in a file of its own, and add a row to `KINDS`. It begins a figure by
-`sweeps.figures.sheet.new_sheet` and ends it by `finish`: size, style, a foreign ``ax`` and the line
-about engine and speed are theirs. What else a caller wants (target lines) stands in
+`sweeps.figures.multiples.multiples` and ends it by `finish`: size, style, a foreign ``ax`` and the
+line about engine and speed are theirs. What else a caller wants (target lines) stands in
 ``study.view.options``.
 
 matplotlib is imported inside functions, and always as `Figure` on the Agg canvas: pyplot keeps

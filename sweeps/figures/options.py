@@ -39,28 +39,9 @@ Target = tuple[str, float]
 class Options:
     """What a caller decides about figures; all of it may be left out.
 
-    Parameters
-    ----------
-    only : tuple of str
-        Names of kinds (`sweeps.figures.kinds.KINDS`); all kinds if empty.
-    quantities : tuple of str
-        Variables that the general kinds draw (curves, orders, numbers); all of them if empty.
-    select : mapping of str
-        Slices: values of axes that are not drawn along.
-    style : mapping
-        Settings of matplotlib that replace those of `sweeps.figures.sheet.STYLE`.
-    size : tuple of float, optional
-        Width and height of each figure in millimetres. Without it a figure is 7 inches (178 mm)
-        wide and as tall as what it shows needs.
-    angle : tuple of float, optional
-        First and last crank angle in degrees, one cycle apart, such as 0 and 720.
-    zero : str
-        Where the crank angle is counted from, one of `ZEROS`.
-    targets : mapping of str to tuple of Target
-        Values of quantities that are drawn as lines wherever the quantity is.
-    at : float, optional
-        Crank angle in degrees, as it is counted here, at which the crank train is drawn. Without it
-        the largest tangential force is.
+    `options_of` makes one of what people write, and says what each keyword is. Here kinds have the
+    names of `sweeps.figures.kinds.KINDS`, and empty tuples stand for all. A figure without a size
+    is 7 inches (178 mm) wide and as tall as what it shows needs.
     """
 
     only: tuple[str, ...] = ()
@@ -105,19 +86,21 @@ def options_of(
     select : mapping, optional
         Values of axes that are not drawn along.
     style : str, Path or mapping, optional
-        A matplotlib style file, the name of one of matplotlib's own styles
+        Settings that replace those of `sweeps.figures.sheet.STYLE`: a matplotlib style file, the name of one of matplotlib's own styles
         (``"dark_background"``), or settings (``{"font.size": 10}``).
     size : str or tuple of float, optional
         ``"160x100"`` or ``(160, 100)``: width and height in millimetres.
     angle : str or tuple of float, optional
-        ``"0..720"`` or ``(0, 720)``: first and last crank angle in degrees.
+        ``"0..720"`` or ``(0, 720)``: first and last crank angle in degrees, one cycle apart.
     zero : str
         Where the crank angle is counted from: ``firing-tdc``, ``gas-exchange-tdc``, ``bdc``
         (before compression) or ``expansion-bdc``.
     target : str, iterable of str or mapping
-        ``"delta=1/200"``, several with commas, or ``{"delta": 0.005}``.
+        ``"delta=1/200"``, several with commas, or ``{"delta": 0.005}``: values of quantities that
+        are drawn as lines wherever the quantity is.
     at : str or float, optional
-        Crank angle in degrees at which the crank train is drawn.
+        Crank angle in degrees, as it is counted here, at which the crank train is drawn; without
+        it that of the largest tangential force.
 
     Returns
     -------

@@ -15,7 +15,7 @@ import numpy as np
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats, Integers
 from sweeps.figures.marks import shade
-from sweeps.figures.scales import free_scale, log_ticks, x_label, y_label
+from sweeps.figures.scales import free_scale, x_label, y_label
 from sweeps.figures.searched_front import (
     MOST_POINTS,
     NAMED,
@@ -200,9 +200,7 @@ def _figure(view: View, names: Sequence[str], found: Front) -> Figure:
     entries[f"Pareto front, {found.places.size} of {found.count} designs"] = line
     _named(panel, view, found, entries)
     x, y = found.points
-    if x.size and np.all(x > 0.0) and x.max() > 20.0 * x.min():
-        panel.set_xscale("log")
-        log_ticks(panel.xaxis, *panel.get_xlim())
+    free_scale(panel, [x], "x")
     free_scale(panel, [y])
     x_label(panel, _label(view, names[0]), 4.5)
     y_label(panel, _label(view, names[1]), 3.2)

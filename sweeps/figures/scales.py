@@ -112,13 +112,18 @@ def degree_ticks(axes: Axes, variable: xr.Variable) -> None:
         axes.yaxis.set_major_locator(MaxNLocator(9, steps=[1, 1.5, 3, 4.5, 9, 10]))
 
 
-def free_scale(axes: Axes, values: Sequence[Floats]) -> None:
-    """A logarithmic ordinate where positive values span more than a decade and a bit."""
+def free_scale(axes: Axes, values: Sequence[Floats], which: str = "y") -> None:
+    """A logarithmic scale where positive values span more than a decade and a bit."""
     known = np.concatenate([v[np.isfinite(v)] for v in values]) if values else np.empty(0)
     if known.size and np.all(known > 0) and known.max() > 20 * known.min():
-        axes.set_yscale("log")
-        low, high = axes.get_ylim()
-        log_ticks(axes.yaxis, low, high)
+        set_log(axes, which)
+
+
+def set_log(axes: Axes, which: str) -> None:
+    """Make an axis of a panel logarithmic over what it shows."""
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    log_ticks(axes.xaxis if which == "x" else axes.yaxis, low, high)
 
 
 LEAST_SHOWN, NARROW = 0.002, 0.02

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from sweeps.figures.scales import crank_axis, log_ticks, y_label
+from sweeps.figures.scales import set_log, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, set_cycle
-from sweeps.figures.views import View, picked_text, stem_of, title_by
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
+from sweeps.figures.views import picked_text, stem_of, title_by
 
 KINEMATICS = ("position", "velocity", "acceleration", "rod_angle")
 PRESSURE = ("pressure",)
@@ -23,54 +18,35 @@ PRESSURE = ("pressure",)
 
 def kinematics(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw reduced travel, velocity and acceleration, and the rod's angle, over one turn."""
-
-    def one_turn(panels: Sequence[Axes], view: View) -> None:
-        low, high = panels[-1].get_xlim()
-        if high - low > 360:  # the second turn repeats the first
-            panels[-1].set_xlim(0, 360)
-            for panel in panels:
-                crank_axis(panel, view.array("crank_angle"), 5.0, named=panel is panels[-1])
-
-    title = "Motion of the slider-crank"
-    yield from _stacked(study, names, "kinematics", title, names, one_turn)
+    yield from _stacked(study, "kinematics", "Motion of the slider-crank", names, one_turn=True)
 
 
 def indicator_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the pressure over the crank angle, with a linear and a logarithmic ordinate."""
-
-    def logarithmic(panels: Sequence[Axes], view: View) -> None:
-        values = view.array("pressure").values
-        known = values[np.isfinite(values)]
-        if known.size and known.min() > 0:
-            panels[1].set_yscale("log")
-            low, high = panels[1].get_ylim()
-            log_ticks(panels[1].yaxis, low, high)
-
-    title, twice = "Indicator diagrams", [*names, *names]
-    yield from _stacked(study, names, "indicator_diagrams", title, twice, logarithmic)
+    yield from _stacked(study, "indicator_diagrams", "Indicator diagrams", [*names, *names])
 
 
 def _stacked(
-    study: Study,
-    names: Sequence[str],
-    base: str,
-    title: str,
-    panels_of: Sequence[str],
-    adjust: Callable[[Sequence[Axes], View], None],
+    study: Study, base: str, title: str, drawn: Sequence[str], one_turn: bool = False
 ) -> NamedFigures:
-    """Panels above each other with one crank angle, and a line for each value of an axis."""
+    """Panels above each other with one crank angle, and a line for each value of an axis.
+
+    A variable that is drawn twice has a logarithmic ordinate the second time, if it is positive.
+    """
+    names = list(dict.fromkeys(drawn))
     found = study.along(names)
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis_along(along)
-        figure, panels = new_sheet(len(panels_of), 1, 0.5 + 1.6 * len(panels_of), sharex=True)
+        figure, panels = new_sheet(len(drawn), 1, 0.5 + 1.6 * len(drawn), sharex=True)
         entries: Entries = {}
-        for panel, name in zip(panels, panels_of, strict=True):
+        for number, (panel, name) in enumerate(zip(panels, drawn, strict=True)):
             draw_curves(panel, view, name, axis, {}, entries)
             y_label(panel, view.label(name), 1.6)
-        set_cycle(panels, view, 5.0, panels[-1:])
-        adjust(panels, view)
+            if name in drawn[:number] and np.nanmin(view.numbers(name), initial=np.inf) > 0:
+                set_log(panel, "y")
+        set_cycle(panels, view, 5.0, panels[-1:], one_turn)
         notes, legend = [*view.notes(names), picked_text(axis)], axis.label if axis else ""
         shown = entries if axis else {}
-        drawn = finish(figure, title_by(title, axis), notes, shown, legend, view.caption)
-        yield stem_of(base, view, along, len(found) == 1), drawn
+        finished = finish(figure, title_by(title, axis), notes, shown, legend, view.caption)
+        yield stem_of(base, view, along, len(found) == 1), finished

@@ -98,20 +98,17 @@ def draw_curves(
         style = line_style(rank, len(places), bool(nominal))
         if not (lost or fixed):
             text += _rms_text(view, name, place)
-        if lost:
-            padded = lost == NO_VALUE and PADDED & set(view.array(name).dims)
-            if not padded:  # to the longest engine
-                mark_lost(axes, lost, style["color"], rank)
-                entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
-            continue
+        if lost == NO_VALUE and PADDED & set(view.array(name).dims):
+            continue  # padded to the longest engine
         if len(places) == 1:
             style["marker"] = ""
         if x.size > 40:
             step = max(x.size // (8 if width > 3 else 4), 1)
             style["markevery"] = (rank * step // len(places) + step // 16, step)
-        (line,) = axes.plot(x, change(y) if change else y, **style)
-        entries.setdefault(text, line)
-        drawn.append(y)
+        shown = change(y) if change and not lost else y
+        line_or_mark(axes, (x, shown, lost), style, text, rank, entries)
+        if not lost:
+            drawn.append(y)
     if not drawn:
         no_ordinate(axes)
     elif change is None:
@@ -134,12 +131,21 @@ def draw_lines(
         label = view.title(name)
         if name == FRICTION:
             label, y = f"\N{MINUS SIGN}{label}", -y
-        if lost:
-            mark_lost(panel, lost, style["color"], rank)
-            entries.setdefault(f"{label}: {lost}", lost_handle(lost, style["color"]))
-        else:
-            (line,) = panel.plot(x, y, **style)
-            entries.setdefault(label, line)
+        line_or_mark(panel, (x, y, lost), style, label, rank, entries)
+
+
+def line_or_mark(
+    panel: Axes, curve: tuple[Floats, Floats, str], style: dict[str, Any], text: str, rank: int,
+    entries: Entries,
+) -> None:  # fmt: skip
+    """Draw a curve of `trace`, or a mark in the corner that says why there is none."""
+    x, y, lost = curve
+    if lost:
+        mark_lost(panel, lost, style["color"], rank)
+        entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
+    else:
+        (line,) = panel.plot(x, y, **style)
+        entries.setdefault(text, line)
 
 
 def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
@@ -159,8 +165,12 @@ def _cycle(view: View) -> tuple[float, float]:
     return float(degrees[0]), float(degrees[-1] + step)
 
 
-def set_cycle(panels: Iterable[Axes], view: View, room: float, lowest: Sequence[Axes]) -> None:
-    """The whole cycle on each panel, named below the lowest ones."""
+def set_cycle(
+    panels: Iterable[Axes], view: View, room: float, lowest: Sequence[Axes], one_turn: bool = False
+) -> None:
+    """The whole cycle on each panel, or one turn where the second is the same, named below."""
+    low, high = _cycle(view)
+    limits = (0.0, 360.0) if one_turn and high - low > 360.0 else (low, high)
     for panel in panels:
-        panel.set_xlim(*_cycle(view))
+        panel.set_xlim(*limits)
         crank_axis(panel, view.array("crank_angle"), room, named=panel in lowest)
