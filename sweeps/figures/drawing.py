@@ -14,7 +14,9 @@ holds.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -22,7 +24,7 @@ import xarray as xr
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.figures.kinds import KINDS, Kind, figures_of, taken_by_kinds
 from sweeps.figures.options import Options
-from sweeps.figures.sheet import Setting, drawn_with
+from sweeps.figures.sheet import NamedFigures, Setting, drawn_with
 from sweeps.figures.study import study_of
 from sweeps.figures.wording import HARD_SPACE, plain_text, shorten, slug
 
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["check_kinds", "figure", "figures", "kinds_of", "setting_of"]
+__all__ = ["check_kinds", "drawing", "figure", "figures", "kinds_of"]
 
 
 def figure(
@@ -67,11 +69,8 @@ def figure(
     --------
     >>> figure(archive, "torque_and_speed").savefig("torque.png")  # doctest: +SKIP
     """
-    options = options or Options()
-    check_kinds(dataset, [kind], options)
-    study = study_of(dataset, options.select, options)
-    with drawn_with(setting_of(dataset, options, ax), options.style):
-        _, drawn = next(iter(figures_of(study, [kind])), ("", None))
+    with drawing(dataset, replace(options or Options(), only=(kind,)), ax) as found:
+        _, drawn = next(found, ("", None))
         if drawn is None:
             raise SceneError(_missing(kind))
         if ax is None:
@@ -99,16 +98,24 @@ def figures(dataset: xr.Dataset, options: Options | None = None) -> dict[str, Fi
     SceneError
         As `figure`.
     """
-    options = options or Options()
+    found: dict[str, Figure] = {}
+    with drawing(dataset, options or Options()) as named:
+        for stem, drawn in named:
+            if stem not in found:
+                drawn.canvas.draw()
+                found[stem] = drawn
+    return found
+
+
+@contextmanager
+def drawing(
+    dataset: xr.Dataset, options: Options, ax: Axes | None = None
+) -> Iterator[NamedFigures]:
+    """Figures of an archive by the names of their files, to be used while their style holds."""
     check_kinds(dataset, options.only, options)
     study = study_of(dataset, options.select, options)
-    found: dict[str, Figure] = {}
-    with drawn_with(setting_of(dataset, options), options.style):
-        for stem, drawn in figures_of(study, options.only):
-            if slug(stem) not in found:
-                drawn.canvas.draw()
-                found[slug(stem)] = drawn
-    return found
+    with drawn_with(Setting(_subject(dataset), options.inches, ax), options.style):
+        yield ((slug(stem), drawn) for stem, drawn in figures_of(study, options.only))
 
 
 def kinds_of(dataset: xr.Dataset, options: Options | None = None) -> list[tuple[Kind, list[str]]]:
@@ -143,11 +150,6 @@ def check_kinds(dataset: xr.Dataset, only: Sequence[str], options: Options) -> N
 def _missing(name: str) -> str:
     needs = next(kind.needs for kind in KINDS if kind.name == name)
     return f"figure {name}: not available for this archive; it needs {needs}"
-
-
-def setting_of(dataset: xr.Dataset, options: Options, ax: Axes | None = None) -> Setting:
-    """What holds for all figures of an archive."""
-    return Setting(_subject(dataset), options.inches, ax)
 
 
 def _subject(dataset: xr.Dataset) -> str:

@@ -11,12 +11,8 @@ from pathlib import Path
 import xarray as xr
 
 from sweeps.errors import SceneError, shown
-from sweeps.figures.drawing import check_kinds, setting_of
-from sweeps.figures.kinds import figures_of
+from sweeps.figures.drawing import drawing
 from sweeps.figures.options import Options
-from sweeps.figures.sheet import drawn_with
-from sweeps.figures.study import study_of
-from sweeps.figures.wording import slug
 
 __all__ = ["FORMATS", "draw"]
 
@@ -67,13 +63,11 @@ def draw(
     options = options or Options()
     if select is not None:
         options = replace(options, select=select)
-    check_kinds(dataset, options.only, options)
-    study = study_of(dataset, options.select, options)
     folder = Path(folder)
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with _together(folder) as unfinished, drawn_with(setting_of(dataset, options), options.style):
-        for stem, figure in figures_of(study, options.only):
-            path = folder / f"{slug(stem)}.{format}"
+    with drawing(dataset, options) as figures, _together(folder) as unfinished:
+        for stem, figure in figures:
+            path = folder / f"{stem}.{format}"
             if path not in unfinished:
                 unfinished[path] = folder / f".{path.name}.{secrets.token_hex(4)}.part"
                 figure.savefig(unfinished[path], format=format, metadata=metadata[format])
