@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.types import Floats
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View
@@ -92,14 +93,7 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
     circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
     # Pins at cylinder 1's firing: a throw stands its own angle away from that of cylinder 1.
     standing = banks[0] + throws - throws[0]
-    for radius in np.unique(radii):
-        of_radius = np.flatnonzero(radii == radius)
-        for angle, places in gathered(standing[of_radius]):
-            x, y = point(angle, radius)
-            panel.plot([0.0, x], [0.0, y], color="black", linewidth=2.2, zorder=2)
-            panel.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=7.0)
-            members = [int(of_radius[i]) for i in places]
-            label(panel, angle, radius + 0.22, members, weight="bold")
+    draw_throws(panel, standing, radii, [[i] for i in range(len(throws))], 0.22)
     sense(panel, 0.62)
 
 
@@ -125,6 +119,20 @@ def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
             x, y = point(0.5 * (here + after), 0.72)
             gap = _degrees((after - here) * one["period"] / 360.0)
             panel.text(x, y, gap, ha="center", va="center", color=GREY, size=6.5)
+
+
+def draw_throws(
+    panel: Axes, angles: Floats, radii: Floats, cylinders: Sequence[list[int]], beyond: float
+) -> None:
+    """Draw throws seen along the shaft, those at one place once, and their cylinders beyond."""
+    for radius in np.unique(radii):
+        here = np.flatnonzero(radii == radius)
+        for angle, places in gathered(angles[here]):
+            x, y = point(angle, radius)
+            panel.plot([0.0, x], [0.0, y], color="black", linewidth=2.2, zorder=2)
+            panel.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=7.0)
+            members = sorted(i for place in places for i in cylinders[here[place]])
+            label(panel, angle, radius + beyond, members, weight="bold")
 
 
 def _middle(banks: Any) -> float:

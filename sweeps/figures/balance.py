@@ -46,6 +46,8 @@ PARTS: dict[str, tuple[str, str, Any]] = {
 }
 """What the shaking force is made of: label, colour and dashes; the sum is drawn with two others."""
 
+OF_PARTS = "Components of the shaking force"
+
 MOST_PANELS = 6
 
 LOOKS: tuple[tuple[str, Any, float], ...] = (
@@ -75,6 +77,9 @@ Pair = tuple[Floats, Floats]
 
 Line = tuple[str, Floats, dict[str, Any]]
 """What the legend says of a line, its ordinates and its look."""
+
+Looks = Mapping[str, tuple[str, dict[str, Any]]]
+"""The same without the ordinates, for each variable."""
 
 DIRECTION = "direction"
 SIDES = ("Along cylinder 1", "Across")
@@ -106,7 +111,10 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
     view = study.view.only(present, [DIRECTION])
     nothing = _nothing(view, present)
     if not nothing:
-        yield f"{base}_over_angle", _nominal(view, present, names)
+        looks = {name: _look(name, names, present) for name in present}
+        several = f"Shaking {kind} over one turn"
+        title = several if len(present) > 1 else view.title(present[0])
+        yield f"{base}_over_angle", _by_side(view, looks, title)
     varied = [
         (whole, along)
         for whole, along in study.along(main)
@@ -130,55 +138,49 @@ def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the parts of the shaking force over one turn: nominal, and along each axis."""
     if len(set(names) - {"shaking_force"}) < 2:
         return
+    looks = {
+        name: (label, {"color": colour, "linestyle": dashes, "linewidth": 1.3})
+        for name, (label, colour, dashes) in PARTS.items()
+        if name in names
+    }
     axes = [(whole, along) for whole, along in study.along(names) if along != DIRECTION]
     for whole, along in axes or [(study.view, None)]:
         view = whole.only(names, [along, DIRECTION])
         if _nothing(view, names):
             continue
         axis = view.axis_along(along)
-        if axis:
-            shown = picked(axis, MOST_PANELS)
-            panels = [(axis.tag(i) + axis.mark(i), {axis.name: i}, 0) for i in shown]
-        else:
-            panels = [(SIDES[side], {}, side) for side in _sides_of(view, names)]
-        drawn = [
-            (title, [_part(view, name, place, side) for name in names])
-            for title, place, side in panels
-        ]
-        each, columns = (1.75, None) if axis else (2.3, 1)
-        sheet = _over_turn(view, drawn, 0.5, each, columns=columns)
-        sheet.label_y(_ordinate(view, names[0]), 1.5 if axis else 2.0)
-        notes = [*view.notes(names), picked_text(axis, MOST_PANELS)]
-        notes.append(SIDES[0].lower() if axis else "")
-        title = title_by("Components of the shaking force", axis)
+        figure = _parts_along(view, axis, looks) if axis else _by_side(view, looks, OF_PARTS)
         cases = "_cases" if along == "design" else ""
-        stem = stem_of(f"shaking_force_parts{cases}", whole, along)
-        yield stem, sheet.finish(title, notes, view.caption)
+        yield stem_of(f"shaking_force_parts{cases}", whole, along), figure
 
 
-def _part(view: View, name: str, place: Mapping[str, int], side: int) -> Line:
-    label, colour, dashes = PARTS[name]
-    look = {"color": colour, "linestyle": dashes, "linewidth": 1.3}
-    return label, _components(view, name, place)[side], look
-
-
-def _nominal(view: View, present: Sequence[str], names: Sequence[str]) -> Figure:
-    """Both components of one design above each other; one that is zero is said."""
-    sides, several = _sides_of(view, present), len(present) > 1
+def _parts_along(view: View, axis: StudyAxis, looks: Looks) -> Figure:
+    """Parts along cylinder 1, a panel for each value of an axis."""
     drawn = []
-    for side in sides:
-        lines: list[Line] = []
-        for name in present:
-            label, look = _look(name, names, present)
-            lines.append((label, _components(view, name, {})[side], look))
-        drawn.append((SIDES[side], lines))
+    for index in picked(axis, MOST_PANELS):
+        lines = _lines(view, looks, {axis.name: index}, 0)
+        drawn.append((axis.tag(index) + axis.mark(index), lines))
+    sheet = _over_turn(view, drawn, 0.5, 1.75)
+    sheet.label_y(_ordinate(view, next(iter(looks))), 1.5)
+    notes = [*view.notes(looks), picked_text(axis, MOST_PANELS), SIDES[0].lower()]
+    return sheet.finish(title_by(OF_PARTS, axis), notes, view.caption)
+
+
+def _by_side(view: View, looks: Looks, title: str) -> Figure:
+    """Both components of one design above each other; one that is zero is said."""
+    sides = _sides_of(view, list(looks))
+    drawn = [(SIDES[side], _lines(view, looks, {}, side)) for side in sides]
     sheet = _over_turn(view, drawn, 0.3, 2.3, columns=1)
-    sheet.label_y(_ordinate(view, present[0]), 2.0)
+    sheet.label_y(_ordinate(view, next(iter(looks))), 2.0)
     zero = [f"{word.lower()}: zero" for side, word in enumerate(SIDES) if side not in sides]
-    notes = [*view.notes(present), *zero]
-    what = f"Shaking {'force' if names[0].endswith('force') else 'moment'} over one turn"
-    title = what if several else view.title(present[0])
-    return sheet.finish(title, notes, view.caption, legend=several)
+    return sheet.finish(title, [*view.notes(looks), *zero], view.caption, legend=len(looks) > 1)
+
+
+def _lines(view: View, looks: Looks, place: Mapping[str, int], side: int) -> list[Line]:
+    """One component of each variable at a place."""
+    return [
+        (label, _components(view, name, place)[side], look) for name, (label, look) in looks.items()
+    ]
 
 
 def _components_along(

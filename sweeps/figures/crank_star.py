@@ -19,9 +19,8 @@ from sweeps.figures.arrangement import (
     arrangements_of,
     blank,
     circle,
+    draw_throws,
     gathered,
-    label,
-    point,
     sense,
 )
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
@@ -148,12 +147,6 @@ def _star(panel: Axes, throws: Sequence[Throw]) -> None:
     blank(panel, 1.65)
     circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
     circle(panel, 0.2, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
-    for radius in sorted({radius for _, _, radius, _ in throws}):
-        listed = [throw for throw in throws if throw[2] == radius]
-        for angle, places in gathered([angle for _, angle, _, _ in listed]):
-            x, y = point(angle, radius)
-            panel.plot([0.0, x], [0.0, y], color="black", linewidth=2.2, zorder=2)
-            panel.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=7.0)
-            members = sorted(i for place in places for i in listed[place][3])
-            label(panel, angle, radius + 0.2, members, weight="bold")
+    angles, radii = (np.array([throw[part] for throw in throws]) for part in (1, 2))
+    draw_throws(panel, angles, radii, [members for *_, members in throws], 0.2)
     sense(panel, 0.55)

@@ -110,13 +110,13 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
     at = chosen_angle(view, angle, tangential)
     said = f"{number_text(round(float(angle[at]), 2))}°"
     figure, (left, right) = new_sheet(1, 2, 4.6, width_ratios=(5, 8))
-    values = {name: float(trace(view, name, {})[1][at]) for name in names}
+    curves = {name: trace(view, name, {}) for name in names}
+    values = {name: float(y[at]) for name, (_, y, _) in curves.items()}
     _drawing(left, mechanism(view, at), values, {n: symbol_of(view.array(n)) for n in names})
     _scale(left, view, values)
     entries: Entries = {}
-    for name in names:
+    for name, (x, y, _) in curves.items():
         colour, dashes = FORCES[name]
-        x, y, _ = trace(view, name, {})
         (line,) = right.plot(x, y, color=colour, linestyle=dashes, linewidth=1.2)
         value = with_unit(view.array(name), float(f"{values[name]:.3g}"))
         entries[f"{view.title(name)}: {value}"] = line
@@ -126,13 +126,9 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
     set_cycle([right], view, 3.6, [right])
     y_label(right, "Force in cylinder 1" + view.unit(TANGENTIAL), 3.7)
     why = "" if view.options.at is not None else "at the largest tangential force"
-    yield (
-        "crank_train" + view.suffix,
-        finish(
-            figure, f"Crank train with its forces at {said} crank angle",
-            [*view.notes(names), why], entries, caption=view.caption, below=True,
-        ),
-    )  # fmt: skip
+    title, notes = f"Crank train with its forces at {said} crank angle", [*view.notes(names), why]
+    drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
+    yield "crank_train" + view.suffix, drawn
 
 
 def chosen_angle(view: View, angle: Floats, tangential: Floats) -> int:

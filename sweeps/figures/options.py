@@ -86,8 +86,9 @@ def options_of(
     select : mapping, optional
         Values of axes that are not drawn along.
     style : str, Path or mapping, optional
-        Settings that replace those of `sweeps.figures.sheet.STYLE`: a matplotlib style file, the name of one of matplotlib's own styles
-        (``"dark_background"``), or settings (``{"font.size": 10}``).
+        Settings in place of those of `sweeps.figures.sheet.STYLE`: a matplotlib style file, the
+        name of one of matplotlib's own styles (``"dark_background"``), or the settings themselves
+        (``{"font.size": 10}``).
     size : str or tuple of float, optional
         ``"160x100"`` or ``(160, 100)``: width and height in millimetres.
     angle : str or tuple of float, optional
