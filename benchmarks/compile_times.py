@@ -5,8 +5,7 @@ python -m benchmarks compile-times [--short] [--only NAME ...] [--designs N] [--
 Prints the machine and three kinds of rows: `engine-dyn run thesis` with an empty cache of Numba;
 every kind of study of `benchmarks.studies`, one process after the other, with what `run thesis` and
 the studies above it have left in that cache; all studies in one process, again with an empty cache.
-With `--keep` the numbers are kept beside docs/benchmarks.md, and its section on compiling is
-written from them, as `python -m benchmarks` does too.
+With `--keep` the rows are kept in docs/benchmarks/compiling.csv, which docs/benchmarks.md names.
 
 Times are user and system time of all threads of a process. Others that wait for the same processor
 do not count, but who shares a core with it slows it down.
@@ -15,31 +14,23 @@ do not count, but who shares a core with it slows it down.
 from __future__ import annotations
 
 import argparse
-import json
+import datetime
 import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numba
 
-from benchmarks import measure
-from benchmarks.reliability_parts import write_part
+from benchmarks import measure, page
 from benchmarks.studies import STUDIES, Study, study
 from benchmarks.wording import rows
 from engine_dyn.compilation import source_hash
 
-__all__ = ["Compiled", "compiling_section", "kept_section", "measured", "with_section"]
-
-KEPT = "benchmarks_compiling.json"
-"""What was measured last, beside docs/benchmarks.md."""
-
-HEADING, NEXT_HEADING = "## Compiling", "## Traces"
-"""Of the section, and of the one that it stands before."""
+__all__ = ["Compiled", "keep", "measured"]
 
 DESIGNS = 2000
 """Of a study: so few that computing takes little of its time."""
@@ -157,33 +148,20 @@ def _once(
 
 # The table and the page ---------------------------------------------------------------------------
 
-
-def figures(found: Sequence[Compiled], designs: int) -> dict[str, Any]:
-    """What was measured, and on what."""
-    return {
-        "processor": measure.processor(),
-        "cores": os.cpu_count(),
-        "lanes": measure.lanes(),
-        "numba": numba.__version__,
-        "code": source_hash()[:8],
-        "designs": designs,
-        "rows": [asdict(row) for row in found],
-    }
+HEAD = ["what ran", "compiling", "first run", "next run"]
 
 
-def machine_of(part: Mapping[str, Any]) -> str:
-    """Words for what figures were measured on."""
+def machine() -> str:
+    """Words for what is measured on."""
     return (
-        f"{part['processor']}, {part['cores']} cores, {part['lanes']}; numba {part['numba']}; "
-        f"source hash `{part['code']}`"
+        f"{measure.processor()}, {os.cpu_count()} cores, {measure.lanes()}; "
+        f"numba {numba.__version__}; source hash {source_hash()[:8]}"
     )
 
 
-def table(part: Mapping[str, Any]) -> list[str]:
-    """Rows of figures, in Markdown."""
-    found = [Compiled(**row) for row in part["rows"]]
-    body = [[row.words, *map(_span, (row.compiling, row.cold, row.warm))] for row in found]
-    return rows(["what ran", "compiling", "first run", "next run"], body)
+def body(found: Sequence[Compiled]) -> list[list[str]]:
+    """Rows of the table."""
+    return [[row.words, *map(_span, (row.compiling, row.cold, row.warm))] for row in found]
 
 
 def _span(seconds: float) -> str:
@@ -191,41 +169,12 @@ def _span(seconds: float) -> str:
     return "-" if seconds < 0.1 else f"{seconds:.1f} s"
 
 
-def compiling_section(part: Mapping[str, Any]) -> list[str]:
-    """Section of docs/benchmarks.md."""
-    return [
-        HEADING, "",
-        "Processor time (user and system time, all threads of the process) that a first run "
-        "takes beyond the next one, which finds its kernels in the cache. "
-        "`engine-dyn run thesis` began with an empty cache. The studies "
-        f"({part['designs']:,} designs each) followed it, each in a process of its own, with what "
-        "the rows above had left in the cache: a dash means that nothing was left to compile. "
-        "The last row began with an empty cache again. Measured by `make compile-times` on "
-        f"{part['date']}: {machine_of(part)}.", "",
-        *table(part), "",
-    ]  # fmt: skip
-
-
-def kept_section(folder: Path) -> list[str]:
-    """The section from what was kept last beside a page; nothing where that was not done."""
-    path = folder / KEPT
-    return compiling_section(json.loads(path.read_text("utf-8"))) if path.is_file() else []
-
-
-def with_section(page: str, section: Sequence[str]) -> str:
-    """The page with another section on compiling, or with its first one."""
-    before, heading, after = page.partition(f"\n{NEXT_HEADING}\n")
-    if not heading:
-        raise ValueError(f"the page has no heading {NEXT_HEADING!r}")
-    before = before.partition(f"\n{HEADING}\n")[0]
-    return "\n".join([before, *section]) + heading + after
-
-
-def keep(part: dict[str, Any], folder: Path) -> None:
-    """Keep figures beside the page in a folder, and write its section."""
-    write_part(folder / KEPT, part)
-    page = folder / "benchmarks.md"
-    page.write_text(with_section(page.read_text("utf-8"), kept_section(folder)), encoding="utf-8")
+def keep(found: Sequence[Compiled], designs: int, folder: Path) -> None:
+    """Keep the rows beside the page in a folder, and write that again."""
+    day = datetime.datetime.now(datetime.UTC).date().isoformat()
+    page.save(folder, "compiling", HEAD, body(found))
+    page.save_facts(folder, {"compiled": f"{day}: {machine()}", "compiled_designs": f"{designs:,}"})
+    page.write(folder)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -244,7 +193,6 @@ def main(arguments: Sequence[str]) -> None:
         print(words, file=sys.stderr, flush=True)
 
     found = measured(options.only or STUDIES, options.designs, options.short, options.runs, log)
-    part = figures(found, options.designs)
-    print("\n".join([machine_of(part), "", *table(part)]))
+    print("\n".join([machine(), "", *rows(HEAD, body(found))]))
     if options.keep:
-        keep(part, measure.ROOT / "docs")
+        keep(found, options.designs, measure.ROOT / "docs")

@@ -2,7 +2,7 @@
 
 python -m benchmarks quantities [--all] [--kinds NAME ...] [--only NAME ...] [--seconds S] [--quick]
 
-prints a table for each kind of sample; `python -m benchmarks` writes it into docs/benchmarks.md.
+prints a table; `python -m benchmarks` writes it into docs/benchmarks/quantities.csv.
 Every kind has fixed seeds. Of quantities that are made together, such as peak, mean and angle of a
 load or amplitude and phase of an order, one stands for all unless `--all` is given.
 """
@@ -27,7 +27,7 @@ from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
 
-__all__ = ["BEFORE", "KINDS", "Kind", "Rate", "Rates", "measured", "quantities_section", "scene_of"]
+__all__ = ["BEFORE", "KINDS", "Kind", "Rate", "Rates", "measured", "scene_of", "table"]
 
 MOST = 1_000_000
 """Designs of a run, at most."""
@@ -219,36 +219,26 @@ def measured(
     return Rates(threads, tuple(found), Timing(len(designs), tuple(of_loop)))
 
 
-def table(found: Rates) -> list[str]:
-    """One row a quantity and kind, in Markdown; rates below their aim are bold."""
-    body = []
+HEAD = ["quantity", "designs/s", "aim", "over the loop", "before", "designs"]
+
+
+def body(found: Rates) -> list[list[str]]:
+    """One row a quantity and kind; rates below their aim are bold."""
+    lines = []
     for row in found.rows:
         rate, before = row.timing.rate, BEFORE.get(row.kind.name, {}).get(row.quantity)
         shown = number(rate) if rate >= row.kind.aim else f"**{number(rate)}**"
-        body.append([
+        lines.append([
             f"{row.kind.words}: `{row.quantity}`", shown,
             number(row.kind.aim), number(rate / found.loop.rate),
             "-" if before is None else number(before), number(row.timing.count, 6),
         ])  # fmt: skip
-    return rows(["quantity", "designs/s", "aim", "over the loop", "before", "designs"], body)
+    return lines
 
 
-def quantities_section(found: Rates) -> list[str]:
-    """What single quantities cost."""
-    return [
-        "## Quantities", "",
-        "Each scene asks for one quantity of randomly sampled designs, computed in "
-        f"memory by `sweeps.run` on {found.threads} threads (`benchmarks/quantity_times.py`): "
-        "medians of warm runs. Of quantities that are computed together, one stands "
-        "for all. Orders are 1/2 to 6; main journals are those of one to eight "
-        "cylinders. A rate below its aim is bold. Over the loop: designs per second "
-        "divided by those of the hand-written Numba loop of the studies, which finds "
-        "one delta per design "
-        f"({number(found.loop.rate)} designs/s in this run). Before: on one core, before the "
-        f"quantity had a kernel of its own, on another "
-        "day and beside other work.",
-        "", *table(found), "",
-    ]  # fmt: skip
+def table(found: Rates) -> list[str]:
+    """The rows in Markdown."""
+    return rows(HEAD, body(found))
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -267,4 +257,4 @@ def main(arguments: Sequence[str]) -> None:
     kinds = [kind for kind in KINDS if options.kinds is None or kind.name in options.kinds]
     seconds, runs = (0.05, 1) if options.quick else (options.seconds, 3)
     found = measured(kinds, chosen, options.threads, seconds, runs)
-    print("\n".join(quantities_section(found)))
+    print("\n".join(table(found)))

@@ -1,13 +1,12 @@
-"""What was measured, as docs/benchmarks.md and its figures."""
+"""What was measured, as the files and figures of docs/benchmarks.md."""
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
-from string import ascii_uppercase
 from typing import Any
 
 import matplotlib
@@ -16,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from benchmarks.compile_times import kept_section
+from benchmarks import page, quantity_times, study_report
 from benchmarks.measure import (
     BigRun,
     Latencies,
@@ -26,10 +25,9 @@ from benchmarks.measure import (
     Timing,
     Traces,
 )
-from benchmarks.quantity_times import Rates, quantities_section
-from benchmarks.study_report import studies_section
-from benchmarks.study_times import Studies
-from benchmarks.wording import number, rows, small, span
+from benchmarks.quantity_times import Rates
+from benchmarks.study_times import LOOP_STEPS, Studies
+from benchmarks.wording import number, small, span
 from engine_dyn.compilation import source_hash
 from sweeps.figures.sheet import STYLE
 
@@ -73,7 +71,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Reached:
-    """One aim in the last run on one machine, a row of MACHINES."""
+    """One aim in the last run on one machine, a row of machines.csv."""
 
     machine: str
     run: str
@@ -82,10 +80,6 @@ class Reached:
     aim: str
     measured: str
     reached: str
-
-
-MACHINES = "benchmarks_machines.csv"
-"""What the last run on each machine reached, beside the document."""
 
 
 # Comparisons --------------------------------------------------------------------------------------
@@ -217,58 +211,47 @@ def reached_here(m: Measured) -> list[Reached]:
 
 def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[Reached]:
     """Aims of this run, which is written down to `keep` it, and of those on other machines."""
-    path, kept = folder / MACHINES, []
-    if path.is_file():
-        with path.open(encoding="utf-8", newline="") as file:
-            kept = [Reached(**row) for row in csv.DictReader(file)]
+    kept = [Reached(**row) for row in page.read(folder, "machines")]
     found = [*here, *(each for each in kept if each.machine != here[0].machine)]
     if keep:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, [field.name for field in fields(Reached)])
-            writer.writeheader()
-            writer.writerows(asdict(each) for each in found)
+        head = [field.name for field in fields(Reached)]
+        page.save(folder, "machines", head, [list(asdict(each).values()) for each in found])
     return found
 
 
-def text(m: Measured, machines: Sequence[Reached], compiling: Sequence[str]) -> str:
-    """The document; `machines` has the aims of this run and of those elsewhere.
-
-    `compiling` is a section that another command measures.
-    """
-    lines = [
-        "# Benchmarks",
-        "",
-        "<!-- Made by `make bench` (python -m benchmarks); change that, not this. -->",
-        "",
-        "This page compares run time and error of the solvers in this project with "
-        "those of the alternatives, on the same designs and in one run.",
-        "",
-        f"Machine: {m.processor}, {m.threads} threads, {m.lanes}. Date: {m.date}. "
-        + ", ".join(f"{name} {number}" for name, number in m.versions) + ".",
-        "",
-    ]  # fmt: skip
-    if m.quick:
-        lines += ["**A quick run: few designs and few settings, to see that it works.**", ""]
-    lines += [
-        "How it was measured. Times are medians of the wall-clock time of warm runs: "
-        "at least 5 runs, 3 of slow peers and of all peers in scenes, 1 of Euler in "
-        "Python. The solvers take turns and use all threads. Compile time is stated "
-        "separately. Every solver gets as many designs as keep it busy for a while, "
-        "always the first ones of the same list. For every solver, tabulating the "
-        "torque and finding its mean is part of the timed work. Errors are relative errors of "
-        "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no code "
-        "with the kernels (`benchmarks/problem.py`); it differs by "
-        f"{small(m.agreement)} at most from the adaptive integration of `oracle` on "
-        f"{m.agreed} designs. The pressure diagram is a closed formula. This project gets it as "
-        "points at every half degree; that leaves an error of about 1e-10 to 1e-9, "
-        "which finer nodes cannot remove.",
-        "",
-        *ratios_section(m), *studies_section(m.studies), *quantities_section(m.quantities),
-        *sampled_section(m), *targets_section(m),
-        *machines_section(machines), *table_section(m),
-        *scenes_section(m), *scaling_section(m), *compiling, *rest_section(m),
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+def facts_of_run(m: Measured) -> dict[str, str]:
+    """Single numbers and words, which the page names."""
+    ours = default_of(m.table)
+    equal = loop_ratio(ours, m.table, LOOP, max(ours.errors.worst, 1e-10))
+    aims = [ok for *_, ok in targets(m)]
+    checked = [row.errors.designs for row in m.studies.rows]
+    big = m.big
+    return {
+        "machine": f"{m.processor}, {m.threads} threads, {m.lanes}",
+        "date": m.date,
+        "versions": ", ".join(f"{name} {version}" for name, version in m.versions),
+        "quick": "yes" if m.quick else "no",
+        "absent": "; ".join(m.absent),
+        "aims": str(len(aims)),
+        "reached": str(aims.count(True)),
+        "threads": str(m.threads),
+        "agreement": small(m.agreement),
+        "agreed": str(m.agreed),
+        "worst": small(ours.errors.worst),
+        "loop_equal": number(equal),
+        "loop_steps": str(LOOP_STEPS),
+        "loop_rate": number(m.studies.loop.rate),
+        "loop_error": small(m.studies.loop_errors.worst),
+        "checked": f"{min(checked, default=0)} to {max(checked, default=0)}",
+        "checked_apart": number(max(r.errors.checked for r in m.table)),
+        "alone_rate": number(m.table_alone.rate),
+        "angles": str(m.traces[-1].angles),
+        "big_run": f"{number(big.designs, 3)} designs in {span(big.command)}",
+        "big_run_means": "`engine-dyn run`, engine `ntua`, inertia x speed x reciprocating mass, "
+        f"four results: {span(big.computing)} of it for computing, the rest for starting and for "
+        f"writing {big.size / 1e6:.0f} MB",
+        "minutes": f"{m.took / 60.0:.0f}",
+    }
 
 
 def times_faster(results: Sequence[Result]) -> list[list[str]]:
@@ -290,48 +273,24 @@ def times_faster(results: Sequence[Result]) -> list[list[str]]:
     return body
 
 
-def sampled_section(m: Measured) -> list[str]:
-    """Peers on sampled designs."""
-    return [
-        "## Sampled designs, beside other solvers", "",
-        "Crank ratio, reciprocating mass, speed, inertia, friction, load and number of cylinders "
-        "(one to eight) drawn at random; load exponent 2 (`benchmarks/sampled_peers.py`). The "
-        "combustion pressure grows in proportion to the load. Peers solve all designs "
-        "with the same number of cylinders together. How many times faster, at a "
-        "worst error of "
-        f"{AIM:g} of the peer:", "",
-        *rows(["peer", "times faster"], times_faster(m.sampled)), "",
-        *rows(HEAD, [result_row(r, default_of(m.sampled)) for r in m.sampled]), "",
-    ]  # fmt: skip
+# Tables -------------------------------------------------------------------------------------------
+
+Rows = list[list[str]]
+
+HEAD = ["method", "designs/s", "of auto", "median error", "99 %", "worst", "no answer",
+        "first call", "designs x runs", "spread"]  # fmt: skip
 
 
-def ratios_section(m: Measured) -> list[str]:
-    """Ratios first."""
-    ours = default_of(m.table)
-    body = times_faster(m.table)
-    lines = [
-        "## Ratios",
-        "",
-        f"The table says how many times as many designs per second `auto` (default tolerance, "
-        f"worst error "
-        f"{small(ours.errors.worst)}) solves as each peer does at a worst error of {AIM:g}, in "
-        "the table of designs that share nothing (exponents 0, 1, 1.6 and 2 mixed). The time of a "
-        "peer is interpolated between two of its settings. Harmonic balance takes the Fourier "
-        "transform of the torque and divides each harmonic by a number, in NumPy. It solves "
-        "exponent 2 with constant inertia, where the equation is linear, and nothing else; there "
-        "it is compared with `auto` on the same designs.",
-        "",
-        *rows(["peer", "times faster"], body),
-        "",
-        "The next table gives the same ratio to the hand-written Numba loop in "
-        "factorial scenes, where a clever loop can keep its torque tables from design "
-        "to design (shared tables), and to harmonic balance where that can solve the scene. "
-        "Equal error means the worst error that `auto` has in that scene. A dash means that the "
-        "loop does not reach this error with 2880 steps, or that harmonic balance is not "
-        "measured.",
-        "",
-    ]
-    body = []
+def peers_rows(m: Measured) -> Rows:
+    """How many times faster than each peer, apart and sampled."""
+    sampled = dict(times_faster(m.sampled))
+    return [[peer, times, sampled.get(peer.partition(" (")[0], "-")]
+            for peer, times in times_faster(m.table)]  # fmt: skip
+
+
+def loop_rows(m: Measured) -> Rows:
+    """How many times faster than the loop in each factorial scene, and in the table."""
+    ours, body = default_of(m.table), []
     for one in m.scenes:
         auto = one.ours[0]
         equal = max(auto.errors.worst, 1e-10)
@@ -345,48 +304,7 @@ def ratios_section(m: Measured) -> list[str]:
         "table",
         *(number(loop_ratio(ours, m.table, LOOP, error)) for error in (equal, AIM)), *["-"] * 4,
     ])  # fmt: skip
-    head = ["designs", "at equal error", "at 1e-6", "shared tables, equal error", "shared, at 1e-6",
-            "harmonic balance, equal error", "harmonic balance, at 1e-6"]  # fmt: skip
-    return [
-        *lines, *rows(head, body), "",
-        "![Time for a design against the error](figures/bench_work_precision.png)", "",
-        "*Worst relative error of delta against the time per design, all threads. a: "
-        "table of designs that share nothing. b: sampled designs, one to eight "
-        "cylinders, any load. c: a factorial scene, load exponent alpha = 2, one "
-        "cylinder. In a, harmonic balance has exponent 2 alone. Methods that left designs "
-        "unsolved have hollow markers.*", "",
-    ]  # fmt: skip
-
-
-def targets_section(m: Measured) -> list[str]:
-    """Reached or not."""
-    body = [[w, aim, got, "reached" if ok else "**not reached**"] for w, aim, got, ok in targets(m)]
-    return ["## Aims", "", *rows(["what", "aim", "measured", ""], body), ""]
-
-
-def machines_section(machines: Sequence[Reached]) -> list[str]:
-    """The same aims elsewhere; nothing where no other machine is known."""
-    runs = {each.machine: each for each in machines}
-    if len(runs) < 2:
-        return []
-    letters = dict(zip(runs, ascii_uppercase, strict=False))
-    body: dict[str, list[str]] = {each.what: [each.aim] + ["-"] * len(runs) for each in machines}
-    for each in machines:
-        missed = "" if each.reached == "yes" else " (**not reached**)"
-        body[each.what][1 + list(runs).index(each.machine)] = each.measured + missed
-    return [
-        "## The aims on other machines", "",
-        "Results of the last run of this benchmark on each machine, with the "
-        "floating-point rate and the writing rate measured there. A different source "
-        "hash means an earlier version of the kernels.", "",
-        *(
-            f"- {letters[machine]}: {machine}; {each.run}; source hash `{each.code}`"
-            f"{' (this run)' if machine == machines[0].machine else ''}."
-            for machine, each in runs.items()
-        ), "",
-        *rows(["what", "aim", *letters.values()], [[what, *cells] for what, cells in body.items()]),
-        "",
-    ]  # fmt: skip
+    return body
 
 
 def result_row(r: Result, ours: Result) -> list[str]:
@@ -401,50 +319,8 @@ def result_row(r: Result, ours: Result) -> list[str]:
     ]  # fmt: skip
 
 
-HEAD = ["method", "designs/s", "of auto", "median error", "99 %", "worst", "no answer",
-        "first call", "designs x runs", "spread"]  # fmt: skip
-
-
-def table_section(m: Measured) -> list[str]:
-    """All methods and peers on independent designs."""
-    ours = default_of(m.table)
-    body = [result_row(r, ours) for r in m.table]
-    checked = max(r.errors.checked for r in m.table)
-    return [
-        "## Designs that share nothing",
-        "",
-        "Each design has its own crank ratio (0.2 to 0.33), reciprocating mass, "
-        "speed, inertia and friction; one cylinder; load exponents 0, 1, 1.6 and 2 in "
-        "turn. Errors are taken over the first "
-        f"{number(checked)} designs at most, or over as many as were solved. First call: its time "
-        f"beyond "
-        "that of a warm call, mostly compiling; the settings ran in this order in one "
-        "process, so a later one reuses kernels compiled for an earlier one. Spread: "
-        "time of the slowest run divided by that of the fastest.",
-        "",
-        *rows(HEAD, body),
-        "",
-        f"`sweep.solve` alone, given the mean torque of each design: "
-        f"{number(m.table_alone.rate)} designs/s. "
-        "`closed` solves only the exponents 0 and 2, harmonic balance only 2, and they are timed "
-        "on these. `thesis` repeats cycles until one closes. Explicit Euler (`thesis`, Euler "
-        "in Python) is timed on the exponents above 0, because at 0 its drift never "
-        "ends. Euler in Python is stopped after 3,000 cycles; designs stopped there "
-        "count as without an answer.",
-        "",
-    ]
-
-
-def scenes_section(m: Measured) -> list[str]:
-    """Factorial scenes."""
-    lines = [
-        "## Factorial scenes",
-        "",
-        "Grids of inertia, speed and reciprocating mass at one crank ratio, with "
-        "scalar results. The loop is shown with the fewest steps for which its worst "
-        "error is within 1e-6.",
-        "",
-    ]
+def factorial_rows(m: Measured) -> Rows:
+    """Factorial scenes, one row each."""
     body = []
     for one in m.scenes:
         auto = one.ours[0]
@@ -461,104 +337,119 @@ def scenes_section(m: Measured) -> list[str]:
             best = max(good, key=lambda r: r.timing.rate, default=None)
             row.append(f"{number(best.timing.rate)} ({best.case.setting})" if best else "-")
         body.append(row)
-    head = ["scene", "auto, designs/s", "designs", "median error", "worst", "spread",
-            "Numba loop, designs/s", "shared tables, designs/s"]  # fmt: skip
-    lines += [*rows(head, body), ""]
-    first = next((s for s in m.scenes if len(series_of(s.peers)) > 2), None)
-    if first:
-        lines += [f"All results for \"{first.name}\":", "",
-                  *rows(HEAD, [result_row(r, first.ours[0]) for r in [*first.ours, *first.peers]]),
-                  ""]  # fmt: skip
-    return lines
+    return body
 
 
-def scaling_section(m: Measured) -> list[str]:
-    """Number of designs, threads, cylinders."""
-    lines = [
-        "## Number of designs, threads, cylinders",
-        "",
-        "![Throughput against the number of designs](figures/bench_throughput.png)",
-        "",
-        "*Designs per second against the number of designs in one call of `sweep.solve`.*",
-        "",
-    ]
-    sizes = sorted({t.count for timings in m.numbers.values() for t in timings})
+def number_rows(m: Measured) -> Rows:
+    """Rates and times of some numbers of designs."""
     body = []
-    for size in sizes:
+    for size in sorted({t.count for timings in m.numbers.values() for t in timings}):
         row = [number(size, 3)]
         for timings in m.numbers.values():
             here = [t for t in timings if t.count == size]
             row.append(f"{number(here[0].rate)} ({span(here[0].median)})" if here else "-")
         body.append(row)
-    lines += [*rows(["designs", *(f"{name}, designs/s" for name in m.numbers)], body), ""]
+    return body
+
+
+def write_tables(m: Measured, folder: Path) -> None:
+    """Everything that was measured, as files beside the page."""
+    save = partial(page.save, folder)
+    save("peers", ["peer", "share nothing", "sampled"], peers_rows(m))
+    save(
+        "loop",
+        [
+            "designs",
+            "at equal error",
+            "at 1e-6",
+            "shared tables, equal error",
+            "shared, at 1e-6",
+            "harmonic balance, equal error",
+            "harmonic balance, at 1e-6",
+        ],
+        loop_rows(m),
+    )
+    save("studies", study_report.HEAD, study_report.body(m.studies))
+    save("quantities", quantity_times.HEAD, quantity_times.body(m.quantities))
+    save("apart", HEAD, [result_row(r, default_of(m.table)) for r in m.table])
+    save("sampled", HEAD, [result_row(r, default_of(m.sampled)) for r in m.sampled])
+    save(
+        "factorial",
+        [
+            "scene",
+            "auto, designs/s",
+            "designs",
+            "median error",
+            "worst",
+            "spread",
+            "Numba loop, designs/s",
+            "shared tables, designs/s",
+        ],
+        factorial_rows(m),
+    )
+    widest = next((s for s in m.scenes if len(series_of(s.peers)) > 2), None)
+    if widest:
+        save(
+            "factorial_all",
+            HEAD,
+            [result_row(r, widest.ours[0]) for r in [*widest.ours, *widest.peers]],
+        )
+        page.save_facts(folder, {"widest_scene": widest.name})
+    save("numbers", ["designs", *(f"{name}, designs/s" for name in m.numbers)], number_rows(m))
     counts = [count for count, _ in next(iter(m.by_threads.values()))]
-    body = [
-        [name, *(number(t.rate) for _, t in found), f"{found[-1][1].rate / found[0][1].rate:.2f}"]
-        for name, found in m.by_threads.items()
-    ]
-    lines += [
-        *rows(["", *(f"{n} thread{'s'[: n > 1]}, designs/s" for n in counts), "ratio"], body), "",
-        *rows(["cylinders (alpha 2, factorial)", "designs/s"],
-              [[str(z), number(t.rate)] for z, t in m.by_cylinders]), "",
-    ]  # fmt: skip
-    return lines
-
-
-def rest_section(m: Measured) -> list[str]:
-    """Traces, one design, memory, a big run, what is missing."""
-    one = m.latencies
-    lines = [
-        "## Traces",
-        "",
-        f"Omega at {m.traces[-1].angles} angles. A call has a fixed cost of some milliseconds, "
-        f"which shows in the "
-        "smaller array.",
-        "",
-        *rows(
-            ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time", "array in use"],
+    save(
+        "threads",
+        ["designs", *(f"{n} thread{'s'[: n > 1]}, designs/s" for n in counts), "ratio"],
+        [
             [
-                [
-                    number(t.designs, 3), f"{t.size / 1e6:.0f}", span(t.solving),
-                    f"{t.size / t.solving / 1e9:.2g}", span(t.fresh),
-                    f"{t.solving / t.fresh:.2g}", span(t.again),
-                ]
-                for t in m.traces
+                name,
+                *(number(t.rate) for _, t in found),
+                f"{found[-1][1].rate / found[0][1].rate:.2f}",
+            ]
+            for name, found in m.by_threads.items()
+        ],
+    )
+    save(
+        "cylinders",
+        ["cylinders", "designs/s"],
+        [[str(z), number(t.rate)] for z, t in m.by_cylinders],
+    )
+    save(
+        "traces",
+        ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time", "array in use"],
+        [
+            [
+                number(t.designs, 3),
+                f"{t.size / 1e6:.0f}",
+                span(t.solving),
+                f"{t.size / t.solving / 1e9:.2g}",
+                span(t.fresh),
+                f"{t.solving / t.fresh:.2g}",
+                span(t.again),
+            ]
+            for t in m.traces
+        ],
+    )
+    one = m.latencies
+    save(
+        "single",
+        ["what", "time"],
+        [
+            ["engine_dyn.periodic_speed, warm", span(one.periodic_speed)],
+            ["sweeps.run(dict), warm", span(one.run)],
+            ["engine-dyn run, one design, new process, cache warm", span(one.command)],
+            [
+                "engine-dyn run, one design, first ever (compiles), of three",
+                span(one.first_command),
             ],
-        ),
-        "",
-        "## One design, start-up, compiling",
-        "",
-        *rows(["", "time"], [
-            ["`engine_dyn.periodic_speed`, warm", span(one.periodic_speed)],
-            ["`sweeps.run(dict)`, warm", span(one.run)],
-            ["`engine-dyn run`, one design, new process, cache warm", span(one.command)],
-            ["`engine-dyn run`, one design, first ever (compiles), of three",
-             span(one.first_command)],
             ["compiling, the difference", span(max(one.first_command - one.command, 0.0))],
-            ["`import numba`", span(one.import_numba)],
-            ["`import engine_dyn` after it", span(one.import_own)],
-        ]),
-        "",
-        "## Memory and a large run",
-        "",
-        "Peak resident memory that a run adds to a process that has solved one design "
-        "before:",
-        "",
-        *rows(["", "designs", "added", "results", "beyond the results"], [
-            [f"`{e.what}`", number(e.designs, 3), f"{e.added / 1e6:.0f} MB",
-             f"{e.results / 1e6:.0f} MB", f"{e.overhead / 1e6:.0f} MB"] for e in m.memory
-        ]),
-        "",
-        f"`engine-dyn run`, {number(m.big.designs, 3)} designs (engine `ntua`, inertia x speed x "
-        f"reciprocating mass; delta, omega_max, omega_min, omega_mean): {span(m.big.command)} for "
-        f"the command, {span(m.big.computing)} of it for computing (`sweeps.run` in this "
-        f"process), the rest for starting "
-        f"and for writing a file of {m.big.size / 1e6:.0f} MB.",
-        "",
-    ]  # fmt: skip
-    if m.absent:
-        lines += ["## Left out", "", *(f"- {line}" for line in m.absent), ""]
-    return [*lines, f"The whole benchmark took {m.took / 60.0:.0f} minutes."]
+            ["import numba", span(one.import_numba)],
+            ["import engine_dyn after it", span(one.import_own)],
+        ],
+    )
+    save("memory", ["what", "designs", "added", "results", "beyond the results"],
+         [[e.what, number(e.designs, 3), f"{e.added / 1e6:.0f} MB", f"{e.results / 1e6:.0f} MB",
+           f"{e.overhead / 1e6:.0f} MB"] for e in m.memory])  # fmt: skip
 
 
 # Figures ------------------------------------------------------------------------------------------
@@ -650,11 +541,12 @@ def throughput(m: Measured) -> Figure:
 
 
 def write(m: Measured, folder: Path) -> None:
-    """Document and figures below `folder`."""
+    """Page, files and figures below `folder`."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    machines = on_all_machines(reached_here(m), folder, keep=not m.quick)
-    document = text(m, machines, kept_section(folder))
-    (folder / "benchmarks.md").write_text(document, encoding="utf-8")
+    on_all_machines(reached_here(m), folder, keep=not m.quick)
+    page.save_facts(folder, facts_of_run(m))
+    write_tables(m, folder)
+    page.write(folder)
     style: Any = STYLE
     with matplotlib.rc_context(style):
         for name, figure in (("work_precision", work_precision(m)), ("throughput", throughput(m))):

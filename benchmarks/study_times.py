@@ -2,7 +2,7 @@
 
 python -m benchmarks studies [--only NAME ...] [--quick] [--threads N] [--runs N]
 
-prints the table; `python -m benchmarks` writes it into docs/benchmarks.md.
+prints the table; `python -m benchmarks` writes it into docs/benchmarks/studies.csv.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def span(seconds: float) -> str:
     return f"{seconds * 1e9:.3g} ns"
 
 
-def rows(head: Sequence[str], body: Sequence[Sequence[str]]) -> list[str]:
-    """A table in Markdown, numbers to the right."""
-    marks = ["---"] + ["---:"] * (len(head) - 1)
+def rows(head: Sequence[str], body: Sequence[Sequence[str]], right: bool = True) -> list[str]:
+    """A table in Markdown; all but the first column to the right unless told otherwise."""
+    marks = ["---"] + ["---:" if right else "---"] * (len(head) - 1)
     return ["| " + " | ".join(line) + " |" for line in (head, marks, *body)]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import engines, measure, own, peers, problem, report, sampled_peers
+from benchmarks import engines, measure, own, page, peers, problem, report, sampled_peers
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -154,17 +154,21 @@ def test_other_machines_are_remembered(tmp_path: Path) -> None:
     def run(machine: str, date: str, rate: str, reached: str) -> list[report.Reached]:
         return [report.Reached(machine, date, "12345678", "speed", "10", rate, reached)]
 
-    assert report.machines_section(run("one", "1st", "9", "no")) == []
     for machine, date, rate, reached in (
         ("one", "1st", "9", "no"), ("two", "2nd", "7", "no"), ("one", "3rd", "11", "yes"),
     ):  # fmt: skip
         report.on_all_machines(run(machine, date, rate, reached), tmp_path, keep=True)
     found = report.on_all_machines(run("three", "4th", "12", "yes"), tmp_path, keep=False)
     assert [each.measured for each in found] == ["12", "11", "7"]
-    section = "\n".join(report.machines_section(found))
-    assert "| speed | 10 | 12 | 11 | 7 (**not reached**) |" in section
-    assert "A: three; 4th; source hash `12345678` (this run)." in section
-    assert "1st" not in section
+    assert [each.machine for each in found] == ["three", "one", "two"]
+    kept = page.read(tmp_path, "machines")
+    assert [(row["run"], row["measured"], row["reached"]) for row in kept] == [
+        ("3rd", "11", "yes"), ("2nd", "7", "no"),
+    ]  # fmt: skip
+
+
+def test_the_page_is_made_from_its_files() -> None:
+    assert (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8") == page.text(ROOT / "docs")
 
 
 @pytest.mark.slow
@@ -173,19 +177,18 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
-    for heading in (
-        "Ratios", "Studies", "Quantities", "Sampled designs, beside other solvers", "Aims",
-        "Designs that share nothing", "Factorial scenes", "Traces",
-    ):  # fmt: skip
-        assert f"\n## {heading}\n" in text
+    assert text == page.text(tmp_path)
+    tables = re.findall(r"\]\(benchmarks/(\w+)\.csv\)", text)
+    assert set(tables) >= {"peers", "studies", "quantities", "sampled", "apart", "traces"}
+    for name in set(tables) - {"machines"}:  # quick runs are not remembered
+        assert page.read(tmp_path, name), name
     figures = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(figures) == 2
     for name in figures:
         assert (tmp_path / name).stat().st_size < 300_000
-    own_row = re.search(r"^\| auto, tolerance 1e-06 \|(.*)\|$", text, re.MULTILINE)
-    assert own_row
-    cells = [cell.strip() for cell in own_row.group(1).split("|")]
-    assert float(cells[4]) <= 1e-6  # the worst error
+    rows = page.read(tmp_path, "apart")
+    (own_row,) = (row for row in rows if row["method"] == "auto, tolerance 1e-06")
+    assert float(own_row["worst"]) <= 1e-6
     assert "nan" not in text
     assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import json
+import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from benchmarks import compile_times
+from benchmarks import compile_times, page
 from benchmarks.compile_times import Command, Compiled
 from benchmarks.studies import study
+
+ROOT = Path(__file__).resolve().parents[2]
 
 CHOSEN = [study("one_table"), study("driven")]
 
@@ -71,19 +73,18 @@ def test_processor_time_is_that_of_the_process() -> None:
         compile_times.processor_time((sys.executable, "-c", given), {"GIVEN": "yes"})
 
 
-def test_the_page_has_one_section_made_of_what_was_kept(tmp_path: Path) -> None:
-    page = "# Benchmarks\n\nWords.\n\n## Traces\n\nMore.\n"
-    (tmp_path / "benchmarks.md").write_text(page, encoding="utf-8")
-    assert compile_times.kept_section(tmp_path) == []
+def test_the_page_names_what_was_kept(tmp_path: Path) -> None:
+    (tmp_path / "benchmarks").mkdir()
+    for file in (ROOT / "docs" / "benchmarks").glob("*.csv"):
+        shutil.copy(file, tmp_path / "benchmarks" / file.name)
     for seconds in (20.0, 30.0):
         found = [Compiled("one", seconds, 2.0), Compiled("two", 2.04, 2.0)]
-        compile_times.keep(compile_times.figures(found, 2000), tmp_path)
-    kept = json.loads((tmp_path / compile_times.KEPT).read_text(encoding="utf-8"))
-    assert kept["designs"] == 2000
-    section = "\n".join(compile_times.kept_section(tmp_path))
+        compile_times.keep(found, 2000, tmp_path)
+    assert [list(row.values()) for row in page.read(tmp_path, "compiling")] == [
+        ["one", "28.0 s", "30.0 s", "2.0 s"], ["two", "-", "2.0 s", "2.0 s"],
+    ]  # fmt: skip
+    facts = page.facts_of(tmp_path)
+    assert facts["compiled_designs"] == "2,000"
+    assert facts["compiled"].endswith(compile_times.machine())
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
-    assert text == page.replace("## Traces", section + "\n## Traces")
-    assert "\n| one | 28.0 s | 30.0 s | 2.0 s |\n| two | - | 2.0 s | 2.0 s |\n" in section
-    assert f"numba {kept['numba']}" in section
-    with pytest.raises(ValueError, match="no heading"):
-        compile_times.with_section("# Another page\n", [])
+    assert text.count(facts["compiled"]) == 1
