@@ -1,4 +1,4 @@
-"""docs/method.md and the code: cited equations exist, constants are where the note says."""
+"""docs/method.md, docs/solver.md and the code: cited equations exist, constants are there."""
 
 from __future__ import annotations
 
@@ -12,21 +12,33 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "engine_dyn"
-METHOD = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
-EQUATIONS = [int(number) for number in re.findall(r"\\tag\{(\d+)\}", METHOD)]
-SECTIONS = set(re.findall(r"^##+ (\d+(?:\.\d+)?) ", METHOD, re.MULTILINE))
+NOTES = {
+    page: (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    for page in ("method", "solver")
+}
+EQUATIONS = {
+    page: [int(number) for number in re.findall(r"\\tag\{(\d+)\}", text)]
+    for page, text in NOTES.items()
+}
+ALL_EQUATIONS = sorted(number for numbers in EQUATIONS.values() for number in numbers)
+SECTIONS = {
+    page: set(re.findall(r"^##+ (\d+(?:\.\d+)?) ", text, re.MULTILINE))
+    for page, text in NOTES.items()
+}
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
 method_constants: Any = importlib.import_module("method_constants")
 
-CITED = re.compile(r"docs/method\.md\s+((?:\(\d+\)(?:(?:,| and| to)\s+(?=\())?)+)")
-SECTION_CITED = re.compile(r"docs/method\.md,?\s+(?:section|chapter)\s+(\d+(?:\.\d+)?)")
+CITED = re.compile(r"docs/(method|solver)\.md\s+((?:\(\d+\)(?:(?:,| and| to)\s+(?=\())?)+)")
+SECTION_CITED = re.compile(r"docs/(method|solver)\.md,?\s+(?:section|chapter)\s+(\d+(?:\.\d+)?)")
 
 
-def citations(text: str) -> list[int]:
-    """Equations that a text cites, in the form "docs/method.md (13), (14) and (61)"."""
-    return [int(n) for one in CITED.findall(text) for n in re.findall(r"\((\d+)\)", one)]
+def citations(text: str) -> list[tuple[str, int]]:
+    """Pages and equations that a text cites, as "docs/method.md (13), (14) and (52)"."""
+    return [
+        (page, int(n)) for page, one in CITED.findall(text) for n in re.findall(r"\((\d+)\)", one)
+    ]
 
 
 def without_marks(path: Path) -> str:
@@ -34,38 +46,50 @@ def without_marks(path: Path) -> str:
     return re.sub(r"\n\s*#\s", "\n", path.read_text(encoding="utf-8"))
 
 
-def test_equations_are_numbered_in_order() -> None:
-    assert list(range(1, len(EQUATIONS) + 1)) == EQUATIONS
+def test_equations_are_numbered_in_order_through_both_pages() -> None:
+    assert list(range(1, len(ALL_EQUATIONS) + 1)) == ALL_EQUATIONS
+    for page, numbers in EQUATIONS.items():
+        assert numbers == sorted(numbers), page
 
 
-def test_equations_that_the_text_names_exist() -> None:
-    named = {int(number) for number in re.findall(r"(?<=[ (])\((\d{1,3})\)", METHOD)}
+def test_chapters_that_both_pages_have_are_marked_on_the_first() -> None:
+    both = {section for section in SECTIONS["method"] & SECTIONS["solver"] if "." not in section}
+    for section in both:
+        text = re.split(rf"^## {section} ", NOTES["method"], flags=re.MULTILINE)[1]
+        assert "](solver.md#" in text.partition("\n## ")[0], section
+
+
+@pytest.mark.parametrize("page", NOTES)
+def test_equations_that_the_text_names_exist(page: str) -> None:
+    named = {int(number) for number in re.findall(r"(?<=[ (])\((\d{1,3})\)", NOTES[page])}
     assert named
-    assert named <= set(EQUATIONS)
+    assert named <= set(ALL_EQUATIONS)
 
 
 def test_citations_are_read() -> None:
-    assert citations("see docs/method.md (13), (14) and\n    (61), which") == [13, 14, 61]
-    assert citations("docs/method.md (7) to (9).") == [7, 9]
-    assert citations("docs/method.md (7), by hand (8)") == [7]
+    assert citations("see docs/method.md (13), (14) and\n    (61), which") == [
+        ("method", 13), ("method", 14), ("method", 61),
+    ]  # fmt: skip
+    assert citations("docs/solver.md (70) to (72).") == [("solver", 70), ("solver", 72)]
+    assert citations("docs/method.md (7), by hand (8)") == [("method", 7)]
 
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
 def test_what_the_code_cites_exists(path: Path) -> None:
     text = without_marks(path)
-    for number in citations(text):
-        assert number in EQUATIONS, number
-    for section in SECTION_CITED.findall(text):
-        assert section in SECTIONS, section
+    for page, number in citations(text):
+        assert number in EQUATIONS[page], (page, number)
+    for page, section in SECTION_CITED.findall(text):
+        assert section in SECTIONS[page], (page, section)
     # A mention that is written in any other form would not be checked.
-    assert text.count("docs/method.md") == len(CITED.findall(text)) + len(
+    assert len(re.findall(r"docs/(?:method|solver)\.md", text)) == len(CITED.findall(text)) + len(
         SECTION_CITED.findall(text)
     )
 
 
 def test_the_solution_is_cited_throughout() -> None:
     cited = {number for path in PACKAGE.rglob("*.py") for number in citations(without_marks(path))}
-    assert len(cited) > 2 * len(EQUATIONS) / 3  # the others are steps of a derivation
+    assert len(cited) > 2 * len(ALL_EQUATIONS) / 3  # the others are steps of a derivation
 
 
 def test_constants_are_derived_again(capsys: pytest.CaptureFixture[str]) -> None:
@@ -73,9 +97,9 @@ def test_constants_are_derived_again(capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_constants_are_in_the_modules_that_the_table_names() -> None:
-    table = METHOD[METHOD.index("## 14 Constants") : METHOD.index("## 15 ")]
+    table = NOTES["solver"].partition("## 14 Constants")[2].partition("\n## ")[0]
     rows = [line.split(" | ")[0] for line in table.splitlines() if line.startswith("| `")]
-    assert len(rows) > 40
+    assert len(rows) > 15
     for row in rows:
         files = [
             PACKAGE / f"{name}.py" for name in re.findall(r"`([a-z0-9_]+(?:/[a-z0-9_]+)*)`", row)

@@ -1,9 +1,9 @@
-"""Derive the numerical constants that docs/method.md states, and compare them with the code's.
+"""Derive the numerical constants that docs/solver.md states, and compare them with the code's.
 
 Every constant that follows from mathematics is made again here, by rational arithmetic or with
 NumPy and SciPy alone, and printed beside that of the code. Numbers in parentheses are equations of
-docs/method.md. The exit status is 1 if any of them differs. Run it from the project's root:
-`python tools/method_constants.py`.
+docs/method.md and docs/solver.md. The exit status is 1 if any of them differs. Run it from the
+project's root: `python tools/method_constants.py`.
 """
 
 from __future__ import annotations

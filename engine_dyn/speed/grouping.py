@@ -34,7 +34,7 @@ MOST_PARTS = 3072
 """Columns times diagrams that exist at a time: a few ten megabytes."""
 
 ROUGHNESS, ROUGHEST = 20.0, 32
-"""Times the tolerance that every other node may miss of the work between them, docs/method.md (62);
+"""Times the tolerance that every other node may miss of the work between them, docs/solver.md (62);
 largest factor on the nodes because of a rough diagram."""
 
 CRANK = ("crank_ratio", "offset_ratio")

@@ -75,7 +75,7 @@ def torque_extremes(
 
 @inlined
 def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats) -> float:
-    """Largest sign * value of a curve, docs/method.md (98) and (99).
+    """Largest sign * value of a curve, docs/solver.md (98) and (99).
 
     `missed` is what the cubics through values and slopes miss in the middle of intervals.
     """

@@ -4,7 +4,7 @@ The largest u at a coarse node only brackets a maximum. Around it the curve is e
 nodes, where the work is known from the columns and the load, which is smoother, is interpolated.
 The extreme lies in the interval at whose ends the slope changes its sign, and is that of a quartic.
 A local maximum beside another node is looked at too if the curve can rise above the best between
-its nodes. docs/method.md chapter 12.
+its nodes. docs/solver.md chapter 12.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ def middle_of(variable: bool, left: Seen, right: Seen) -> Any:
     """What the cubic through u at both ends of a fine interval misses in its middle.
 
     The load is smooth: what it misses of the work is known. With variable inertia the cubic is that
-    of energy over inertia, docs/method.md (100).
+    of energy over inertia, docs/solver.md (100).
     """
     if not variable:
         return left.middle

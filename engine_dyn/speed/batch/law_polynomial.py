@@ -1,7 +1,7 @@
 """A polynomial that stands for the law of a design in the range of its speeds.
 
 The law is asked at Chebyshev points only, whatever law it is; the passes of a block then evaluate
-polynomials, which are vectors over its designs. docs/method.md (76).
+polynomials, which are vectors over its designs. docs/solver.md (76).
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ def load_at_node(node: int, scratch: Scratch) -> None:
 def seen_by(
     block: int, variable: bool, weights: Weights, designs: Designs, scratch: Scratch
 ) -> Seen:
-    """U and its slope at the nodes that were looked at, docs/method.md (96).
+    """U and its slope at the nodes that were looked at, docs/solver.md (96).
 
     The integral of X is known where a polynomial misses it. The slope of the load is
     beta (u tau + r).

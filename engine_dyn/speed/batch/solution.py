@@ -11,7 +11,7 @@ proportional to the energy, with the slope s of F, and a remainder r, so that wi
     y' + beta y = beta (X + r),      r = (F/mu - 1)/s - u tau,
 
 which is linear in y. One pass solves it, exactly for the integrals of X that are tabulated, and for
-a polynomial through r: docs/method.md (70) to (74). Passes are repeated with the remainder of their
+a polynomial through r: docs/solver.md (70) to (74). Passes are repeated with the remainder of their
 results. The equation contains the closure <F> = mu, because y is periodic, so an idle engine is one
 with a tiny beta.
 
@@ -64,7 +64,7 @@ ROUNDING = 2e-15
 
 @inlined
 def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves) -> Any:
-    """Solve y' + beta y = beta (X + r) from y = 0 on, docs/method.md (70) and (72).
+    """Solve y' + beta y = beta (X + r) from y = 0 on, docs/solver.md (70) and (72).
 
     `drive` is X + r. Returns y behind the period.
     """
@@ -87,7 +87,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves
 
 @inlined
 def close_period(variable: bool, start: Any, decay: Any, curves: Curves) -> tuple[Any, Any]:
-    """Add the start that makes y periodic, docs/method.md (74), and find u; return its range."""
+    """Add the start that makes y periodic, docs/solver.md (74), and find u; return its range."""
     high, low = 0.0 * start - 1e300, 0.0 * start + 1e300
     for i in range(curves.missed.shape[0]):
         y = read(curves.load, HALO + i) + start
@@ -116,7 +116,7 @@ def law_at(t: Any, terms: int, law: Rows) -> tuple[Any, Any]:
 def fill_drive(
     terms: int, law: Rows, going: Any, mu: Any, lanes: Lanes, drive: Rows, curves: Curves
 ) -> Any:
-    """X + r = (F/mu - 1)/s + y at the nodes of lanes that go on, docs/method.md (68).
+    """X + r = (F/mu - 1)/s + y at the nodes of lanes that go on, docs/solver.md (68).
 
     `drive` is that of the pass before. Returns by how much it changes.
     """
@@ -139,7 +139,7 @@ def add_missed(
 ) -> None:
     """Turn what six nodes miss of the mean of X into what they miss of that of X + r.
 
-    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/method.md (73).
+    Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/solver.md (73).
     """
     centre, half, slope = read(lanes.centre, 0), read(lanes.half, 0), read(lanes.slope, 0)
     last = curves.missed.shape[0] - 1
@@ -191,7 +191,7 @@ def begin_rest(
 
 @inlined
 def lateness(curves: Curves) -> Any:
-    """Mean of omega_n/omega - 1 at the nodes, docs/method.md (77).
+    """Mean of omega_n/omega - 1 at the nodes, docs/solver.md (77).
 
     The mean of X is 0; what it is over the coarse nodes is taken away again.
     """

@@ -22,7 +22,7 @@ LARGEST_STEP = 0.05
 
 
 class Weights(NamedTuple):
-    """Numbers of each design, docs/method.md (71) and (74), shape (designs,).
+    """Numbers of each design, docs/solver.md (71) and (74), shape (designs,).
 
     Attributes
     ----------

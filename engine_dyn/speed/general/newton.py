@@ -1,4 +1,4 @@
-"""Newton's method on the whole periodic curve, for one design: docs/method.md section 10.4.
+"""Newton's method on the whole periodic curve, for one design: docs/solver.md section 10.4.
 
 The unknown is e(phi), the kinetic energy over its nominal value, docs/method.md (53) to (55), where
 it is called chi:
@@ -7,8 +7,8 @@ it is called chi:
 
 or any other law F of `engine_dyn.loads.laws`. The curve e is periodic, and tau is 1 (constant
 inertia) or Theta(phi)/Theta (variable). The work of the load s = e - 1 - w obeys
-s' = -kappa (F/mu - 1), docs/method.md (78), which is discretised with Obreshkov's two-point formula
-of fourth order, docs/method.md (79). The nodes store d = e - 1 and not s, because a strong load
+s' = -kappa (F/mu - 1), docs/solver.md (78), which is discretised with Obreshkov's two-point formula
+of fourth order, docs/solver.md (79). The nodes store d = e - 1 and not s, because a strong load
 follows a work that is far more than the kinetic energy, and their sum would have no digits. Each
 Newton step is one pass of a scalar recurrence. The sum of all interval equations says
 mean(F) = mu. It replaces the equation of the last interval, so that weak loads (kappa near 0), for
@@ -111,9 +111,9 @@ def fill_force(design: Design, curve: Curve) -> None:
 
 @inlined
 def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, curve: Curve) -> None:
-    """Fill delta_j = grow_j delta_0 + shift_j + push_j delta_mu, docs/method.md (82).
+    """Fill delta_j = grow_j delta_0 + shift_j + push_j delta_mu, docs/solver.md (82).
 
-    Before, by docs/method.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B'
+    Before, by docs/solver.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B'
     and df/dmu. If mu is `fixed`, `push` is 0.
     """
     d, w, f, df, b, db, by_mu = (
@@ -144,7 +144,9 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, curve
 def _ends(
     mu: float, fixed: bool, closure: int, design: Design, curve: Curve
 ) -> tuple[float, float]:
-    """delta_0 and delta_mu from the two means that close the system, docs/method.md (83) and (66).
+    """delta_0 and delta_mu from the two means that close the system.
+
+    They are docs/solver.md (83) and docs/method.md (66).
 
     If mu is `fixed`, the second mean is left out.
     """
@@ -168,7 +170,7 @@ def _ends(
 
 @inlined
 def _steps(closure: int, width: float, design: Design, curve: Curve) -> tuple[int, float, float]:
-    """Newton's steps from the start in `curve.d`, docs/method.md (80) to (83), as of `newton`."""
+    """Newton's steps from the start in `curve.d`, docs/solver.md (80) to (83), as of `newton`."""
     d, tau, delta, nodes = curve.d, curve.tau, curve.shift, curve.w.size
     fixed, mu, smallest = closure == POWER_MEAN, 1.0, 0.0
     for step in range(1, MOST_STEPS + 1):

@@ -1,7 +1,7 @@
 """One interval of the energy equation, however stiff: Radau's formula of fifth order.
 
 The equation is docs/method.md (53) for e = chi, forwards in time. Between two nodes, the slope of
-the work is a polynomial, docs/method.md (84), so the formula may take steps of any size there. It
+the work is a polynomial, docs/solver.md (84), so the formula may take steps of any size there. It
 damps within one step whatever dies out within it (it is L-stable), which Obreshkov's two-point
 formula does not.
 """
@@ -20,7 +20,7 @@ __all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
 
 ROOT = math.sqrt(6.0)
 
-# Radau IIA with three stages, docs/method.md (85); Hairer and Wanner, Solving Ordinary
+# Radau IIA with three stages, docs/solver.md (85); Hairer and Wanner, Solving Ordinary
 # Differential Equations II, table IV.5.6: places, weights, and the slope of the polynomial through
 # start and stages at the end of the step.
 PLACE_1, PLACE_2 = (4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0
@@ -46,7 +46,7 @@ SOLVED = 1e-14
 
 
 class Interval(NamedTuple):
-    """Slope of the work times the width, tau at the begin, and its slope: docs/method.md (84).
+    """Slope of the work times the width, tau at the begin, and its slope: docs/solver.md (84).
 
     That slope is times the width too, and its coefficients are divided by 1 to 5.
     """
@@ -73,7 +73,7 @@ class Passed(NamedTuple):
 
 @inlined
 def slope_of(j: int, width: float, value: Floats, slope: Floats) -> Quartic:
-    """Coefficients of the slope, times the width, between node j and the next: docs/method.md (84).
+    """Coefficients of the slope, times the width, between node j and the next: docs/solver.md (84).
 
     The quartic through four slopes whose integral is the rise of the values.
     """
@@ -117,7 +117,7 @@ def _step(
 ) -> tuple[float, float, float, bool]:
     """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
 
-    The stages are those of docs/method.md (85), found by Newton's method; whether they were is the
+    The stages are those of docs/solver.md (85), found by Newton's method; whether they were is the
     last result. The slope, times the width, is that of the polynomial through them, (86), because
     the terms of the equation itself nearly cancel where it is stiff.
     """

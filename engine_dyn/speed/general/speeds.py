@@ -1,6 +1,6 @@
 """Extreme and mean speeds of a solution at the fine nodes, and an estimate of their error.
 
-docs/method.md chapter 12 on extrema and docs/method.md chapter 13 on the error.
+docs/solver.md chapter 12 on extrema and docs/solver.md section 13.1 on the error.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ __all__ = ["STRONG_LOAD", "speeds_of"]
 
 STRONG_LOAD = 1e-3
 """Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
-negligible. Above it, that error is estimated, docs/method.md (103)."""
+negligible. Above it, that error is estimated, docs/solver.md (103)."""
 
 
 @inlined
 def _peak(sign: float, j: int, width: float, curve: Curve) -> tuple[float, float]:
     """Largest sign * q in the interval behind node j, at whose ends it rises and falls.
 
-    docs/method.md (98) to (100), and how much it may miss.
+    docs/solver.md (98) to (100), and how much it may miss.
     """
     q, tau = curve.q, curve.tau
     n = (j + 1) % q.size
@@ -67,7 +67,7 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
 
 @inlined
 def _mean(closure: int, design: Design, curve: Curve) -> tuple[float, float]:
-    """Mean of sqrt(q), and what the nodes do not resolve: docs/method.md (102).
+    """Mean of sqrt(q), and what the nodes do not resolve: docs/solver.md (102).
 
     That is the relative difference of the means over even and odd nodes, of speed and closure.
     """
@@ -86,7 +86,7 @@ def _mean(closure: int, design: Design, curve: Curve) -> tuple[float, float]:
 def _load_missed(mu: float, width: float, design: Design, force: Floats) -> float:
     """Error of the two-point formula in q, by third differences of the load's rate.
 
-    The numerator of docs/method.md (103). The rate is kappa (F/mu - 1). The local errors, h^5/720
+    The numerator of docs/solver.md (103). The rate is kappa (F/mu - 1). The local errors, h^5/720
     times its fourth derivative, add up to h^4/720 times the third, and the cubic through the nodes
     misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
     a stall differences are too small.
@@ -101,7 +101,7 @@ def _load_missed(mu: float, width: float, design: Design, force: Floats) -> floa
 
 @inlined
 def _fill_solution(mu: float, missed: float, width: float, design: Design, curve: Curve) -> None:
-    """Fill in q and its slope at the nodes, docs/method.md (97).
+    """Fill in q and its slope at the nodes, docs/solver.md (97).
 
     Of a solution that was followed in time, where `missed` is not 0, the slope of the energy is
     known, and no difference of large numbers; what cubics miss is that of the energy then, not of
@@ -127,7 +127,7 @@ def speeds_of(
 ) -> tuple[float, float, float, float, float]:
     """Largest, smallest and mean speed and the range [rad/s], and the relative error of delta.
 
-    docs/method.md (101) and (104). `missed` is what the solution may miss of q in all. The estimate
+    docs/solver.md (101) and (104). `missed` is what the solution may miss of q in all. The estimate
     is that of the smallest speed, where it is larger: near a stall that speed is far less than the
     range, and its error may be as large. It is 1 where the fluctuation is less than rounding. All
     are NaN where the smallest q is not above FLOOR.

@@ -1,4 +1,4 @@
-"""The stable cycle of one design, by following cycles in time: docs/method.md section 10.5.
+"""The stable cycle of one design, by following cycles in time: docs/solver.md section 10.5.
 
 It is for designs for which the other solvers find none: torques that answer steeply to the speed,
 for which Newton's method on the whole curve starts too far away. The equation is of first order, so
@@ -82,7 +82,7 @@ def _follow(
     One that begins above every steady cycle, `above`, and ends still higher never comes back.
     Returns what comes of them, the energy at node 0, what the last one may miss, and their number.
     Where a deviation shrinks slowly, the next start is where this shrinking leads to,
-    docs/method.md (87); from where that led to standstill, the cycles are followed one by one.
+    docs/solver.md (87); from where that led to standstill, the cycles are followed one by one.
     """
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
     e, plain, hurried = start, start, True
@@ -159,7 +159,7 @@ def stable_cycle(
     # are known, `late_slow` and `late_quick` are 0.
     here = slow = quick = late_slow = late_quick = 0.0
     # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
-    # of the work and the load of a cycle, docs/method.md (88): none begins `above`.
+    # of the work and the load of a cycle, docs/solver.md (88): none begins `above`.
     gain = curve.w.max() - curve.w.min() + abs(design.kappa) * width * curve.w.size
     e, above = curve.tau[0] + max(curve.w[0], 0.0), max(curve.tau.max(), 1.0) + gain
     step, cycles = 0.05, 0

@@ -1,7 +1,7 @@
 """Boxes of crank ratio and pin offset in which velocities are polynomials.
 
 The reduced piston velocity is a smooth function of the crank ratio and of the offset over the crank
-radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/method.md (58);
+radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/solver.md (58);
 so is everything that is linear in it, such as the work of the gas. A design's box follows from its
 own numbers, so it has the same curves whatever else is computed.
 """
@@ -77,7 +77,7 @@ class Box:
         return np.ascontiguousarray(full[one * self._angles[1].size + other])
 
     def factors(self, ratio: Floats, offset: Floats) -> Floats:
-        """Chebyshev polynomials of both, docs/method.md (58), shape (designs, term)."""
+        """Chebyshev polynomials of both, docs/solver.md (58), shape (designs, term)."""
         found = np.ones((ratio.size, len(self.degrees)))
         sides = (ratio, self.ratio), (offset, self.offset)
         for degrees, (value, (centre, width)) in zip(self.degrees.T, sides, strict=True):

@@ -75,7 +75,7 @@ class Columns(NamedTuple):
         what a polynomial through coarse nodes misses of the integral.
     coarse : ndarray, shape (part, coarse node, 2, term)
         The work at the coarse nodes, and what six of them miss of its mean over the coarse interval
-        behind each, docs/method.md (72).
+        behind each, docs/solver.md (72).
     mean : ndarray, shape (part, term)
         Mean torque; 0 where a part has none.
     degrees : ndarray, shape (term, 2)
@@ -217,7 +217,7 @@ def _missed(box: Box, columns: Floats) -> Floats:
 def _roughness(curve: Floats) -> Floats:
     """What a polynomial through every other node misses of the work between, over its range.
 
-    docs/method.md (62).
+    docs/solver.md (62).
     """
     even, odd = curve[:, ::2], curve[:, 1::2]
     guess = sum(
@@ -231,7 +231,7 @@ def _roughness(curve: Floats) -> Floats:
 def _jaggedness(curve: Floats, stride: int) -> Floats:
     """By how much the work rises between coarse nodes above what a smooth curve could.
 
-    That is a quarter of the second difference above the chord, docs/method.md (95). Smooth diagrams
+    That is a quarter of the second difference above the chord, docs/solver.md (95). Smooth diagrams
     have 0. Falls count like rises.
     """
     nodes = curve[:, ::stride]
@@ -300,7 +300,10 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
 
 
 def _add_square(source: Source, work: Floats, halves: Floats, rates: Floats) -> None:
-    """Add the squared velocity without its mean, docs/method.md (20), and its slope (57)."""
+    """Add the squared velocity without its mean, docs/method.md (20), and its slope.
+
+    The slope is docs/solver.md (57).
+    """
     for member in source.members:
         curve = _velocity_of(member, source.box, source.nodes, source.family.period)
         work += _folded(curve.square, source.nodes)

@@ -33,7 +33,7 @@ def summit_at(b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
 
 @inlined
 def cubic_in_middle(left: Any, right: Any, d_left: Any, d_right: Any) -> Any:
-    """Cubic Hermite interpolant in the middle of an interval, docs/method.md (60)."""
+    """Cubic Hermite interpolant in the middle of an interval, docs/solver.md (60)."""
     return 0.5 * (left + right) + 0.125 * (d_left - d_right)
 
 
@@ -41,7 +41,7 @@ def cubic_in_middle(left: Any, right: Any, d_left: Any, d_right: Any) -> Any:
 def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) -> tuple[Any, Any]:
     """Maximum of a curve within an interval that rises at its begin and falls at its end.
 
-    docs/method.md (98) is its place, (99) its value. Given are, as numbers or vectors, the values
+    docs/solver.md (98) is its place, (99) its value. Given are, as numbers or vectors, the values
     at the ends, the slopes times the width, and the true value in the middle less the cubic's.
     Returns the maximum, and the correction by the middle in it.
     """

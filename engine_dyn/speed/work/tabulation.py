@@ -16,7 +16,7 @@ __all__ = ["POINTS", "WEIGHTS", "add_products", "arranged", "cumulate"]
 _GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * math.sqrt(0.15)
 POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
 WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0
-"""Quadrature of an interval of width 1, docs/method.md (56): Gauss's three points on each half."""
+"""Quadrature of an interval of width 1, docs/solver.md (56): Gauss's three points on each half."""
 
 
 @kernel
@@ -68,7 +68,7 @@ def arranged(
 ) -> tuple[Floats, Floats]:
     """Work in the order in which solvers read it: `fine` and `coarse` of `columns.Columns`.
 
-    What is missed of the middles is docs/method.md (60), of the integral of the work (63), and of
+    What is missed of the middles is docs/solver.md (60), of the integral of the work (63), and of
     its mean over a coarse interval (72). `width` is that of an interval [rad].
     """
     after = np.roll(work, -1, axis=-1)
