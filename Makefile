@@ -39,9 +39,9 @@ help:
 	@echo "make compile-times  processor time of compiling: run thesis, each study, all studies (10 min; COMPILE_TIMES='--short')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make warm-run    a warm run of two designs: its calls, the functions on the way, milliseconds"
-	@echo "make stress      docs/stability.md: ten million absurd designs and two million sampled ones, checked (25 min)"
-	@echo "make large-runs  docs/large_runs.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
-	@echo "make reliability docs/reliability.md: every promise, its tests, the figures of the last runs"
+	@echo "make stress      docs/trust.md: ten million absurd designs and two million sampled ones, checked (25 min)"
+	@echo "make large-runs  docs/reliability/large_runs.csv: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make reliability docs/trust.md: every promise, its tests, the figures of the last runs"
 	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min; goes on)"
 	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
 	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
@@ -131,8 +131,9 @@ bench-kernels: $(VENV)/.installed-bench
 # Settings: STRESS='--designs 100000 --sample 500 --sampled 20000 --checked 2 -o out/stress' (a few minutes), and others.
 stress: $(VENV)/.installed-test
 	$(python) -m benchmarks.stress $(STRESS)
+	$(python) tools/reliability.py
 
-# Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.md --part out/large_runs.json' (minutes), and others.
+# Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.csv --part out/large_runs.json' (minutes), and others.
 large-runs: $(VENV)/.installed-test
 	$(python) -m benchmarks.large_runs $(LARGE_RUNS)
 

@@ -1,9 +1,10 @@
 """Throughput of engines: even ones of the catalogue beside plain in-line ones, then all others.
 
-python -m benchmarks.engines [--designs N] [-o FILE]
+python -m benchmarks.engines [--designs N] [-o FOLDER]
 
-Writes docs/throughput.md. Times are processor times of one thread, the least of some runs, so that
-a busy machine counts little; ratios are to the even engine of as many cylinders. Engines of the
+Writes docs/benchmarks/even_engines.csv and uneven_engines.csv, which docs/benchmarks.md names.
+Times are processor times of one thread, the least of some runs, so that a busy machine counts
+little; ratios are to the even engine of as many cylinders. Engines of the
 catalogue and the plain in-line engine that each is compared with take turns, run by run.
 """
 
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import page
 from benchmarks.problem import family, own_inputs, scene
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
@@ -160,18 +162,30 @@ def designs_of(engine: Engine, size: int, exponent: float, apart: bool) -> dict[
     }  # fmt: skip
 
 
-ALLOWED = 1.2
-"""Time over that of the plain engine that even firing may take."""
+EVEN_HEAD = ["engine", "beside",
+             *(f"{what}{case}" for case in ("sharing, alpha 2", "sharing, alpha 1.6",
+                                            "own tables, alpha 2")
+               for what in ("", "plain: ", "ratio: "))]  # fmt: skip
+
+UNEVEN_HEAD = ["engine", "part of the cycle",
+               *(f"{what}{case}" for case in ("sharing, alpha 2", "sharing, alpha 1.6",
+                                              "own tables, alpha 2")
+                 for what in ("", "ratio: "))]  # fmt: skip
 
 
-def even_rows(cases: tuple[tuple[int, float, bool], ...]) -> list[str]:
-    """Rows of the table of even engines, and what they say."""
-    rows, over, ratios = [], [], []
+def cases_of(size: int) -> tuple[tuple[int, float, bool], ...]:
+    """Number of designs, exponent, and whether each has a table of its own."""
+    return ((size, 2.0, False), (size, 1.6, False), (size // 50, 2.0, True))
+
+
+def even_rows(size: int) -> tuple[list[list[str]], list[float]]:
+    """One row an even engine of the catalogue, and all ratios."""
+    rows, ratios = [], []
     for name, engine in even_engines().items():
         count = int(engine.values["cylinders"])
         cells = []
-        for size, exponent, apart in cases:
-            given = designs_of(engine, size, exponent, apart)
+        for number, exponent, apart in cases_of(size):
+            given = designs_of(engine, number, exponent, apart)
             mine, plain = least_seconds(
                 [
                     {"cylinders_by_count": {count: cylinders}, **given}
@@ -179,96 +193,49 @@ def even_rows(cases: tuple[tuple[int, float, bool], ...]) -> list[str]:
                 ]
             )
             ratios.append(mine / plain)
-            cells.append(f"{1e6 * mine / size:.3g} | {1e6 * plain / size:.3g} | {ratios[-1]:.2f}")
-            if ratios[-1] > ALLOWED:
-                over.append(f"`{name}` ({ratios[-1]:.2f})")
+            cells += [f"{1e6 * mine / number:.3g}", f"{1e6 * plain / number:.3g}",
+                      f"{ratios[-1]:.2f}"]  # fmt: skip
         strokes = "two-stroke" if engine.period == TWO_STROKE else "four-stroke"
-        rows.append(f"| `{name}` | in-line {count}, {strokes} | {' | '.join(cells)} |")
-    held = (
-        "holds within 20 % for all of them"
-        if not over
-        else f"does not hold within 20 % for {', '.join(over)}"
-    )
-    span = f"{min(ratios):.2f} to {max(ratios):.2f}"
-    return [*rows, "", f"The throughput of even firing {held}; the ratios are {span}."]
+        rows.append([name, f"in-line {count}, {strokes}", *cells])
+    return rows, ratios
 
 
-def report(size: int) -> str:
-    """Text of docs/throughput.md."""
-    cases = ((size, 2.0, False), (size, 1.6, False), (size // 50, 2.0, True))
-    lines = [
-        "# Throughput of engines",
-        "",
-        "<!-- Made by python -m benchmarks.engines; change that, not this. -->",
-        "",
-        "The run takes some minutes. It was made on one thread of a shared "
-        f"machine ({platform.machine()}, Python {platform.python_version()}). The tables give the "
-        f"processor time per design in microseconds, the least of "
-        f"{RUNS} runs. When others use the machine, runs differ by a third or more; a ratio below "
-        f"1 "
-        "is no gain. Speed compared with other solvers: [benchmarks](benchmarks.md).",
-        "",
-        f"Designs that share a table (*sharing*): {size:,} over inertia, speed and mass. "
-        f"Designs with tables of their own: {size // 50:,} crank ratios.",
-        "",
-        "## Engines of the catalogue that fire evenly",
-        "",
-        "Each engine is compared with the plain in-line engine that has the same "
-        "number of cylinders, bore, stroke, masses and diagrams; their runs "
-        "alternate.",
-        "",
-        "| engine | beside | sharing, alpha 2 | plain | ratio | sharing, alpha 1.6 | plain | ratio "
-        "| own tables, alpha 2 | plain | ratio |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-        *even_rows(cases),
-        "",
-        "## Uneven, offset and unequal engines",
-        "",
-        "The ratio is taken to the engine with the same number of equal cylinders, "
-        "even firing and no offset.",
-        "",
-        "| engine | part of the cycle | sharing, alpha 2 | ratio | sharing, alpha 1.6 | ratio "
-        "| own tables, alpha 2 | ratio |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
+def uneven_rows(size: int) -> list[list[str]]:
+    """One row an engine, each group beside its even one."""
+    rows = []
     for group in kinds():
         base: list[float] = []
         for kind in group:
-            each = [1e6 * seconds(kind, *case) / case[0] for case in cases]
+            each = [1e6 * seconds(kind, *case) / case[0] for case in cases_of(size)]
             base = base or each
-            cells = [f"{us:.3g} | {us / even:.2f}" for us, even in zip(each, base, strict=True)]
-            solved = kind.cylinders.solved.split(",")[0]
-            lines.append(f"| {kind.text} | {solved} | {' | '.join(cells)} |")
-    lines += [
-        "",
-        "What explains the ratios:",
-        "",
-        "- Where designs share a table, the cost of a design is proportional to the "
-        "number of nodes in one period of its torque. With cylinders of unequal mass "
-        "the torque repeats once per cycle instead of Z times. An offset or friction "
-        "over the stroke costs nothing beyond making the shared table.",
-        "- A table of its own is a sum of columns: the works of a diagram, one for "
-        "each polynomial of crank ratio and offset. Columns are made once for all "
-        "designs, for each diagram and each cylinder that is no copy of another, so "
-        "cylinders on different throws cost no more for a further design. With an offset "
-        "there are six times as many columns to add up. Columns of friction over the "
-        "stroke are made for each diagram, scale and crankcase pressure.",
-        "- Parameters of single cylinders (`mass_factor_3`) make each design an "
-        "engine of its own, whose diagrams are sampled again. This takes some "
-        "milliseconds, ten times as long as a table.",
-        "",
-    ]
-    return "\n".join(lines)
+            cells = []
+            for us, even in zip(each, base, strict=True):
+                cells += [f"{us:.3g}", f"{us / even:.2f}"]
+            rows.append([kind.text, kind.cylinders.solved.split(",")[0], *cells])
+    return rows
+
+
+def write(size: int, folder: Path) -> None:
+    """Measure, and write the files and the page that names them."""
+    even, ratios = even_rows(size)
+    page.save(folder, "even_engines", EVEN_HEAD, even)
+    page.save(folder, "uneven_engines", UNEVEN_HEAD, uneven_rows(size))
+    page.save_facts(folder, {
+        "engines": f"{platform.machine()}, Python {platform.python_version()}",
+        "engines_designs": f"{size:,}", "engines_tables": f"{size // 50:,}",
+        "engines_ratios": f"{min(ratios):.2f} to {max(ratios):.2f}",
+    })  # fmt: skip
+    page.write(folder)
 
 
 def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--designs", type=int, default=100_000)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/throughput.md"))
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs"), help="a folder")
     given = parser.parse_args()
-    given.output.write_text(report(given.designs), encoding="utf-8")
-    print(f"written: {given.output}")
+    write(given.designs, given.output)
+    print(f"written: {given.output / 'benchmarks.md'}")
 
 
 if __name__ == "__main__":

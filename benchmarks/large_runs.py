@@ -1,4 +1,4 @@
-"""Large sweeps, killed runs and killed workers, measured: writes docs/large_runs.md.
+"""Large sweeps, killed runs and killed workers, measured: docs/reliability/large_runs.csv.
 
 python -m benchmarks.large_runs [--designs N] [--memory SIZE] [--kills N] [--workers-killed N]
                                  [--folder F] [-o FILE]
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import datetime
+import csv
 import hashlib
 import json
 import math
@@ -446,114 +446,62 @@ def _blocks(partial: Path) -> dict[str, int]:
     return found
 
 
-# --- the report ---------------------------------------------------------------------------------
+# --- the rows ---------------------------------------------------------------------------------
 
 
-def cluster_text(found: Cluster) -> list[str]:
-    """Its section."""
-    lost = [f"- {line}" for line in found.lost] or ["Nothing was lost."]
+def rows(sweep: Sweep, found: Kills, cluster: Cluster) -> list[list[str]]:
+    """Everything measured, one fact a row: part, what, how much."""
+    large, killed, workers = "a sweep larger than its memory", "killed runs", "killed workers"
     return [
-        "## Killed workers",
-        "",
-        f"{found.designs} designs by `--scheduler local:{PROCESSES}`: dask.distributed with "
-        f"{PROCESSES} processes of one thread on this machine, {found.blocks} blocks "
-        f"([cluster](cluster.md)). In {len(found.killed)} further runs, one worker was killed "
-        f"with SIGKILL after a randomly drawn "
-        "number of finished blocks.",
-        "",
-        "| | |",
-        "| --- | ---: |",
-        f"| by one process | {found.local:.1f} s |",
-        f"| by {PROCESSES} workers, including their start and end | {found.whole:.1f} s |",
-        f"| with a worker killed, {len(found.killed)} runs | {min(found.killed):.1f} to "
-        f"{max(found.killed):.1f} s |",
-        f"| blocks finished when it was killed | {min(found.kept)} to {max(found.kept)} |",
-        "",
-        "Every run must end by itself, none of the finished blocks may be written "
-        "again, and the variables of every archive must equal those of the run by one "
-        "process, to the byte. The result:",
-        "",
-        *lost,
-        "",
-    ]
+        [large, "designs, four scalar quantities and the status, from the command line",
+         str(sweep.designs)],
+        [large, "--memory", sweep.memory],
+        [large, "archive", size_text(sweep.archive)],
+        [large, "chunks of a variable", sweep.blocks],
+        [large, "largest resident memory, libraries included (required: less than 1 GB)",
+         size_text(sweep.resident)],
+        [large, "whole run", f"{sweep.wall:.1f} s"],
+        [large, "computing, with blocks written meanwhile", f"{sweep.computing:.1f} s"],
+        [large, "assembling and syncing the archive", f"{sweep.writing:.1f} s"],
+        [large, "throughput of both steps", f"{sweep.rate / 1e6:.2f} million designs/s"],
+        [large, f"in memory ({sweep.compared} designs; the better of one run before and one after)",
+         f"{sweep.in_memory / 1e6:.2f} million designs/s"],
+        [large, "the disk alone, writing and syncing the same bytes",
+         f"{size_text(sweep.disk)}/s, {sweep.disk_rate / 1e6:.2f} million designs/s"],
+        [large, "required: half of the lesser of the last two rates",
+         f"{sweep.required / 1e6:.2f} million designs/s"],
+        [killed, "runs", str(sum(found.counts.values()))],
+        [killed, "designs of each, in many small blocks", str(found.designs)],
+        [killed, "a run that is not killed", f"{found.whole:.1f} s"],
+        *([killed, f"on disk after the last kill: {words}", str(found.counts[name])]
+          for name, words in STATES.items()),
+        [killed, "finished blocks found", str(found.blocks_kept)],
+        [killed, "lost", "; ".join(found.lost) or "nothing"],
+        [workers, f"designs, by --scheduler local:{PROCESSES} (dask.distributed, one thread each)",
+         str(cluster.designs)],
+        [workers, "blocks", str(cluster.blocks)],
+        [workers, "runs in which one was killed", str(len(cluster.killed))],
+        [workers, "by one process", f"{cluster.local:.1f} s"],
+        [workers, f"by {PROCESSES} workers, including their start and end",
+         f"{cluster.whole:.1f} s"],
+        [workers, "with a worker killed",
+         f"{min(cluster.killed):.1f} to {max(cluster.killed):.1f} s"],
+        [workers, "blocks finished when it was killed",
+         f"{min(cluster.kept)} to {max(cluster.kept)}"],
+        [workers, "lost", "; ".join(cluster.lost) or "nothing"],
+    ]  # fmt: skip
 
 
-def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
-    """docs/large_runs.md."""
-    met = "met" if sweep.rate >= sweep.required else "not met"
-    small = "met" if sweep.resident < 1e9 else "not met"
-    count = sum(found.counts.values())
-    states = [f"| {words} | {found.counts[name]} |" for name, words in STATES.items()]
-    lost = [f"- {line}" for line in found.lost] or ["Nothing was lost."]
-    return "\n".join(
-        [
-            "# Reliability of large runs",
-            "",
-            "<!-- Made by make large-runs (python -m benchmarks.large_runs); change that, not "
-            "this. -->",
-            "",
-            "Smaller versions of these tests run with `make test`: "
-            "[test_streaming.py](../tests/sweeps/test_streaming.py), "
-            "[test_joining.py](../tests/sweeps/test_joining.py), "
-            "[test_cluster.py](../tests/sweeps/test_cluster.py).",
-            "",
-            machine,
-            "",
-            "## A sweep larger than its memory",
-            "",
-            f"{sweep.designs} designs, {len(QUANTITIES)} scalar quantities and the status, run "
-            f"from the command line with "
-            f"`--memory {sweep.memory}`, from the shell:",
-            "",
-            "| | |",
-            "| --- | ---: |",
-            f"| archive | {size_text(sweep.archive)} |",
-            f"| chunks of a variable | {sweep.blocks} |",
-            f"| largest resident memory, libraries included | {size_text(sweep.resident)} |",
-            f"| whole run | {sweep.wall:.1f} s |",
-            f"| computing, with blocks written meanwhile | {sweep.computing:.1f} s |",
-            f"| assembling and syncing the archive | {sweep.writing:.1f} s |",
-            f"| throughput of both steps | {sweep.rate / 1e6:.2f} million designs/s |",
-            f"| in memory ({sweep.compared} designs; the better of one run before and one after) | "
-            f"{sweep.in_memory / 1e6:.2f} million designs/s |",
-            f"| the disk alone, writing and syncing the same bytes | {size_text(sweep.disk)}/s, "
-            f"{sweep.disk_rate / 1e6:.2f} million designs/s |",
-            "",
-            f"Required: less than 1 GB of resident memory ({small}), and half of the lesser of "
-            f"the last two rates, "
-            f"{sweep.required / 1e6:.2f} million designs/s ({met}).",
-            "",
-            "Everything is written to disk twice: once as finished blocks, once in the "
-            "archive made of them.",
-            "",
-            "## Killed runs",
-            "",
-            f"{count} runs of {found.designs} designs (in many small blocks; an uninterrupted run "
-            f"takes "
-            f"{found.whole:.1f} s) were killed with SIGKILL: one in ten while the program "
-            f"started, the others "
-            "at random moments between the first sign of the run and its end. Every "
-            "third was killed a second time while it resumed. Then `--resume` completed "
-            "them. What was on disk after the last kill:",
-            "",
-            "| | runs |",
-            "| --- | ---: |",
-            *states,
-            "",
-            f"{found.blocks_kept} finished blocks were found. None of them may be written again, "
-            f"and the "
-            "variables of every archive must equal those of the uninterrupted run, to "
-            "the byte. The result:",
-            "",
-            *lost,
-            "",
-            *cluster_text(cluster),
-        ]
-    )  # fmt: skip
+def save(path: Path, body: list[list[str]]) -> None:
+    """Write the rows as a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerows([["part", "what", "how much"], *body])
 
 
 def figures(sweep: Sweep, found: Kills, cluster: Cluster) -> dict[str, Any]:
-    """What docs/reliability.md tells of these runs."""
+    """What docs/trust.md tells of these runs."""
     return {
         "designs": sweep.designs,
         "memory": sweep.memory,
@@ -567,17 +515,6 @@ def figures(sweep: Sweep, found: Kills, cluster: Cluster) -> dict[str, Any]:
     }
 
 
-def machine_text() -> str:
-    from sweeps.archive.provenance import PACKAGES, version
-
-    when = datetime.datetime.now(datetime.UTC).date().isoformat()
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-    return (
-        f"{when}; {os.cpu_count()} processors, {sys.platform}; Python {sys.version.split()[0]}, "
-        f"{versions}; load average at the start {os.getloadavg()[0]:.1f}."
-    )
-
-
 def main() -> None:
     """Run all of it."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.large_runs")
@@ -588,17 +525,17 @@ def main() -> None:
     parser.add_argument("--workers-killed", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="where runs are written; a temporary folder")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "large_runs.md")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=part_file("large_runs").with_suffix(".csv")
+    )
     parser.add_argument("--part", type=Path, default=part_file("large_runs"))
     options: Any = parser.parse_args()
-    machine = machine_text()
     with tempfile.TemporaryDirectory(dir=options.folder) as name:
         folder = Path(name)
         sweep = measured_sweep(options.designs, options.memory, folder)
         found = kills(options.kill_designs, options.kills, options.seed, folder)
         cluster = killed_workers(options.kill_designs, options.workers_killed, options.seed, folder)
-    options.output.parent.mkdir(parents=True, exist_ok=True)
-    options.output.write_text(text(sweep, found, cluster, machine), encoding="utf-8")
+    save(options.output, rows(sweep, found, cluster))
     write_part(options.part, figures(sweep, found, cluster))
     print(options.output)
     if found.lost or cluster.lost:

@@ -1,6 +1,7 @@
 """docs/benchmarks.md: ten results and what they mean, from CSV files that lie beside the page.
 
-`make bench` and `make compile-times` write the files below docs/benchmarks, and this the page.
+`make bench`, `python -m benchmarks.engines` and `make compile-times` write the files below
+docs/benchmarks, and this the page.
 """
 
 from __future__ import annotations
@@ -83,6 +84,27 @@ TABLES: Mapping[str, tuple[str, str]] = {
     "numbers": ("Number of designs", "In one call of `sweep.solve`."),
     "threads": ("Threads", "Rates with one and with all threads."),
     "cylinders": ("Cylinders", "Rates of a factorial scene, exponent 2."),
+    "even_engines": (
+        "Engines that fire evenly",
+        "Processor time per design in microseconds, one thread, the least of 15 runs, of engines "
+        "of the catalogue beside the plain in-line engine with the same number of cylinders, "
+        "bore, stroke, masses and diagrams; their runs alternate ({engines}, shared with others: "
+        "runs differ by a third or more, and a ratio below 1 is no gain). Sharing: "
+        "{engines_designs} designs over inertia, speed and mass share a table. Own tables: "
+        "{engines_tables} crank ratios. The ratios are {engines_ratios}.",
+    ),
+    "uneven_engines": (
+        "Uneven, offset and unequal engines",
+        "The same; the ratio is to the even engine with as many equal cylinders and no offset. "
+        "Where designs share a table, a design costs in proportion to the nodes in one period of "
+        "its torque: with cylinders of unequal mass the torque repeats once per cycle instead of "
+        "Z times. An offset or friction over the stroke costs nothing beyond making the table. A "
+        "table of its own is a sum of columns, made once for all designs, for each diagram and "
+        "each cylinder that is no copy of another; with an offset there are six times as many to "
+        "add up. Parameters of single cylinders (`mass_factor_3`) make each design an engine of "
+        "its own, whose diagrams are sampled again: some milliseconds, ten times as long as a "
+        "table.",
+    ),
     "compiling": (
         "Compiling",
         "Processor time (all threads) that a first run takes beyond the next one. "

@@ -1,8 +1,10 @@
-"""Write docs/reliability.md: every promise, the test that holds it, the figure of the last run.
+"""Write docs/trust.md: how far one can trust the program, in figures of the last large runs.
 
-The promises are in tools/promises.csv. Figures come from docs/reliability/NAME.json, which the
-commands that measure write (`make large-runs`, `make faults`, `make soak`, `make properties`, `make
-fuzz`, `make stress`); nothing is measured here. The words are in tools/reliability.md.in.
+Beside it come docs/reliability/promises.csv, every promise with its last run, and runs.csv, when
+each command was run. The promises and the tests that hold them are in tools/promises.csv. Figures
+come from docs/reliability/NAME.json and docs/stability/*.csv, which the commands that measure write
+(`make large-runs`, `make faults`, `make soak`, `make properties`, `make fuzz`, `make stress`);
+nothing is measured here. The words are in tools/trust.md.in.
 
 Run it from the project's root: `python tools/reliability.py`.
 """
@@ -10,8 +12,9 @@ Run it from the project's root: `python tools/reliability.py`.
 from __future__ import annotations
 
 import csv
+import io
 import json
-from itertools import groupby
+import re
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +22,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 NOT_YET = "not measured yet"
 
-OF_STABILITY = {
-    "absurd": "absurd ranges",
-    "again": "solved again, among other designs",
-    "independent": "by an independent solver",
-    "estimate": "`delta_error`",
-}
-"""Figures that the first lines of docs/stability.md tell, and words by which a line is known."""
+OF_STABILITY = ("run", "absurd", "again", "independent", "light", "driven", "sampled", "weak",
+                "estimate", "shortfall")  # fmt: skip
+"""Sentences of docs/stability/summary.csv that the page tells."""
 
 
 def read_parts() -> dict[str, dict[str, Any]]:
@@ -48,17 +47,24 @@ def wrong_of(part: dict[str, Any]) -> str:
 def figure(name: str, parts: dict[str, dict[str, Any]]) -> str:
     """Words for the figure of a promise, from the part that has it."""
     if name in OF_STABILITY:
-        return of_stability(OF_STABILITY[name])
+        return of_stability(name).rstrip(".")
     part = parts.get({"faults_power": "faults", "soak_processes": "soak", "readers": "soak",
                       "memory": "large_runs", "workers": "large_runs"}.get(name, name))  # fmt: skip
     return NOT_YET if part is None else FIGURES[name](part)
 
 
-def of_stability(words: str) -> str:
-    """The line of docs/stability.md in which these words are."""
-    lines = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8").splitlines()
-    found = [line[2:].rstrip(".") for line in lines if line.startswith("- ") and words in line]
-    return found[0] if found else NOT_YET
+def rows_of_stability(name: str) -> list[list[str]]:
+    """Rows of a file of docs/stability, heads first; none where it was not written."""
+    path = ROOT / "docs" / "stability" / f"{name}.csv"
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+def of_stability(name: str) -> str:
+    """A sentence with a figure of the stress run."""
+    return dict(rows_of_stability("summary")).get(name, NOT_YET)
 
 
 FIGURES = {
@@ -72,8 +78,7 @@ FIGURES = {
     ),
     "damage": lambda p: (
         f"{number(p['files'])} damaged files: {number(p['opened'])} could be opened, "
-        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} went wrong "
-        "([hostile input](hostile_input.md))"
+        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} went wrong"
     ),
     "large_runs": lambda p: (
         f"{p['runs_killed']} runs killed, {number(p['blocks_found'])} finished blocks found, "
@@ -113,48 +118,54 @@ def promises() -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_link(test: str) -> str:
-    """Link to a test from docs/reliability.md."""
-    path, _, name = test.partition("::")
-    return f"[{name.removeprefix('test_').replace('_', ' ')}](../{path})"
+def promised(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+    """Each promise with the figures of its last run, heads first."""
+    body = [
+        [row["subject"], row["promise"],
+         "; ".join(figure(name, parts) for name in row["figure"].split()) or "the tests only"]
+        for row in promises()
+    ]  # fmt: skip
+    return [["subject", "promise", "last run"], *body]
 
 
-def table(rows: list[dict[str, str]], parts: dict[str, dict[str, Any]]) -> list[str]:
-    """Tables of promises, one for each subject."""
-    lines: list[str] = []
-    for subject, some in groupby(rows, key=lambda row: row["subject"]):
-        lines += [f"## {subject}", "", "| promise | tests | last run |", "| --- | --- | --- |"]
-        for row in some:
-            tests = ", ".join(map(test_link, row["tests"].split()))
-            figures = "; ".join(figure(name, parts) for name in row["figure"].split())
-            lines.append(f"| {row['promise']} | {tests} | {figures or 'the tests only'} |")
-        lines.append("")
-    return lines
-
-
-def runs(parts: dict[str, dict[str, Any]]) -> list[str]:
-    """When each command was run, and on what."""
-    lines = ["| figures of | date | on | versions |", "| --- | --- | --- | --- |"]
+def runs(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+    """When each command was run, and on what, heads first."""
+    body = []
     for name, part in parts.items():
         versions = ", ".join(f"{k} {v}" for k, v in part["versions"].items())
-        lines.append(
-            f"| {name.replace('_', ' ')} | {part['date']} | {part['system']} | "
-            f"Python {part['python']}, {versions} |"
-        )
-    return lines
+        body.append([name.replace("_", " "), part["date"], part["system"],
+                     f"Python {part['python']}, {versions}"])  # fmt: skip
+    return [["figures of", "date", "on", "versions"], *body]
 
 
-def text() -> str:
-    """docs/reliability.md."""
-    parts = read_parts()
-    words = (ROOT / "tools" / "reliability.md.in").read_text(encoding="utf-8")
-    made = {"promises": "\n".join(table(promises(), parts)), "runs": "\n".join(runs(parts))}
-    for name, block in made.items():
-        words = words.replace(f"@{name}@\n", f"{block.rstrip()}\n")
-    return words
+def as_csv(rows: list[list[str]]) -> str:
+    """The text of a file."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows(rows)
+    return file.getvalue()
+
+
+def files() -> dict[Path, str]:
+    """Every file that is made here, and its text."""
+    parts, folder = read_parts(), ROOT / "docs" / "reliability"
+    worst = dict(rows_of_stability("independent_differences"))
+    made = {
+        **{name: of_stability(name) for name in OF_STABILITY},
+        **{name: figure(name, parts) for name in FIGURES},
+        "worst_delta": worst.get("delta", NOT_YET),
+        "worst_mean": worst.get("omega_mean", NOT_YET),
+        "counted": str(len(promises())),
+    }
+    words = (ROOT / "tools" / "trust.md.in").read_text(encoding="utf-8")
+    page = re.sub(r"@(\w+)@", lambda place: made[place[1]], words)
+    return {
+        ROOT / "docs" / "trust.md": page,
+        folder / "promises.csv": as_csv(promised(parts)),
+        folder / "runs.csv": as_csv(runs(parts)),
+    }
 
 
 if __name__ == "__main__":
-    page = ROOT / "docs" / "reliability.md"
-    page.write_text(text(), encoding="utf-8")
-    print(page)
+    for path, text in files().items():
+        path.write_text(text, encoding="utf-8")
+        print(path)

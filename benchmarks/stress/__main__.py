@@ -1,10 +1,12 @@
-"""Stress the solver and write docs/stability.md.
+"""Stress the solver and write docs/stability/*.csv, of which docs/trust.md is made.
 
 python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
                             [--flywheels N] [--driven N] [--sampled N] [--checked N] [--seed N]
                             [--processes N] [-o FOLDER]
+python -m benchmarks.stress --from REPORT [-o FOLDER]
 
-Ends with status 1 if anything is not as it should be; out/stress.json then has the designs.
+The whole report is out/stability.md; with `--from` the files are written from an earlier one. Ends
+with status 1 if anything is not as it should be; out/stress.json then has the designs.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ from benchmarks.stress import (
     sampled,
     spikes,
     strong,
+    tables,
     weak,
 )
 
@@ -81,7 +84,13 @@ def main() -> int:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--limit", type=float, default=chunks.LIMIT, help="seconds for a chunk")
     parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
+    parser.add_argument(
+        "--from", dest="report", type=Path, metavar="REPORT", help="only write the files, from it"
+    )
     chosen = parser.parse_args()
+    if chosen.report:
+        tables.write(chosen.report.read_text(encoding="utf-8"), chosen.folder)
+        return 0
     began = time.perf_counter()
 
     outcome = chunks.run(chosen.seed, chosen.designs, chosen.sample, log, chosen.limit)
@@ -111,9 +120,12 @@ def main() -> int:
         cure=cure,
         took=time.perf_counter() - began,
     )
-    report.write(measured, chosen.folder)
+    text = report.document(measured)
+    tables.write(text, chosen.folder)
+    report.draw_all(measured, chosen.folder)
     examples = ROOT / "out" / "stress.json"
     examples.parent.mkdir(exist_ok=True)
+    examples.with_name("stability.md").write_text(text, encoding="utf-8")
     examples.write_text(
         json.dumps(
             [
@@ -129,7 +141,7 @@ def main() -> int:
         ),
         "utf-8",
     )
-    log(f"written: stability.md, out/stress.json; {measured.defects} defects")
+    log(f"written: out/stability.md, out/stress.json; {measured.defects} defects")
     return 1 if measured.defects else 0
 
 

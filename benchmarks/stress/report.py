@@ -1,4 +1,4 @@
-"""docs/stability.md and its figures, from what was measured."""
+"""The report of everything that was measured, and its figures."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def cycles(value: float) -> str:
 
 
 def document(m: Measured) -> str:
-    """docs/stability.md."""
+    """The report: a page that stands by itself, of which `tables` makes files."""
     parts = [
         *_head(m), *_draws(), *_outcomes(m), *_rules(m), *_agreement(m), *_spikes(m), *_light(m),
         *_driven(m), *_sampled(m), *_repetition(m), *_closures(m), *_errors(m),
@@ -109,9 +109,7 @@ def _head(m: Measured) -> list[str]:
     return [
         "# Numerical stability",
         "",
-        "<!-- Made by make stress (python -m benchmarks.stress); change that, not this. -->",
-        "",
-        "How accurate the solver is for realistic designs: [validation](validation.md).",
+        "Made by make stress (python -m benchmarks.stress).",
         "",
         f"{m.when}; {m.machine}; {m.versions}; seed {m.seed}; {m.took / 60.0:.1f} minutes.",
         "",
@@ -373,7 +371,7 @@ def _sampled(m: Measured) -> list[str]:
         "## Sampled studies",
         "",
         "These are the parameters that people sample, over ranges twice as wide as in "
-        "[benchmarks](benchmarks.md) as far as the engine has diagrams: "
+        "the benchmarks as far as the engine has diagrams: "
         + "; ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in sampled.WIDE.items())
         + " (*the six*); offsets of pin or crank of either sign, up to half the crank "
         "radius. Each study is solved as a scene. The table gives the percentage of "
@@ -432,10 +430,6 @@ def _repetition(m: Measured) -> list[str]:
         "",
         *rows(["cycles of Euler", "ω_mean (rad/s)"], drift),
         "",
-        "![Mean speed over cycles](figures/euler_drift.png)",
-        "",
-        "*The nominal engine of the thesis, from [validation](validation.md).*",
-        "",
         f"With load exponent 2, a deviation shrinks by the factor ρ in each cycle. The "
         "weaker the load, the more cycles are needed until the speeds at the two ends "
         "of a cycle agree within "
@@ -445,8 +439,6 @@ def _repetition(m: Measured) -> list[str]:
         "",
         *rows(["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of an exact repetition",
                "sweeps of the solver"], body),
-        "",
-        "![Cycles and errors against the weakness of the load](figures/stability_weak.png)",
         "",
     ]  # fmt: skip
 
@@ -505,8 +497,6 @@ def _errors(m: Measured) -> list[str]:
                "95th percentile", "median true error", "largest"], body),
         "",
         _shortfall(r),
-        "",
-        "![Estimate against true error](figures/stability_error.png)",
         "",
     ]  # fmt: skip
 
@@ -604,10 +594,9 @@ def draw_error(m: Measured) -> Figure:
     return figure
 
 
-def write(m: Measured, folder: Path) -> None:
-    """Document and figures below `folder`."""
+def draw_all(m: Measured, folder: Path) -> None:
+    """Figures below `folder`."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    (folder / "stability.md").write_text(document(m), encoding="utf-8")
     for name, figure in (("weak", draw_weak(m)), ("error", draw_error(m))):
         path = folder / "figures" / f"stability_{name}.png"
         figure.savefig(path, dpi=160, metadata={"Software": None})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -194,16 +195,20 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
 
 
 @pytest.mark.compiled
-def test_uneven_engines_are_measured_beside_even_ones() -> None:
-    text = engines.report(500)
-    even, uneven = text.split("## Uneven")
-    rows = [line for line in uneven.splitlines() if line.startswith("| ")][2:]
+def test_uneven_engines_are_measured_beside_even_ones(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "docs" / "benchmarks", tmp_path / "benchmarks")
+    engines.write(500, tmp_path)
+    rows = page.read(tmp_path, "uneven_engines")
     assert len(rows) == sum(len(group) for group in engines.kinds())
-    assert all(" | 1.00 |" in row for row in rows if ", even |" in row)
+    assert all(
+        row["ratio: sharing, alpha 2"] == "1.00" for row in rows if ", even" in row["engine"]
+    )
     # Every engine of the catalogue with several cylinders that fire evenly, and no other.
-    names = re.findall(r"^\| `(\w+)` \| in-line \d+, (?:four|two)-stroke \|", even, re.M)
-    assert names == [
+    even = page.read(tmp_path, "even_engines")
+    assert [row["engine"] for row in even] == [
         "boxer_twin_101x70", "diesel_105x137", "marine_80x345", "parallel_twin_360",
         "si_four_87x101", "v6_96x81", "v8_cross_plane_93x86", "v8_flat_plane_94x93",
     ]  # fmt: skip
-    assert "The throughput of even firing " in even
+    assert all(re.fullmatch(r"in-line \d+, (?:four|two)-stroke", row["beside"]) for row in even)
+    text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
+    assert page.facts_of(tmp_path)["engines_ratios"] in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,11 @@ def test_it_measures_and_reports(tmp_path: Path) -> None:
     cluster = large_runs.killed_workers(100_000, 1, 1, tmp_path)
     assert not cluster.lost
     assert cluster.blocks > cluster.kept[0] > 0
-    text = large_runs.text(sweep, found, cluster, "here")
-    assert text.count("Nothing was lost.") == 2
-    assert all(line.count("|") == 3 for line in text.splitlines() if line.startswith("|"))
+    body = large_runs.rows(sweep, found, cluster)
+    assert [row[2] for row in body if row[1] == "lost"] == ["nothing", "nothing"]
+    assert all(len(row) == 3 and all(row) for row in body)
+    large_runs.save(tmp_path / "rows.csv", body)
+    with (tmp_path / "rows.csv").open(encoding="utf-8", newline="") as file:
+        assert list(csv.reader(file))[1:] == body
     found.lost.append("kill 1: other bytes in the variables")
-    assert "other bytes" in large_runs.text(sweep, found, cluster, "here")
+    assert "other bytes" in str(large_runs.rows(sweep, found, cluster))
