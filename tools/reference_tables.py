@@ -437,17 +437,29 @@ def engines() -> str:
 
 
 def engine_sources() -> str:
-    """Sources and assumptions of each engine of the catalogue."""
+    """Sources of each engine of the catalogue, and how its diagram was found."""
     parts = []
+    told: dict[str, str] = {}
     for name in catalogue():
         engine = load_engine(name, Path())
-        assumed = ", ".join(f"`{key}`" for key in engine.assumed if key != "diagram")
-        parts.append(f"### `{name}`\n\n{engine.title}.\n\nSources:\n")
-        parts.append("\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n")
+        words = "Sources:\n\n"
+        words += "\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n"
         if diagram := engine.assumed.get("diagram"):
-            parts.append(f"Diagram: {_in_text(diagram)}\n")
-        parts.append(f"Assumed: {assumed}.\n")
+            words += f"\nDiagram: {_in_text(diagram)}\n"
+        same = told.setdefault(words, name)
+        parts.append(f"### `{name}`\n")
+        parts.append(words if same == name else f"As [`{same}`](#{same}).\n")
     return "\n".join(parts)
+
+
+def assumption_file() -> str:
+    """Every assumed value of an engine of the catalogue with its reason."""
+    rows = [
+        [name, key, reason]
+        for name in catalogue()
+        for key, reason in load_engine(name, Path()).assumed.items()
+    ]
+    return _written(["engine", "key", "reason"], rows)
 
 
 def _in_text(text: str) -> str:
@@ -480,6 +492,7 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
 """Pages, and the tables in each."""
 
 FILES: Mapping[Path, Callable[[], str]] = {
+    DOCS / "engines_assumed.csv": assumption_file,
     DOCS / "keys.csv": key_file,
     DOCS / "quantities.csv": quantity_file,
     DOCS / "sources.csv": source_file,
