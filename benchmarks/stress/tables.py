@@ -29,7 +29,7 @@ NAMES: dict[str, tuple[str, ...]] = {
 """Files of the tables below each heading, in their order."""
 
 LINES = {
-    "run": " minutes.",
+    "run": r"; seed \d+; ",
     "absurd": "absurd ranges",
     "again": "solved again, among other designs",
     "independent": "absurd designs solved again by an independent solver",
@@ -41,9 +41,9 @@ LINES = {
     "time": "of kernel time",
     "closures": "error of end = start grows",
     "own_error": "when its pieces are halved",
-    "shortfall": "above the estimate (",
+    "shortfall": r"above (?:the estimate \(|its estimate)",
 }
-"""Sentences with figures, by words that each has; they are kept in summary.csv."""
+"""Sentences with figures, by a pattern that each has; they are kept in summary.csv."""
 
 
 def tables(report: str) -> Iterator[tuple[str, list[list[str]]]]:
@@ -74,7 +74,7 @@ def summary(report: str) -> list[list[str]]:
     return [
         [name, found[0].removeprefix("- ")]
         for name, words in LINES.items()
-        if (found := [line for line in lines if words in line])
+        if (found := [line for line in lines if re.search(words, line)])
     ]
 
 
