@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import os
 import re
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -39,9 +41,28 @@ myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.strikethrough"]
 
+
+def _code() -> str:
+    """Hash of all that notebooks depend on besides themselves: the program and its libraries."""
+    found = hashlib.sha256(sys.version.encode())
+    for folder in (HERE / "_extensions", HERE.parent / "engine_dyn", HERE.parent / "sweeps"):
+        for path in sorted(folder.rglob("*.*")):
+            if path.is_file() and path.suffix != ".pyc":
+                found.update(str(path.relative_to(HERE.parent)).encode() + path.read_bytes())
+    for name in ("matplotlib", "netCDF4", "numba", "numpy", "pandas", "xarray"):
+        found.update(f"{name} {importlib.metadata.version(name)}".encode())
+    return found.hexdigest()[:16]
+
+
 # Notebooks are executed while the site is built, each in a folder of its own that is removed
-# afterwards; a cell or a command that fails ends the build.
-nb_execution_mode = "force"
+# afterwards; a cell or a command that fails ends the build. What they printed and drew is kept in
+# out/notebooks, and taken from there as long as neither the notebook nor the program has changed.
+NOTEBOOKS = HERE.parent / "out" / "notebooks"
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(NOTEBOOKS / _code())
+for old in NOTEBOOKS.glob("*"):
+    if str(old) != nb_execution_cache_path:
+        shutil.rmtree(old)
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
@@ -66,6 +87,7 @@ html_css_files = ["tables.css"]
 
 FROM_ABOVE = {
     "changelog": "CHANGELOG.md",
+    "code_of_conduct": "CODE_OF_CONDUCT.md",
     "contributing": "CONTRIBUTING.md",
     "security": "SECURITY.md",
 }
