@@ -437,15 +437,12 @@ def engines() -> str:
 
 
 def engine_sources() -> str:
-    """Sources of each engine of the catalogue, and how its diagram was found."""
+    """Sources of each engine of the catalogue."""
     parts = []
     told: dict[str, str] = {}
     for name in catalogue():
         engine = load_engine(name, Path())
-        words = "Sources:\n\n"
-        words += "\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n"
-        if diagram := engine.assumed.get("diagram"):
-            words += f"\nDiagram: {_in_text(diagram)}\n"
+        words = "\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n"
         same = told.setdefault(words, name)
         parts.append(f"### `{name}`\n")
         parts.append(words if same == name else f"As [`{same}`](#{same}).\n")
