@@ -15,17 +15,18 @@ from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
 from sweeps.reading.engine_tables import EngineFile
 from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.reading.silenced_warnings import ALL
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.schema_parts import (
+    DRAFT,
     Schema,
     closed,
     key_of_cylinders,
-    plain_schema,
+    model_schema,
     reference,
     text_schema,
     value_schema,
@@ -38,10 +39,7 @@ _NOT_OF_ENGINES = (*CYCLE_KEYS, *OF_CYLINDER, *SOLVER_COLUMNS, "wanted_delta")
 
 def engine_schema() -> Schema:
     """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
-    schema: Schema = plain_schema(EngineFile.model_json_schema())
-    tables: dict[str, Schema] = schema.pop("$defs")
-    written_out = plain_schema(ArrangementTable.model_json_schema())
-    tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
+    schema, tables = model_schema(EngineFile)
     parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in _NOT_OF_ENGINES}
     properties = schema["properties"]
     properties["values"] |= closed({name: reference(name) for name in parameters})
@@ -52,7 +50,6 @@ def engine_schema() -> Schema:
     properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
     head: Schema = {"load": reference("load"), "speed": reference("speed")}
     tables["PointsDiagram"] = {
-        "type": "object",
         "description": "a measured diagram",
         **closed(
             {
@@ -62,9 +59,11 @@ def engine_schema() -> Schema:
                     "path of a CSV file: columns crank_angle_deg (0 is firing top dead centre) and "
                     "pressure_bar (absolute)"
                 ),
-            }
+            },
+            "load",
+            "kind",
+            "file",
         ),
-        "required": ["load", "kind", "file"],
     }
     for name, kind in KINDS.items():
         tables[_name_of(name)] = _diagram(name, kind, head)
@@ -75,13 +74,9 @@ def engine_schema() -> Schema:
     tables["DataSheet"]["properties"]["cycle"] |= closed(
         {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}
     )
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Engine file of engine-dyn",
-        **schema,
-        "anyOf": [{"required": ["diagram"]}, {"required": ["data_sheet"]}],
-        "$defs": {**tables, **parameters},
-    }
+    schema["anyOf"] = [{"required": ["diagram"]}, {"required": ["data_sheet"]}]
+    definitions = {**tables, **parameters}
+    return {"$schema": DRAFT, "title": "Engine file of engine-dyn", **schema, "$defs": definitions}
 
 
 def _of_values(kind: Kind) -> tuple[str, ...]:
@@ -117,10 +112,8 @@ def _diagram(name: str, kind: Kind, head: Schema) -> Schema:
         if item.default is MISSING and item.name not in _of_values(kind)
     ]
     return {
-        "type": "object",
         "description": f"a modelled diagram: engine_dyn's {kind.cycle.__name__}",
-        **closed({"kind": {"const": name}, **more, **numbers, **head}),
-        "required": ["load", "kind", *needed],
+        **closed({"kind": {"const": name}, **more, **numbers, **head}, "load", "kind", *needed),
     }
 
 

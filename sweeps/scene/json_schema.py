@@ -13,17 +13,20 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import is_ratio
 from sweeps.dimensions import ELASTICITY, LABELS
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.schema_parts import (
+    DRAFT,
     FRACTION,
     ONE_ARRANGEMENT,
     Schema,
     closed,
     key_of_cylinders,
     list_of,
+    list_of_different,
+    model_schema,
     plain_schema,
     reference,
     text_schema,
@@ -43,14 +46,11 @@ __all__ = ["scene_schema"]
 
 def scene_schema() -> Schema:
     """JSON schema (draft 2020-12) of a scene, in JSON's types."""
-    schema: Schema = plain_schema(SceneFile.model_json_schema())
-    tables: dict[str, Schema] = schema.pop("$defs")
+    schema, tables = model_schema(SceneFile)
     tables["Range"] = plain_schema(Range.model_json_schema())
-    tables["RatioRange"] = plain_schema(Range.model_json_schema())
-    for end in ("start", "stop"):
-        tables["RatioRange"]["properties"][end] = {"anyOf": [{"type": "number"}, FRACTION]}
-    written_out = plain_schema(ArrangementTable.model_json_schema())
-    tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
+    ends = {end: {"anyOf": [{"type": "number"}, FRACTION]} for end in ("start", "stop")}
+    properties_of_range = {**tables["Range"]["properties"], **ends}
+    tables["RatioRange"] = {**tables["Range"], "properties": properties_of_range}
     parameters = {name: value_schema(node) for name, node in PARAMETERS.items()}
     free = {name: node for name, node in PARAMETERS.items() if name not in SOLVER_COLUMNS}
 
@@ -62,26 +62,23 @@ def scene_schema() -> Schema:
             **{name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()},
         }
     )
-    several = {"type": "array", "minItems": 1, "uniqueItems": True, "items": ONE_ARRANGEMENT}
     properties["axes"] |= closed(
         {
             **{name: _axis(name) for name in free},
-            "arrangement": {**several, "description": CYLINDER_KEYS["arrangement"]},
+            "arrangement": {
+                "description": CYLINDER_KEYS["arrangement"],
+                **list_of_different(ONE_ARRANGEMENT),
+            },
             "engine": {
                 "description": "a list of engines of the catalogue or paths of engine files",
-                **list_of(text_schema(ENGINE_TEXT)),
-                "uniqueItems": True,
+                **list_of_different(text_schema(ENGINE_TEXT)),
             },
         }
     )
     properties["designs"] = {
         "description": properties["designs"]["description"],
         "anyOf": [
-            {
-                **closed({"file": text_schema("the path of a CSV, netCDF or Parquet file")}),
-                "type": "object",
-                "required": ["file"],
-            },
+            closed({"file": text_schema("the path of a CSV, netCDF or Parquet file")}, "file"),
             {
                 **closed(
                     {
@@ -95,7 +92,6 @@ def scene_schema() -> Schema:
                         },
                     }
                 ),
-                "type": "object",
                 "minProperties": 1,
             },
         ],
@@ -124,10 +120,9 @@ def scene_schema() -> Schema:
                     "minimum": 0,
                     "default": 1,
                 },
-            }
+            },
+            "number",
         ),
-        "type": "object",
-        "required": ["number"],
     }
 
     schema["anyOf"] = [
@@ -147,10 +142,8 @@ def scene_schema() -> Schema:
     for name in SOLVER_COLUMNS:
         solver[name] = reference(name)
     output = tables["Output"]["properties"]
-    output["quantities"] |= {
-        "minItems": 1,
-        "uniqueItems": True,
-        "items": {
+    output["quantities"] |= list_of_different(
+        {
             "oneOf": [
                 *(
                     {"const": name, "description": f"{node.long_name} {unit_text(node)}".rstrip()}
@@ -169,17 +162,13 @@ def scene_schema() -> Schema:
                     "description": "elasticities of a single value by every parameter",
                 },
             ]
-        },
-    }
+        }
+    )
     output["fail_on"]["items"] = {"enum": list(FAILURES)}
     properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
     tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Scene of engine-dyn",
-        **schema,
-        "$defs": {**tables, **parameters},
-    }
+    definitions = {**tables, **parameters}
+    return {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
 
 
 ENGINE_TEXT = "an engine of the catalogue or the path of an engine file"
@@ -189,7 +178,7 @@ def _axis(name: str) -> Schema:
     return {
         "description": PARAMETERS[name].long_name,
         "anyOf": [
-            {**list_of(reference(name)), "uniqueItems": True},
+            list_of_different(reference(name)),
             reference("RatioRange" if is_ratio(PARAMETERS[name]) else "Range"),
         ],
     }
@@ -199,31 +188,27 @@ def _distribution(name: str) -> Schema:
     return {
         "description": PARAMETERS[name].long_name,
         "anyOf": [
-            {**list_of(reference(name)), "minItems": 2, "uniqueItems": True},
-            {
-                **closed(
-                    {
-                        **{key: reference(name) for key in ("low", "mode", "high")},
-                        **{key: {"type": "number"} for key in ("mean", "deviation")},
-                        "spacing": {"enum": ["linear", "log"]},
-                    }
-                ),
-                "type": "object",
-                "required": ["low", "high"],
-            },
+            list_of_different(reference(name), least=2),
+            closed(
+                {
+                    **{key: reference(name) for key in ("low", "mode", "high")},
+                    **{key: {"type": "number"} for key in ("mean", "deviation")},
+                    "spacing": {"enum": ["linear", "log"]},
+                },
+                "low",
+                "high",
+            ),
         ],
     }
 
 
 def _texts(name: str) -> Schema:
     return {
-        **list_of(text_schema(f"one of several for the key {name}")),
-        "minItems": 2,
-        "uniqueItems": True,
+        **list_of_different(text_schema(f"one of several for the key {name}"), least=2),
         "description": f"{name}: one of these, equally likely",
     }
 
 
 def _one_or_several(words: tuple[str, ...]) -> Schema:
     one = {"enum": list(words)}
-    return {"anyOf": [one, {**list_of(one), "uniqueItems": True}]}
+    return {"anyOf": [one, list_of_different(one)]}

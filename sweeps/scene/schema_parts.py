@@ -6,26 +6,39 @@ import math
 from typing import Any
 
 from engine_dyn.quantities.node import Node
-from sweeps.checks import allowed, is_ratio
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+from sweeps.checks import Strict, allowed, is_ratio
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 
 __all__ = [
+    "DRAFT",
     "ONE_ARRANGEMENT",
     "Schema",
     "closed",
     "key_of_cylinders",
     "list_of",
-    "plain_schema",
+    "list_of_different",
+    "model_schema",
     "reference",
     "text_schema",
     "unit_text",
     "value_schema",
+    "plain_schema",
 ]
 
 Schema = dict[str, Any]
 
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
 FRACTION: Schema = {"type": "string", "pattern": "^[^/]+/[^/]+$"}
 """A ratio as a fraction, such as "1/200"."""
+
+
+def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
+    """Schema of a file, and of the tables in it and those of an arrangement, by their names."""
+    schema: Schema = plain_schema(model.model_json_schema())
+    arrangement: Schema = plain_schema(ArrangementTable.model_json_schema())
+    tables = {**schema.pop("$defs"), **arrangement.pop("$defs"), "ArrangementTable": arrangement}
+    return schema, tables
 
 
 def plain_schema(schema: Any) -> Any:
@@ -83,6 +96,11 @@ def list_of(items: Schema) -> Schema:
     return {"type": "array", "minItems": 1, "items": items}
 
 
+def list_of_different(items: Schema, least: int = 1) -> Schema:
+    """List of at least so many items, all different."""
+    return {"type": "array", "minItems": least, "uniqueItems": True, "items": items}
+
+
 def text_schema(about: str) -> Schema:
     """Text that is not empty."""
     return {"type": "string", "minLength": 1, "description": about}
@@ -99,6 +117,7 @@ def key_of_cylinders(name: str) -> Schema:
     return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
 
 
-def closed(properties: Schema) -> Schema:
-    """Nothing but these."""
-    return {"properties": properties, "additionalProperties": False}
+def closed(properties: Schema, *required: str) -> Schema:
+    """Table with these keys and no others, some of which must be there."""
+    table: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {**table, "required": list(required)} if required else table
