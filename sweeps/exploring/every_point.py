@@ -1,4 +1,6 @@
-"""The best designs that fulfil conditions at every value of some axes: all loads, all speeds.
+"""Designs are judged by conditions at every value of some axes, such as all loads and speeds.
+
+Without such axes each design is one point.
 
 An archive is read a range at a time: it may be larger than memory.
 """
@@ -18,7 +20,6 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, counted, not_known, shown
 from sweeps.exploring.conditions import Constraint, asked_of
-from sweeps.exploring.kept_front import Front
 from sweeps.exploring.ranges import ranges
 from sweeps.reading.netcdf_files import slabs
 
@@ -29,8 +30,6 @@ __all__ = [
     "TEXT",
     "EveryPoint",
     "Judged",
-    "best_at_every_point",
-    "front_at_every_point",
     "outcomes_given",
 ]
 
@@ -39,66 +38,6 @@ AT_ONCE = 1 << 22
 
 TEXT = "search"
 """Attribute of what is found: how many designs fulfil the conditions, and what was left out."""
-
-
-def best_at_every_point(
-    archive: xr.Dataset, name: str, sign: float, conditions: Sequence[Constraint],
-    at_every: str | Sequence[str], not_counted: str | Sequence[str] = (),
-) -> xr.Dataset:  # fmt: skip
-    """Find the design with the least of `sign` times a quantity; see `sweeps.best`.
-
-    Raises
-    ------
-    SceneError
-        As `sweeps.best`.
-    """
-    search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
-    found: dict[str, int] | None = None
-    least, equal = math.inf, 0
-    for place, designs in search.judged():
-        values = np.where(designs.fulfilling, designs.worst[0], math.inf)
-        if not designs.fulfilling.any():
-            continue
-        smallest = float(values.min())
-        if smallest < least:
-            least, equal = smallest, 0
-            at = np.unravel_index(int(np.argmin(values)), values.shape)
-            found = {d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)}
-        if smallest == least:
-            equal += int(np.count_nonzero(values == smallest))
-    if found is None:
-        raise SceneError(search.nothing())
-    best = archive.isel(found)
-    best.attrs[TEXT] = search.text(equal)
-    return best
-
-
-def front_at_every_point(
-    archive: xr.Dataset, wanted: Sequence[tuple[str, float]], conditions: Sequence[Constraint],
-    at_every: str | Sequence[str], not_counted: str | Sequence[str] = (),
-) -> xr.Dataset:  # fmt: skip
-    """Find the Pareto front of names, each with 1 for less or -1 for more; see `sweeps.pareto`.
-
-    Raises
-    ------
-    SceneError
-        As `sweeps.pareto`.
-    """
-    search = EveryPoint(archive, wanted, conditions, at_every, not_counted)
-    sizes = [search.sizes[d] for d in search.own]
-    front = Front(len(wanted))
-    for place, designs in search.judged():
-        at = np.nonzero(designs.fulfilling)
-        whole = tuple(i + s.start for i, s in zip(at, place, strict=True))
-        places = np.ravel_multi_index(whole, sizes) if sizes else np.flatnonzero(
-            designs.fulfilling
-        )  # fmt: skip
-        front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
-    if not front.places.size:
-        raise SceneError(search.nothing())
-    found = front.taken_of(archive, search.own)
-    found.attrs[TEXT] = search.text()
-    return found
 
 
 def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
@@ -183,6 +122,7 @@ class EveryPoint:
     ) -> None:  # fmt: skip
         axes = names_given(at_every, "at_every")
         self.codes = _codes(not_counted, archive)
+        self.names = [name for name, _ in wanted]
         self.signs = np.array([sign for _, sign in wanted])
         self.conditions = conditions
         asked = asked_of(archive, wanted, conditions)
@@ -192,7 +132,7 @@ class EveryPoint:
         for axis in axes:
             if axis not in dims:
                 raise SceneError(f"at every {shown(axis)}: not an axis{not_known(axis, dims)}")
-            if axis in (name for name, _ in wanted):
+            if axis in self.names:
                 raise SceneError(
                     f"at every {axis}: is the axis to be minimised or maximised itself"
                 )
@@ -211,8 +151,9 @@ class EveryPoint:
         shape = tuple(self.sizes[d] for d in self.own)
         for place in slabs(shape, (1,) * len(shape), 1, AT_ONCE):
             designs = self._read(dict(zip(self.own, place, strict=True)))
+            counting = designs.points if self.asked else designs.lacking == 0
             for number, holds in enumerate(designs.holds):
-                self.alone[number] += int(np.count_nonzero(holds & designs.points))
+                self.alone[number] += int(np.count_nonzero(holds & counting))
             self.unsolved += int(np.count_nonzero(designs.lacking))
             self.without += int(np.count_nonzero(~designs.points))
             self.fulfilling += int(np.count_nonzero(designs.fulfilling))
@@ -262,13 +203,13 @@ class EveryPoint:
             good &= holds
             designs.holds[number][here] &= (holds | ~counts).all(over)
             beyond = one - condition.limit if condition.above else condition.limit - one
-            _keep_largest(designs.excess[number], here, beyond, counts & np.isfinite(one), over)
+            _keep_largest(designs.excess, (number, *here), beyond, counts & np.isfinite(one), over)
         designs.lacking[here] += (counts & ~solved).sum(over)
         designs.good[here] &= ((solved & good) | ~counts).all(over)
         designs.points[here] |= counts.any(over)
         for number, values in enumerate(wanted):
             _keep_largest(
-                designs.worst[number], here, self.signs[number] * values, counts & solved, over
+                designs.worst, (number, *here), self.signs[number] * values, counts & solved, over
             )
 
     @property
@@ -302,6 +243,15 @@ class EveryPoint:
 
     def nothing(self) -> str:
         """Why no design was found, in words."""
+        designs = counted(self.designs, "design")
+        if not self.asked and not self.conditions:
+            return f"no design has a value of {' and '.join(self.names)}"
+        if not self.asked:
+            with_each = (f"{n} with {c}" for c, n in zip(self.conditions, self.alone, strict=True))
+            return (
+                f"no design meets all conditions; {self.designs - self.unsolved} of {designs} have "
+                f"a result, {', '.join(with_each)}"
+            )
         each = [
             f"{c} holds {self._everywhere} for {n}"
             for c, n in zip(self.conditions, self.alone, strict=True)
@@ -314,14 +264,15 @@ class EveryPoint:
         if self.without:
             each.append(f"{self.without} have no point that is counted")
         told = "; ".join([*each, *self._left_out()])
-        return (
-            f"no design meets all conditions {self._everywhere}; of "
-            f"{counted(self.designs, 'design')}: {told}"
-        )
+        return f"no design meets all conditions {self._everywhere}; of {designs}: {told}"
 
 
 def _keep_largest(
-    kept: Floats, here: tuple[slice, ...], values: Floats, known: Booleans, over: tuple[int, ...]
+    kept: Floats,
+    here: tuple[int | slice, ...],
+    values: Floats,
+    known: Booleans,
+    over: tuple[int, ...],
 ) -> None:
     """Keep the largest of what was kept and of the known values along some axes."""
     largest = np.where(known, values, -math.inf).max(over, initial=-math.inf)

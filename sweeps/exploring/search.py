@@ -1,27 +1,21 @@
 """Designs are found in archives: the best under conditions, and the Pareto front.
 
-The best at every point of some axes is found in `sweeps.exploring.every_point`.
-
 An archive is read a range at a time: it may be larger than memory.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from engine_dyn.status import WITH_NUMBERS
-from engine_dyn.types import Integers
 from sweeps.checks import check_dataset, names_given
-from sweeps.errors import SceneError, counted, shown
-from sweeps.exploring.conditions import Constraint, asked_of, conditions_of, units_of
-from sweeps.exploring.every_point import best_at_every_point, front_at_every_point
+from sweeps.errors import SceneError, shown
+from sweeps.exploring.conditions import conditions_of, units_of
+from sweeps.exploring.every_point import TEXT, EveryPoint
 from sweeps.exploring.kept_front import Front
-from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,20 +79,28 @@ def best(
         raise SceneError("best: needs either least or most")
     name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
     conditions = conditions_of(within, units_of(archive))
-    if at_every:
-        return best_at_every_point(archive, name, sign, conditions, at_every, not_counted)
-    if not_counted:
+    if not_counted and not at_every:
         raise SceneError("best: not_counted is only used with at_every; failed designs never count")
-    found, smallest = -1, math.inf
-    search = _Search(archive, [(name, sign)], conditions)
-    for places, (values,) in search.designs():
-        here = int(np.argmin(sign * values))
-        if found < 0 or sign * values[here] < smallest:
-            found, smallest = int(places[here]), sign * float(values[here])
-    if found < 0:
+    search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
+    found: dict[str, int] | None = None
+    smallest, equal = math.inf, 0
+    for place, designs in search.judged():
+        if not designs.fulfilling.any():
+            continue
+        values = np.where(designs.fulfilling, designs.worst[0], math.inf)
+        here = float(values.min())
+        if here < smallest:
+            smallest, equal = here, 0
+            at = np.unravel_index(int(np.argmin(values)), values.shape)
+            found = {d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)}
+        if here == smallest:
+            equal += int(np.count_nonzero(values == smallest))
+    if found is None:
         raise SceneError(search.nothing())
-    at = np.unravel_index(found, search.shape)
-    return archive.isel({d: int(i) for d, i in zip(search.dims, at, strict=True)})
+    best = archive.isel(found)
+    if at_every:
+        best.attrs[TEXT] = search.text(equal)
+    return best
 
 
 def pareto(
@@ -161,75 +163,23 @@ def pareto(
             )
     wanted = [(name, -1.0 if name in largest else 1.0) for name in names]
     conditions = conditions_of(within, units_of(archive))
-    if at_every:
-        return front_at_every_point(archive, wanted, conditions, at_every, not_counted)
-    if not_counted:
+    if not_counted and not at_every:
         raise SceneError(
             "pareto: not_counted is only used with at_every; failed designs never count"
         )
-    search = _Search(archive, wanted, conditions)
+    search = EveryPoint(archive, wanted, conditions, at_every, not_counted)
+    sizes = [search.sizes[d] for d in search.own]
     front = Front(len(wanted))
-    for places, values in search.designs():
-        front.add(np.array([sign * v for (_, sign), v in zip(wanted, values, strict=True)]), places)
+    for place, designs in search.judged():
+        places = np.flatnonzero(designs.fulfilling)
+        if sizes:
+            at = np.nonzero(designs.fulfilling)
+            whole = tuple(i + s.start for i, s in zip(at, place, strict=True))
+            places = np.ravel_multi_index(whole, sizes)
+        front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
     if not front.places.size:
         raise SceneError(search.nothing())
-    return front.taken_of(archive, search.dims)
-
-
-class _Search:
-    """All designs of an archive with the values of some names, a range at a time."""
-
-    def __init__(
-        self, archive: xr.Dataset, wanted: Sequence[tuple[str, float]],
-        conditions: Sequence[Constraint],
-    ) -> None:  # fmt: skip
-        self.names = [name for name, _ in wanted]
-        self.conditions = list(conditions)
-        self.asked = asked_of(archive, wanted, conditions)
-        self.dims = tuple(str(d) for d in archive.dims if d in self.asked.dims)
-        self.shape = tuple(archive.sizes[d] for d in self.dims)
-        self.alone = [0] * len(self.conditions)
-        self.solved = 0
-
-    def designs(self) -> Iterator[tuple[Integers, list[npt.NDArray[Any]]]]:
-        """Places of the designs that fulfil all conditions, and their values of the names."""
-        variables, parts = self.asked.variables, self.asked.parts
-        for begin, extent, arrays in ranges(variables, self.dims, self.shape, parts=parts):
-            good = np.ones(extent, dtype=bool)
-            for name in variables:
-                if name == "status":
-                    good &= np.isin(arrays[name], WITH_NUMBERS)
-                else:
-                    good &= np.isfinite(arrays[name])
-            self.solved += int(good.sum())
-            kept = good.copy()
-            limited = zip(self.conditions, self.asked.limited, strict=True)
-            for number, (condition, key) in enumerate(limited):
-                holds = good & condition.holds(arrays[key])
-                self.alone[number] += int(holds.sum())
-                kept &= holds
-            if kept.any():
-                yield (
-                    self._places(kept, begin),
-                    [
-                        np.broadcast_to(arrays[n], extent)[kept].reshape(-1)
-                        for n in self.asked.wanted
-                    ],
-                )
-
-    def _places(self, kept: npt.NDArray[np.bool_], begin: tuple[int, ...]) -> Integers:
-        """Numbers of designs in the archive."""
-        inside = np.flatnonzero(kept)
-        if not kept.shape:
-            return inside
-        at = np.unravel_index(inside, kept.shape)
-        position = tuple(i + b for i, b in zip(at, begin, strict=True))
-        return np.asarray(np.ravel_multi_index(position, self.shape), dtype=np.int64)
-
-    def nothing(self) -> str:
-        """Why no design was found, in words."""
-        solved = f"{self.solved} of {counted(math.prod(self.shape), 'design')} have a result"
-        if not self.conditions:
-            return f"no design has a value of {' and '.join(self.names)}"
-        each = ", ".join(f"{n} with {c}" for c, n in zip(self.conditions, self.alone, strict=True))
-        return f"no design meets all conditions; {solved}, {each}"
+    found = front.taken_of(archive, search.own)
+    if at_every:
+        found.attrs[TEXT] = search.text()
+    return found

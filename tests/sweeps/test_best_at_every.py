@@ -102,6 +102,12 @@ def test_a_front_at_every_point_is_that_of_the_worst_values(archive, monkeypatch
     assert most["inertia"].values.tolist() == [9.0, 5.0, 3.0, 1.0]
 
 
+def test_a_front_at_every_point_of_all_axes_is_the_one_design(archive):
+    solved = archive.isel(load=[1, 2])
+    found = sweeps.pareto(solved, "delta", "status", at_every=["load", "speed", "inertia"])
+    assert found.sizes["front"] == 1
+
+
 def test_of_bearings_the_worst_counts_and_missing_ones_do_not(archive):
     loads = np.stack([archive["delta"].values * 1e3, np.full((2, 4, 3), 0.1)], axis=-1)
     loads[:, 1, :, 1] = np.nan  # the second inertia has one bearing
