@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.status import MEANINGS
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.slices import words_of
@@ -20,9 +21,10 @@ __all__ = [
     "check_one_table",
     "chosen_quantities",
     "columns_of",
+    "dims_of",
     "has_single_numbers",
     "in_words",
-    "words_of_flags",
+    "words_for_numbers",
 ]
 
 
@@ -92,17 +94,27 @@ def has_single_numbers(archive: xr.Dataset) -> bool:
     )
 
 
-def words_of_flags(variable: xr.Variable) -> npt.NDArray[Any] | None:
-    """Words that the numbers 0, 1, 2 ... of a verdict stand for; None for a measure."""
-    words = str(variable.attrs.get("flag_meanings", "")).split()
-    values = np.atleast_1d(variable.attrs.get("flag_values", []))
-    if not words or variable.dtype.kind != "f" or not np.array_equal(values, np.arange(len(words))):
-        return None
-    return np.array(words, dtype=object)
+def dims_of(archive: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Dimensions of some quantities, in the order of the archive."""
+    used = {dim for name in names for dim in archive[name].dims}
+    return [str(dim) for dim in archive.dims if dim in used]
+
+
+def words_for_numbers(columns: Mapping[str, xr.Variable]) -> dict[str, npt.NDArray[Any]]:
+    """Words that 0, 1, 2 ... stand for in the columns of the outcome and of verdicts."""
+    found = {}
+    for name, variable in columns.items():
+        words = str(variable.attrs.get("flag_meanings", "")).split()
+        values = np.atleast_1d(variable.attrs.get("flag_values", []))
+        if name == "status":
+            found[name] = np.array(MEANINGS, dtype=object)
+        elif words and variable.dtype.kind == "f" and values.tolist() == [*range(len(words))]:
+            found[name] = np.array(words, dtype=object)
+    return found
 
 
 def in_words(values: npt.NDArray[Any], words: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Words in place of the numbers of a verdict; empty where there is none."""
+    """Words in place of the numbers of an outcome or verdict; empty where there is none."""
     known = np.isin(values, np.arange(len(words)))
     return np.where(known, words[np.where(known, values, 0).astype(np.int64)], "")
 

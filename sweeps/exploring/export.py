@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.checks import a_path, check_dataset
 from sweeps.errors import SceneError
@@ -23,8 +22,9 @@ from sweeps.exploring.columns import (
     check_one_table,
     chosen_quantities,
     columns_of,
+    dims_of,
     in_words,
-    words_of_flags,
+    words_for_numbers,
 )
 from sweeps.exploring.excel import check_rows, unit_of, workbook
 from sweeps.exploring.ranges import ranges
@@ -116,24 +116,20 @@ def export(
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
     names = chosen_quantities(archive, quantities)
     check_one_table(archive, names)
-    used = {d for name in names for d in archive[name].dims}
-    dims = [str(d) for d in archive.dims if d in used]
+    dims = dims_of(archive, names)
     shape = [archive.sizes[d] for d in dims]
     columns = columns_of(archive, dims, names)
     left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
     if path.suffix.lower() == ".xlsx":
         check_rows(math.prod(shape), path)
     written = {_head(n, v) if head_units else n: v for n, v in columns.items()}
-    words = {name: words_of_flags(variable) for name, variable in written.items()}
-    verdicts = {name: meant for name, meant in words.items() if meant is not None}
+    words = words_for_numbers(written)
     rows = 0
     with archives.replaced(path) as partial, opener(partial, written, archive) as put:
         for _, extent, arrays in ranges(written, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
-            if "status" in table:
-                table["status"] = _OUTCOMES[table["status"]]
-            for name in table.keys() & verdicts.keys():
-                table[name] = in_words(table[name], verdicts[name])
+            for name, meant in words.items():
+                table[name] = in_words(table[name], meant)
             put(table)
             rows += len(next(iter(table.values())))
     return Exported(rows, tuple(columns), tuple(left_out))
@@ -142,9 +138,6 @@ def export(
 def _head(name: str, variable: xr.Variable) -> str:
     unit = unit_of(variable)
     return f"{name} [{unit}]" if unit else name
-
-
-_OUTCOMES = np.array(MEANINGS, dtype=object)
 
 
 def check_format(path: Path) -> Callable[..., Any]:
@@ -200,9 +193,10 @@ def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    words = words_for_numbers(columns)
+
     def field(name: str, variable: xr.Variable) -> Any:
-        is_text = name == "status" or variable.dtype.kind in "UOT"
-        is_text = is_text or words_of_flags(variable) is not None
+        is_text = name in words or variable.dtype.kind in "UOT"
         kind = pa.string() if is_text else pa.from_numpy_dtype(variable.dtype)
         about = {
             key: str(variable.attrs[key]) for key in ("units", "long_name") if key in variable.attrs

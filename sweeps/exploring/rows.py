@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
-from engine_dyn.status import MEANINGS
 from sweeps.checks import check_dataset
 from sweeps.dimensions import (
     ELASTICITY,
@@ -28,8 +27,9 @@ from sweeps.exploring.columns import (
     check_one_table,
     chosen_quantities,
     columns_of,
+    dims_of,
     in_words,
-    words_of_flags,
+    words_for_numbers,
 )
 from sweeps.exploring.nominal import NOMINAL, nominal_places
 from sweeps.exploring.ranges import ranges
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Rows", "fixed_of", "rows"]
-
-OUTCOMES = np.array(MEANINGS, dtype=object)
 
 CRANK_ANGLE = "crank_angle"
 
@@ -140,11 +138,10 @@ def rows(
     import pandas as pd
 
     check_dataset(archive)
-    _check_options(select, limit, relative_to)
+    _check_arguments(limit, select, relative_to)
     part = nearest(archive, **(select or {}))
     names = _names(part, quantities)
-    used = {d for name in names for d in part[name].dims}
-    dims = [str(d) for d in part.dims if d in used]
+    dims = dims_of(part, names)
     shape = [part.sizes[d] for d in dims]
     columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
     uncertain = [n for n in names if n + SHARE in part]
@@ -152,17 +149,14 @@ def rows(
     _check_sort(sort, columns | ends)
     found = _first(columns | ends, dims, shape, sort, limit)
     table = pd.DataFrame({name: found[name] for name in columns})
-    words = {name: words_of_flags(column) for name, column in columns.items()}
-    verdicts = {name: meant for name, meant in words.items() if meant is not None}
+    words = words_for_numbers(columns)
     changes = frozenset[str]()
     if relative_to is not None:
-        changes = frozenset(names) - {"status", *verdicts}
+        changes = frozenset(names) - words.keys()
         one = _one_design(part, relative_to, dims)
         for name in changes:
             table[name] = _change(table[name].to_numpy(dtype=float), float(one[name]))
-    if "status" in table:
-        table["status"] = OUTCOMES[table["status"].to_numpy(dtype=np.int64)]
-    for name, meant in verdicts.items():
+    for name, meant in words.items():
         table[name] = in_words(table[name].to_numpy(), meant)
     curves, several = _left_out(part) if quantities is None else ((), {})
     return Rows(
@@ -170,7 +164,7 @@ def rows(
         units={
             name: "percent" if name in changes else str(variable.attrs.get("units", ""))
             for name, variable in columns.items()
-            if variable.dtype.kind in "fiu" and name != "status" and name not in verdicts
+            if variable.dtype.kind in "fiu" and name not in words
         },
         texts={name: str(v.attrs.get("long_name", "")) for name, v in columns.items()},
         given=tuple(name for name in columns if name not in names),
@@ -186,16 +180,14 @@ def rows(
     )
 
 
-def _check_options(select: Any, limit: Any, relative_to: Any) -> None:
-    """Check what a caller gave, but for names."""
+def _check_arguments(limit: object, select: object, relative_to: object) -> None:
     if not isinstance(limit, int) or limit < 1:
         raise SceneError(f"limit = {shown(limit)}: must be a whole number, 1 or more")
-    for key, at in (("select", select), ("relative_to", relative_to)):
-        if not (at is None or isinstance(at, Mapping) or (key, at) == ("relative_to", NOMINAL)):
-            also = ", or 'nominal'" if key == "relative_to" else ""
-            raise SceneError(
-                f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}{also}"
-            )
+    axes = "must be values of axes, such as {'load': 50}"
+    if select is not None and not isinstance(select, Mapping):
+        raise SceneError(f"select = {shown(select)}: {axes}")
+    if relative_to not in (None, NOMINAL) and not isinstance(relative_to, Mapping):
+        raise SceneError(f"relative_to = {shown(relative_to)}: {axes}, or 'nominal'")
 
 
 def _check_sort(sort: str | None, columns: Mapping[str, xr.Variable]) -> None:
@@ -216,11 +208,10 @@ def _names(part: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str
         )
     if quantities is not None:
         return names
-    bands = {n + end for n in names if n + SHARE in part for end in (LOW, HIGH, EXPLAINED)}
-    left_out = (
-        bands if FAILED_DRAWS in part and part[FAILED_DRAWS].any() else bands | {FAILED_DRAWS}
-    )
-    return [n for n in names if n not in left_out]
+    of_bands = {n + end for n in names if n + SHARE in part for end in (LOW, HIGH, EXPLAINED)}
+    if FAILED_DRAWS in names and not part[FAILED_DRAWS].any():
+        of_bands.add(FAILED_DRAWS)
+    return [n for n in names if n not in of_bands]
 
 
 def _change(values: npt.NDArray[Any], base: float) -> npt.NDArray[Any]:
