@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -306,20 +305,6 @@ def _same(one: Arrangement, other: Arrangement) -> bool:
 # --- ranks ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Ranks:
-    """Places of the orders by some quantities: 1 is best, equal values share a place."""
-
-    names: tuple[str, ...]
-    each: Floats
-
-    @property
-    def total(self) -> Floats:
-        """Sum of the places of each order."""
-        total: Floats = self.each.sum(axis=0)
-        return total
-
-
 def compared_criteria(found: xr.Dataset) -> list[str]:
     """Criteria that an archive has and that tell its orders apart."""
     return [name for name in _criteria(found) if _differs(_worst(found, name))]
@@ -358,40 +343,30 @@ def _ranked(
         _check_ranks(found, quantity)
     # Where nothing tells them apart all have the first place, by whatever there is.
     by = list(asked) or compared_criteria(found) or _criteria(found)
-    each = np.array([_places(_worst(found, quantity)) for quantity in by])
-    ranks = _Ranks(tuple(by), each)
-    summed = ranks.total
-    place = _places(summed)
+    summed = np.sum([_places(_worst(found, quantity)) for quantity in by], axis=0)
+    own_crank = [one.own_crank for one in orders]
+    numbers = {
+        "rank": (_places(summed), "rank of the firing order, 1 is best"),
+        "rank_sum": (summed, f"sum of the ranks by {', '.join(by)}"),
+        "own_crank": (own_crank, "whether the crankshaft is the engine's own: 1, or 0"),
+    }
     texts = _texts(orders)
+    meanings = {
+        "firing_order": "firing order",
+        "known_order": "known engine with this order",
+        "from_other_end": "order counted from the other end of the engine",
+        "other_way": "order with the opposite sense of rotation",
+    }
     along = {
-        "rank": (place.astype(np.int32), "rank of the firing order, 1 is best"),
-        "rank_sum": (summed.astype(np.int32), f"sum of the ranks by {', '.join(by)}"),
-        "own_crank": (
-            np.array([one.own_crank for one in orders], dtype=np.int32),
-            "whether the crankshaft is the engine's own: 1, or 0",
-        ),
-        "firing_order": (texts["firing_order"], "firing order"),
-        "known_order": (texts["known_order"], "known engine with this order"),
-        "from_other_end": (texts["from_other_end"],
-        "order counted from the other end of the engine"),
-        "other_way": (texts["other_way"], "order with the opposite sense of rotation"),
-    }  # fmt: skip
-    made = found.assign(
-        {key: (ARRANGEMENT, values, _attributes(values, text))
-         for key, (values, text) in along.items() if key in ("rank", "rank_sum")}
-    ).assign_coords(
-        {key: (ARRANGEMENT, values, _attributes(values, text))
-         for key, (values, text) in along.items() if key not in ("rank", "rank_sum")}
-    )  # fmt: skip
+        key: (ARRANGEMENT, np.asarray(values, dtype=np.int32), {"long_name": text, "units": "1"})
+        for key, (values, text) in numbers.items()
+    } | {key: (ARRANGEMENT, texts[key], {"long_name": text}) for key, text in meanings.items()}
+    ranks = {key: along.pop(key) for key in ("rank", "rank_sum")}
+    made = found.assign(ranks).assign_coords(along)
     about = {"crank": crank, "own_order": own_order, "orders": total, "computed": len(orders),
              "by": by, **_alike(orders, total)}  # fmt: skip
     made.attrs[OF_ORDERS] = json.dumps(about)
     return made
-
-
-def _attributes(values: Any, text: str) -> dict[str, str]:
-    numbers = getattr(values, "dtype", np.dtype(object)).kind in "if"
-    return {"long_name": text, **({"units": "1"} if numbers else {})}
 
 
 def _check_ranks(found: xr.Dataset, quantity: str) -> None:
