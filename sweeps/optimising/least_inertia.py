@@ -17,12 +17,10 @@ import numpy as np
 from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
-from sweeps.optimising.task import Task
-from sweeps.planning.plan import make_plan
+from sweeps.optimising.task import Task, plan_of_designs
+from sweeps.planning.plan import Plan
 from sweeps.running.in_memory import compute
 from sweeps.scene.distributions import Choice
-from sweeps.scene.reading import scene_of
-from sweeps.scene.sample import SEARCH
 
 __all__ = ["LeastInertia", "least_inertia_of"]
 
@@ -50,7 +48,7 @@ class LeastInertia:
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
         """Columns of all parameters: those given, and the inertia."""
         count = len(next(iter(columns.values()))) if columns else 1
-        plan = make_plan(self._scene(columns, count))
+        plan = self.plan(columns, count)
         results = compute(plan, threads=self.threads)
         dims = plan.dims(FOUND)
         inertia = results[FOUND]
@@ -58,9 +56,8 @@ class LeastInertia:
             inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
         # Points without an inertia are those where every inertia is enough, or none: the design is
         # computed there like all others.
-        largest = np.fmax.reduce(inertia, axis=-1, initial=-np.inf) if DESIGN in dims else (
-            np.fmax.reduce(inertia, axis=None, initial=-np.inf)
-        )  # fmt: skip
+        axis = -1 if DESIGN in dims else None
+        largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
         law = self.task.space.parameters[KEY]
         assert not isinstance(law, Choice)
         found = np.clip(np.broadcast_to(largest, count), law.low, law.high)  # type: ignore[attr-defined]
@@ -69,26 +66,16 @@ class LeastInertia:
             for key in self.task.space.parameters
         }
 
-    def _scene(self, columns: Mapping[str, Any], count: int) -> Any:
-        given, space = self.task.given, self.task.space.without(KEY)
+    def plan(self, columns: Mapping[str, Any], count: int) -> Plan:
+        """Plan of the inertia that some designs of all other parameters need."""
+        task = self.task
         # Delta of the inertia that is found misses the wanted one by a tenth of the tolerance at
         # most; this keeps it at or below the limit.
         aim = self.limit * (1.0 - self.tolerance)
-        raw = {
-            **given.raw,
-            "set": {**(given.raw.get("set") or {}), WANTED: aim},
-            "output": {"quantities": [FOUND]},
-        }
-        if space.parameters:
-            raw["sample"] = {
-                "method": SEARCH,
-                "number": count,
-                "seed": self.task.seed,
-                **space.tables,
-            }
-        return scene_of(
-            raw, given.name, given.base, given.path, self.task.files, given.instead,
-            columns if space.parameters else None,
+        settings = {**(task.given.raw.get("set") or {}), WANTED: aim}
+        return plan_of_designs(
+            task.given, task.space.without(KEY), columns, count, task.seed, task.files,
+            set=settings, output={"quantities": [FOUND]},
         )  # fmt: skip
 
     @property
@@ -114,8 +101,7 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
     try:
         if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
-        columns = task.space.without(KEY).columns(few)
-        make_plan(found._scene(columns, len(few)))
+        found.plan(task.space.without(KEY).columns(few), len(few))
     except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
         return None
     return found
@@ -125,24 +111,10 @@ def _changes_with_inertia(task: Task, name: str) -> bool:
     """Whether a quantity depends on the inertia: then it has it as a dimension."""
     space = task.space.without(KEY)
     law: Any = task.space.parameters[KEY]
-    given = task.given
     few = space.one_of_each()
-    raw = {
-        **given.raw,
-        "axes": {**(given.raw.get("axes") or {}), KEY: [law.low, law.high]},
-        "output": {"quantities": [name]},
-    }
-    if space.parameters:
-        raw["sample"] = {"method": SEARCH, "number": len(few), "seed": task.seed, **space.tables}
-    plan = make_plan(
-        scene_of(
-            raw,
-            given.name,
-            given.base,
-            given.path,
-            task.files,
-            given.instead,
-            space.columns(few) if space.parameters else None,
-        )
-    )
+    axes = {**(task.given.raw.get("axes") or {}), KEY: [law.low, law.high]}
+    plan = plan_of_designs(
+        task.given, space, space.columns(few), len(few), task.seed, task.files,
+        axes=axes, output={"quantities": [name]},
+    )  # fmt: skip
     return KEY in plan.dims(name)

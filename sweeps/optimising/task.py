@@ -20,7 +20,7 @@ from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import GivenScene, scene_of
 from sweeps.scene.sample import SEARCH
 
-__all__ = ["Task", "read_task"]
+__all__ = ["Task", "plan_of_designs", "read_task"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,21 +71,30 @@ class Task:
 
     def plan(self, columns: Mapping[str, Any], number: int) -> Plan:
         """Plan of some designs; `number` is how many of them the scene is said to have."""
-        return _plan_of(
-            self.given, self.space, columns, self.quantities, number, self.seed, self.files
+        output = _with_quantities(self.given, self.quantities)
+        return plan_of_designs(
+            self.given, self.space, columns, number, self.seed, self.files, output=output
         )
 
 
-def _plan_of(
-    given: GivenScene, space: Space, columns: Mapping[str, Any], quantities: Sequence[str],
-    number: int, seed: int, files: Mapping[str, bytes] | None = None,
+def plan_of_designs(
+    given: GivenScene, space: Space, columns: Mapping[str, Any], number: int, seed: int,
+    files: Mapping[str, bytes] | None = None, **tables: Mapping[str, Any],
 ) -> Plan:  # fmt: skip
-    sample = {"method": SEARCH, "number": number, "seed": seed, **space.tables}
-    output = {**(given.raw.get("output") or {}), "quantities": list(quantities)}
-    raw = {"sample": sample, **given.raw, "output": output}  # the first table varies slowest
-    return make_plan(
-        scene_of(raw, given.name, given.base, given.path, files, given.instead, columns)
-    )
+    """Plan of a scene at some designs of a space; where nothing varies, of the scene as it is.
+
+    `tables` are those of the scene that are others.
+    """
+    raw: dict[str, Any] = {**given.raw, **tables}
+    drawn = None
+    if len(space):
+        sample = {"method": SEARCH, "number": number, "seed": seed, **space.tables}
+        raw, drawn = {"sample": sample, **raw}, columns  # the first table varies slowest
+    return make_plan(scene_of(raw, given.name, given.base, given.path, files, given.instead, drawn))
+
+
+def _with_quantities(given: GivenScene, quantities: Sequence[str]) -> dict[str, Any]:
+    return {**(given.raw.get("output") or {}), "quantities": list(quantities)}
 
 
 def read_task(
@@ -122,7 +131,10 @@ def read_task(
     if not quantities:
         raise SceneError("least and most: no computed quantity; at least one is needed")
     few = space.one_of_each()
-    plan = _plan_of(given, space, space.columns(few), quantities, len(few), seed)
+    plan = plan_of_designs(
+        given, space, space.columns(few), len(few), seed,
+        output=_with_quantities(given, quantities),
+    )  # fmt: skip
     for one in names:
         if one in ALL_QUANTITIES:
             _check_number(one, plan)
