@@ -169,7 +169,7 @@ def _span(seconds: float) -> str:
     return "-" if seconds < 0.1 else f"{seconds:.1f} s"
 
 
-def keep(found: Sequence[Compiled], designs: int, folder: Path) -> None:
+def save_rows(found: Sequence[Compiled], designs: int, folder: Path) -> None:
     """Keep the rows beside the page in a folder, and write that again."""
     day = datetime.datetime.now(datetime.UTC).date().isoformat()
     page.save(folder, "compiling", HEAD, body(found))
@@ -195,4 +195,4 @@ def main(arguments: Sequence[str]) -> None:
     found = measured(options.only or STUDIES, options.designs, options.short, options.runs, log)
     print("\n".join([machine(), "", *rows(HEAD, body(found))]))
     if options.keep:
-        keep(found, options.designs, measure.ROOT / "docs")
+        save_rows(found, options.designs, measure.ROOT / "docs")

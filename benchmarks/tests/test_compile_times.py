@@ -79,7 +79,7 @@ def test_the_page_names_what_was_kept(tmp_path: Path) -> None:
         shutil.copy(file, tmp_path / "benchmarks" / file.name)
     for seconds in (20.0, 30.0):
         found = [Compiled("one", seconds, 2.0), Compiled("two", 2.04, 2.0)]
-        compile_times.keep(found, 2000, tmp_path)
+        compile_times.save_rows(found, 2000, tmp_path)
     assert [list(row.values()) for row in page.read(tmp_path, "compiling")] == [
         ["one", "28.0 s", "30.0 s", "2.0 s"], ["two", "-", "2.0 s", "2.0 s"],
     ]  # fmt: skip

@@ -16,7 +16,7 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.forces import mechanism
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.geometry.slider_crank import sine_of_top, turned
+from engine_dyn.geometry.slider_crank import sine_of_top, sum_of_angles
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
@@ -192,7 +192,7 @@ def _load_of_throw(
         upright = math.sqrt(1.0 - top * top)
         throw_pull = turning * radius
         for i in range(samples):
-            s, c = turned(sine[i], cosine[i], top, upright)
+            s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             lean = ratio * (s - offset)
             root = 1.0 / math.sqrt(1.0 - lean * lean)
             slope = lean * root

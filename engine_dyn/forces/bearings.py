@@ -72,7 +72,7 @@ __all__ = [
     "main_journal_load",
     "of_all_journals",
     "piston_pin_load",
-    "turned",
+    "in_turned_axes",
 ]
 
 
@@ -264,7 +264,7 @@ def main_journal_load(
     return x, y
 
 
-def turned(load: Any, angle: Any) -> Any:
+def in_turned_axes(load: Any, angle: Any) -> Any:
     """Components in axes turned by the crank's angle; its own inverse.
 
     (x, y) to (radial, tangential) and back: radial = x sin + y cos, tangential = x cos - y sin.

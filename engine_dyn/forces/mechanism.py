@@ -60,7 +60,7 @@ from engine_dyn.compilation import kernel
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
-from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top, turned
+from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top, sum_of_angles
 from engine_dyn.types import Floats
 
 __all__ = [
@@ -90,7 +90,7 @@ SAMPLES = 720
 """Of a turn, where a largest value is looked for."""
 
 
-def _turned(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
+def _sine_and_cosine(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
     """Sine and cosine of the crank's angle to the cylinder."""
     theta = np.asarray(phi, dtype=float) + slider_crank.dead_centres(crank_ratio, offset).top
     return np.sin(theta), np.cos(theta)
@@ -117,7 +117,7 @@ def rod_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 
 def radial_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """R/P = cos(theta + beta)/cos(beta) [1]. Kakaitsas (2015), eq. 2.5; as `thrust_ratio`."""
-    sine, cosine = _turned(phi, crank_ratio, offset)
+    sine, cosine = _sine_and_cosine(phi, crank_ratio, offset)
     return cosine - sine * thrust_ratio(phi, crank_ratio, offset)
 
 
@@ -150,7 +150,7 @@ def gravity_torque(
         whole: Any = 0.0
         for member, bank in zip(engine.members, banks_of(engine), strict=True):
             angle, own = phi + member.phase, member.own(crank_ratio, offset)
-            sine, cosine = _turned(angle, *own)
+            sine, cosine = _sine_and_cosine(angle, *own)
             lean = sine * np.cos(bank) + cosine * np.sin(bank)
             along = member.mass_factor * np.cos(bank)
             velocity = slider_crank.velocity(angle, *own)
@@ -196,13 +196,13 @@ def two_mass_rod_inertia(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: 
 
 def rod_speed(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """Angular speed of the rod over that of the crank, beta' [1]; as `thrust_ratio`."""
-    _, cosine = _turned(phi, crank_ratio, offset)
+    _, cosine = _sine_and_cosine(phi, crank_ratio, offset)
     return crank_ratio * cosine * rod_ratio(phi, crank_ratio, offset)
 
 
 def rod_acceleration(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """Angular acceleration of the rod at constant speed over omega^2, beta'' [1]."""
-    sine, _ = _turned(phi, crank_ratio, offset)
+    sine, _ = _sine_and_cosine(phi, crank_ratio, offset)
     speed = rod_speed(phi, crank_ratio, offset)
     lean = thrust_ratio(phi, crank_ratio, offset)
     # beta'^2 tan(beta) - lambda sin(theta)/W
@@ -281,7 +281,7 @@ def _fill_errors(which: int, inputs: Floats, sine: Floats, cosine: Floats, resul
         upright = math.sqrt(1.0 - top * top)
         most, whole = 0.0, 0.0
         for i in range(sine.size):
-            s, c = turned(sine[i], cosine[i], top, upright)
+            s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             lean = ratio * (s - offset)
             root = 1.0 / math.sqrt(1.0 - lean * lean)  # 1/cos(beta)
             speed = ratio * c * root

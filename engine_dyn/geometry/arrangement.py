@@ -332,19 +332,9 @@ class Arrangement:
             marks = np.hstack([marks, more])
         return symmetry(self.phases, self.period, marks)
 
-    def of_bank(self, bank: int) -> Floats:
-        """Phases of the cylinders of one bank [rad], in the order of their numbers."""
-        members = [cylinder.bank == bank for cylinder in self.cylinders]
-        return self.phases[np.array(members)]
-
     def phase_sums(self, orders: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> Floats:
         """Phase-vector sums of all cylinders, shape of `orders`: see `phase_sums`."""
         return phase_sums(orders, self.phases, self.period, weights)
-
-    def phase_sums_of_banks(self, orders: npt.ArrayLike) -> Floats:
-        """Phase-vector sums of each bank alone, shape (bank, *orders): see `phase_sums`."""
-        each = [phase_sums(orders, self.of_bank(b), self.period) for b in range(len(self.banks))]
-        return np.stack(each)
 
 
 def _finite(where: str, value: float) -> None:

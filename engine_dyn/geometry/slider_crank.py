@@ -416,7 +416,9 @@ def sine_of_top(crank_ratio: float, offset: float) -> float:
 
 
 @inlined
-def turned(sine: float, cosine: float, top_sine: float, top_cosine: float) -> tuple[float, float]:
+def sum_of_angles(
+    sine: float, cosine: float, top_sine: float, top_cosine: float
+) -> tuple[float, float]:
     """Sine and cosine of theta from those of phi and of theta_T, docs/method.md (5)."""
     return (
         sine * top_cosine + cosine * top_sine,

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import kernel
-from engine_dyn.geometry.slider_crank import offset_velocity_at, sine_of_top, turned
+from engine_dyn.geometry.slider_crank import offset_velocity_at, sine_of_top, sum_of_angles
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["AT_ONCE", "by_highest_order", "mean_square", "velocity_waves"]
@@ -88,7 +88,7 @@ def _transform(
         top = sine_of_top(lamda, e)
         upright = math.sqrt(1.0 - top * top)
         for i in range(samples):
-            s, c = turned(sine[i], cosine[i], top, upright)
+            s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             velocity[i] = offset_velocity_at(s, c, lamda, e) / samples
             wave[i], quadrature[i] = velocity[i], 0.0
         real[design, 0] = imaginary[design, 0] = 0.0

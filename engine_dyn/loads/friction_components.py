@@ -98,7 +98,7 @@ def _swept(bore: Any, stroke: Any, cylinders: Any) -> Any:
     return (MM * bore) ** 2 * (MM * stroke) * cylinders
 
 
-def _mixed(speed: Any) -> Any:
+def _mixed_lubrication(speed: Any) -> Any:
     """Factor of mixed lubrication: 1 + 1000/N."""
     return 1.0 + BOUNDARY_SPEED * RPM / speed
 
@@ -167,7 +167,7 @@ def rings(bore: Any, speed: Any) -> Any:
 
     docs/method.md (34). `speed` of the crank [rad/s].
     """
-    return KILOPASCAL * 4.06e4 * _mixed(speed) / (MM * bore) ** 2
+    return KILOPASCAL * 4.06e4 * _mixed_lubrication(speed) / (MM * bore) ** 2
 
 
 def ring_gas_pressure(compression_ratio: Any, piston_speed: Any, intake_ratio: Any = 1.0) -> Any:
@@ -210,9 +210,11 @@ def valve_train(
     flat, roller, hydrodynamic, mixed = np.moveaxis(_CONSTANTS[number.astype(int) - 1], -1, 0)
     turns, high = speed / RPM, MM * lift
     camshafts = 244.0 * turns * camshaft_bearings / _swept(bore, stroke, cylinders) + 4.12
-    followers = flat * _mixed(speed) + roller * turns
+    followers = flat * _mixed_lubrication(speed) + roller * turns
     in_oil = hydrodynamic * high**1.5 * np.sqrt(turns) / (MM * bore)
-    of_valves = (followers + in_oil + mixed * _mixed(speed) * high) * valves / (MM * stroke)
+    of_valves = (
+        (followers + in_oil + mixed * _mixed_lubrication(speed) * high) * valves / (MM * stroke)
+    )
     return KILOPASCAL * (camshafts + of_valves)
 
 

@@ -27,7 +27,7 @@ from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
-from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
+from engine_dyn.geometry.slider_crank import position_at, sum_of_angles, velocity_at
 from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
@@ -117,13 +117,6 @@ class CompressorCycle:
         """Cylinder volume over the swept volume [1] at crank angles [rad]."""
         travel = slider_crank.position(phi, self.crank_ratio)
         return np.asarray(self.clearance_ratio + 0.5 * travel, dtype=np.float64)
-
-    @property
-    def volumetric_efficiency(self) -> float:
-        """Gas taken in by the ideal cycle over the swept volume [1]."""
-        pressure_ratio = self.delivery_pressure / self.suction_pressure
-        expanded = pressure_ratio ** (1.0 / self.expansion_exponent)
-        return 1.0 - self.clearance_ratio * (expanded - 1.0)
 
     def points(self, step_degrees: float = 0.5) -> tuple[Floats, Floats]:
         """Tabulate the cycle.
@@ -337,15 +330,15 @@ def advance(phi: float, h: float, p: float, case: Case) -> float:
     """
     s0, c0 = math.sin(phi), math.cos(phi)
     s6, c6 = math.sin(h / 6.0), math.cos(h / 6.0)
-    s3, c3 = turned(s6, c6, s6, c6)
+    s3, c3 = sum_of_angles(s6, c6, s6, c6)
     a0, b0 = coefficients(phi, s0, c0, case)
-    s, c = turned(s0, c0, s3, c3)
+    s, c = sum_of_angles(s0, c0, s3, c3)
     a1, b1 = coefficients(phi + h / 3.0, s, c, case)
-    s, c = turned(s, c, s6, c6)
+    s, c = sum_of_angles(s, c, s6, c6)
     a2, b2 = coefficients(phi + 0.5 * h, s, c, case)
-    s, c = turned(s, c, s6, c6)
+    s, c = sum_of_angles(s, c, s6, c6)
     a3, b3 = coefficients(phi + h / 1.5, s, c, case)
-    s, c = turned(s, c, s3, c3)
+    s, c = sum_of_angles(s, c, s3, c3)
     a4, b4 = coefficients(phi + h, s, c, case)
     k1 = a0 - b0 * p
     k2 = a1 - b1 * (p + h / 3.0 * k1)

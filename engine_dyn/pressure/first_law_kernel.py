@@ -20,7 +20,7 @@ from engine_dyn.geometry.slider_crank import (
     offset_velocity_at,
     position_at,
     sine_of_top,
-    turned,
+    sum_of_angles,
     velocity_at,
 )
 from engine_dyn.pressure.collocation import (
@@ -161,7 +161,7 @@ def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     share = 0.5 / case.half_stroke
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)
-    s, c = turned(sine, cosine, top, upright)
+    s, c = sum_of_angles(sine, cosine, top, upright)
     travel = offset_position_at(s, c, ratio, offset, 1.0 - cosine, upright)
     return case.clearance + share * travel, share * offset_velocity_at(s, c, ratio, offset)
 
@@ -290,7 +290,7 @@ def take_geometry(phi: float, h: float, case: Case, points: Points) -> None:
     sine, cosine = math.sin(phi), math.cos(phi)
     for i in range(POINTS):
         s, c = short_turn(h * PLACES[i])
-        s, c = turned(sine, cosine, s, c)
+        s, c = sum_of_angles(sine, cosine, s, c)
         volume, growth = geometry(s, c, case)
         points.volume[i] = volume
         points.growth[i] = growth / volume

@@ -169,13 +169,13 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
     def make(**needs: Any) -> Any:
         found = needs[of]
         if turning == "engine":
-            found = bearings.turned(found, bearings.first_crank(
+            found = bearings.in_turned_axes(found, bearings.first_crank(
                 needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
                 needs["cylinder_set"], needs["cylinders_by_count"],
             ))  # fmt: skip
         elif turning == "crank":
             top = slider_crank.dead_centres(needs["crank_ratio"], needs["offset_ratio"]).top
-            found = bearings.turned(found, needs["crank_angle"] + top)
+            found = bearings.in_turned_axes(found, needs["crank_angle"] + top)
         return found.real if part in ("radial", "x", "side") else found.imag
 
     return Node(

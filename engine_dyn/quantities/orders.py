@@ -112,7 +112,7 @@ def _of_scope(scope: str, part: str) -> list[Node]:
     whose, dimension, vectors, add = _SCOPES[scope]
     name, one = f"{scope or 'engine_'}{part}_sum", f"{part}_harmonics"
 
-    def turned(**needs: Any) -> Any:
+    def of_one_cylinder(**needs: Any) -> Any:
         return needs[one] * needs[vectors[0]] if vectors else needs[one]
 
     def summed(**needs: Any) -> Any:
@@ -121,7 +121,7 @@ def _of_scope(scope: str, part: str) -> list[Node]:
 
     text = f"harmonics of {text}, {whose}"
     return [
-        _harmonic(name, unit, text, (one, *vectors), turned, when="equal", throws=throws),
+        _harmonic(name, unit, text, (one, *vectors), of_one_cylinder, when="equal", throws=throws),
         _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
                   when="unequal", threaded=part in _THREADED, throws=throws),
     ]  # fmt: skip

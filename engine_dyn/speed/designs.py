@@ -89,7 +89,7 @@ class Chosen:
     places: Integers
 
     @cached_property
-    def _along(self) -> tuple[Integers, ...]:
+    def _places_by_axis(self) -> tuple[Integers, ...]:
         return tuple(np.unravel_index(self.places, self.inputs.shape))
 
     def take(self, name: str) -> npt.NDArray[Any]:
@@ -99,7 +99,7 @@ class Chosen:
             return array.reshape(1)
         if array.size == self.inputs.size:
             return array.reshape(-1)[self.places]
-        axes = zip(self._along, array.shape, strict=True)
+        axes = zip(self._places_by_axis, array.shape, strict=True)
         return np.asarray(array[tuple(here if size > 1 else 0 for here, size in axes)])
 
     def full(self, name: str) -> npt.NDArray[Any]:

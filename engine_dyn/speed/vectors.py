@@ -87,7 +87,7 @@ def write(rows: Rows, row: int, value: Any) -> None:
 # --- what the compiler makes of them --------------------------------------------------------------
 
 
-def _spread(builder: Any, value: Any) -> Any:
+def _in_all_lanes(builder: Any, value: Any) -> Any:
     """Vector with the same number in all lanes."""
     nothing = ir.Constant(ir.VectorType(value.type, LANES), ir.Undefined)
     index = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
@@ -114,7 +114,7 @@ def _teach(function: Any, build: Callable[..., Any], result: Any, of_numbers: An
         for kind, value in zip(signature.args, values, strict=True):
             if isinstance(kind, types.Number):
                 number = context.cast(builder, value, kind, types.float64)
-                given.append(_spread(builder, number) if wide else number)
+                given.append(_in_all_lanes(builder, number) if wide else number)
             else:
                 given.append(value)
         return build(builder, *given)
@@ -252,7 +252,7 @@ def _item(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 def _write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     value = values[2]
     if isinstance(signature.args[2], types.Number):
-        value = _spread(builder, context.cast(builder, value, signature.args[2], NUMBER))
+        value = _in_all_lanes(builder, context.cast(builder, value, signature.args[2], NUMBER))
     builder.store(value, _vector_at(context, builder, signature, values), align=8)
     return context.get_dummy_value()
 

@@ -150,7 +150,7 @@ def common_part(
         if (name in first.dims) != (name in second.dims):
             different.append(f"{name}: only in {names[name not in first.dims]}")
             continue
-        if first.sizes[name] == second.sizes[name] and _equal(
+        if first.sizes[name] == second.sizes[name] and _same_values(
             _columns(first, name), _columns(second, name)
         ):
             continue
@@ -187,7 +187,7 @@ def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
     return [dataset[name].values for name in along]
 
 
-def _equal(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
+def _same_values(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
     return len(one) == len(two) and all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
 
 

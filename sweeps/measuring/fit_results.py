@@ -180,7 +180,7 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
     fit, given = found.fit, found.seen.recordings
     logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
     raw = np.array([one.mean(axis=0) for one in given.cycles])
-    spread = np.array([_spread(one) for one in given.cycles])
+    spread = np.array([_deviation_over_cycles(one) for one in given.cycles])
     share = np.where(given.used, given.width, 0.0)
     level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
     computed = np.exp(logs + level[:, None])
@@ -229,7 +229,7 @@ def _of_predictions(
     }  # fmt: skip
 
 
-def _spread(cycles: Floats) -> Floats:
+def _deviation_over_cycles(cycles: Floats) -> Floats:
     """Standard deviation over cycles, each at the mean level [rad/s]."""
     level = cycles.mean(axis=1, keepdims=True)
     return np.asarray((cycles / level).std(axis=0, ddof=1) * level.mean())

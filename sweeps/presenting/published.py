@@ -75,14 +75,15 @@ def _table(dataset: xr.Dataset, quantities: list[str]) -> list[str]:
     sizes = tuple(dataset.sizes[dimension] for dimension in dimensions)
     pairs = []
     for quantity in quantities:
-        published = _spread(dataset[quantity + PUBLISHED], dimensions, dataset.sizes)
-        computed = _spread(dataset[quantity], dimensions, dataset.sizes)
+        published = _over_all_dimensions(dataset[quantity + PUBLISHED], dimensions, dataset.sizes)
+        computed = _over_all_dimensions(dataset[quantity], dimensions, dataset.sizes)
         pairs.append((published, computed))
 
     units = [dataset[q].attrs.get("units", "") for q in quantities]
     heads = [f"{q} [{u}]" if u else q for q, u in zip(quantities, units, strict=True)]
     lines = [
-        " " * LABEL_WIDTH + "".join(f" {_cut(head, _COLUMN - 1):>{_COLUMN - 1}}" for head in heads),
+        " " * LABEL_WIDTH
+        + "".join(f" {_shortened(head, _COLUMN - 1):>{_COLUMN - 1}}" for head in heads),
         " " * LABEL_WIDTH
         + (
             f" {'published':>{NUMBER_WIDTH}}{'computed':>{NUMBER_WIDTH}}{'diff.':>{PERCENT_WIDTH}}"
@@ -102,7 +103,7 @@ def _table(dataset: xr.Dataset, quantities: list[str]) -> list[str]:
                 worst[i] = (difference, label)
         rows += 1
         if rows <= MOST_ROWS:
-            head = f"{_cut(label, LABEL_WIDTH):<{LABEL_WIDTH}}"
+            head = f"{_shortened(label, LABEL_WIDTH):<{LABEL_WIDTH}}"
             lines.append((head + "".join(map(_cells, values))).rstrip())
     if rows > MOST_ROWS:
         lines.append(f"... and {rows - MOST_ROWS} more rows")
@@ -114,7 +115,7 @@ def _table(dataset: xr.Dataset, quantities: list[str]) -> list[str]:
     return lines
 
 
-def _spread(
+def _over_all_dimensions(
     values: xr.DataArray, dimensions: tuple[Hashable, ...], sizes: Mapping[Hashable, int]
 ) -> np.ndarray:
     """Values over all the dimensions of a table, repeated along those that they lack."""
@@ -165,5 +166,5 @@ def _cells(values: tuple[float, float]) -> str:
     return f" {published:>{NUMBER_WIDTH}.6g}{result:>{NUMBER_WIDTH}}{percent:>{PERCENT_WIDTH}}"
 
 
-def _cut(label: str, width: int) -> str:
+def _shortened(label: str, width: int) -> str:
     return label if len(label) <= width else label[: width - 2] + ".."

@@ -77,8 +77,8 @@ def read_data_sheet(path: str | Path) -> Sheet:
     Raises
     ------
     SceneError
-        For a file that is none, a two-stroke engine, missing dimensions, and what a calibration
-        cannot take into account.
+        For a file that is no engine file, a two-stroke engine, missing dimensions, and what a
+        calibration cannot take into account.
     """
     path = Path(path)
     name = str(path)

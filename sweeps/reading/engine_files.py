@@ -45,7 +45,7 @@ from sweeps.reading.engine_tables import DIAGRAMS, EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
-from sweeps.reading.referred_files import keep, kept, kept_files, referred
+from sweeps.reading.referred_files import add_files_read, kept, kept_files, referred
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
@@ -109,7 +109,7 @@ def load_engine(
         return _read_engine(own, f"engine {text}")
     if text in known:
         engine, files = _of_catalogue(known[text], known[text].stat().st_mtime_ns)
-        keep(files)
+        add_files_read(files)
         return engine
     return _read_engine(*engine_path(text, base, where))
 

@@ -18,7 +18,7 @@ from sweeps.reading.regular_files import reading, regular_bytes
 
 __all__ = [
     "file_bytes",
-    "keep",
+    "add_files_read",
     "keep_instead",
     "kept",
     "kept_files",
@@ -69,7 +69,7 @@ def kept(path: Path) -> bool | None:
     return None if collected is None or not collected.closed else _name(path) in collected.files
 
 
-def keep(files: Mapping[str, bytes]) -> None:
+def add_files_read(files: Mapping[str, bytes]) -> None:
     """Add files that were read before."""
     collected = _FILES.get()
     if collected is not None:
@@ -78,7 +78,7 @@ def keep(files: Mapping[str, bytes]) -> None:
 
 def keep_instead(path: Path, data: bytes) -> None:
     """Keep other bytes of a file than its own: what a scene needs of a recording."""
-    keep({_name(path): data})
+    add_files_read({_name(path): data})
 
 
 def kept_name(path: Path) -> str:

@@ -63,7 +63,7 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
         phi, bodies.ratio, offset, family, 0.0, factors_of(bodies, at_crank, mass), 1, one
     )
     crank = bearings.first_crank(phi, bodies.ratio, offset, 1, one)
-    turned = bearings.turned(radial + 1j * tangential, crank)
+    turned = bearings.in_turned_axes(radial + 1j * tangential, crank)
     assert turned.real == pytest.approx([found["x"] for found in exact], abs=limit)
     assert turned.imag == pytest.approx([found["y"] for found in exact], abs=limit)
     assert tangential * bodies.radius == pytest.approx([f["torque"] for f in exact], abs=limit)
@@ -172,13 +172,13 @@ def test_axes_turn_back() -> None:
     assert crank == pytest.approx(
         np.array([0.3, 2.0]) + slider_crank.dead_centres(0.3, 0.1).top - np.pi / 6.0
     )
-    once = bearings.turned(load, crank)
+    once = bearings.in_turned_axes(load, crank)
     assert np.abs(once) == pytest.approx(np.abs(load))
-    assert bearings.turned(once, crank) == pytest.approx(load)
+    assert bearings.in_turned_axes(once, crank) == pytest.approx(load)
     # A force along the upright direction with the crank upright is radial; a quarter turn on, with
     # the crank at x, it is against the rotation.
-    assert bearings.turned(2.0j, 0.0) == pytest.approx(2.0)
-    assert bearings.turned(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
+    assert bearings.in_turned_axes(2.0j, 0.0) == pytest.approx(2.0)
+    assert bearings.in_turned_axes(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
 
 
 # Peaks, means and angles --------------------------------------------------------------------------

@@ -18,7 +18,7 @@ import pytest
 from engine_dyn.engine import Engine
 from engine_dyn.forces import torque as torques
 from engine_dyn.forces.superposition import CrankTrain
-from engine_dyn.geometry.arrangement import Arrangement
+from engine_dyn.geometry.arrangement import Arrangement, phase_sums
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from sweeps.reading.engine_files import load_engine
 
@@ -126,7 +126,9 @@ def test_banks_of_a_cross_plane_v8_fire_unevenly(bank: int) -> None:
     phases = np.array([member.phase for member in alone.members])
     sums = np.abs(np.exp(1j * ORDERS[:, None] * phases).sum(axis=1))
     np.testing.assert_allclose(found, sums * one, atol=SMALL * one.max())
-    of_bank = arrangement_of(name).phase_sums_of_banks(ORDERS)[bank]
+    arrangement = arrangement_of(name)
+    members = [cylinder.bank == bank for cylinder in arrangement.cylinders]
+    of_bank = phase_sums(ORDERS, arrangement.phases[members], PERIOD)
     np.testing.assert_allclose(of_bank, sums, atol=1e-12)
     by_order = dict(zip(ORDERS.tolist(), sums, strict=True))
     assert all(by_order[order] > 0.5 for order in (0.5, 1.5, 2.5, 3.5))

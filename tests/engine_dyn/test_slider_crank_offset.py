@@ -22,7 +22,7 @@ from engine_dyn.geometry.slider_crank import (
     offset_velocity_at,
     position_at,
     sine_of_top,
-    turned,
+    sum_of_angles,
     velocity_and_slopes_at,
     velocity_at,
 )
@@ -117,7 +117,7 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
     top_sine = sine_of_top(ratio, offset)
     top_cosine = math.sqrt(1.0 - top_sine**2)
     for phi in PHI[::9]:
-        sine, cosine = turned(math.sin(phi), math.cos(phi), top_sine, top_cosine)
+        sine, cosine = sum_of_angles(math.sin(phi), math.cos(phi), top_sine, top_cosine)
         versine = 1.0 - math.cos(phi)
         assert offset_position_at(
             sine, cosine, ratio, offset, versine, top_cosine
@@ -138,7 +138,7 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
 def test_kernels_with_and_without_offset_agree(ratio: float) -> None:
     for phi in PHI[::7]:
         s, c = math.sin(phi), math.cos(phi)
-        assert turned(s, c, sine_of_top(ratio, 0.0), 1.0) == (s, c)
+        assert sum_of_angles(s, c, sine_of_top(ratio, 0.0), 1.0) == (s, c)
         for with_offset, without in (
             (offset_velocity_at, velocity_at),
             (offset_acceleration_at, acceleration_at),

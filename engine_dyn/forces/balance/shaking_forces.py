@@ -310,7 +310,7 @@ class RunningGear:
         ratio, offset_ratio = np.asarray(self.crank_ratio), np.asarray(self.offset)
         mass = 0.5 * np.asarray(self.crank_radius) * self.reciprocating_mass
 
-        def turned(sense: float) -> Callable[[Lines, Floats], Any]:
+        def wave(sense: float) -> Callable[[Lines, Floats], Any]:
             def total(lines: Lines, weight: Floats) -> Any:
                 vector = np.exp(1j * (lines.direction + sense * nu[..., None] * lines.phase))
                 share = weight * lines.mass_factor * lines.radius * vector
@@ -323,9 +323,8 @@ class RunningGear:
 
             return total
 
-        return mass * self._per_count(turned(1.0), moment), mass * self._per_count(
-            turned(-1.0), moment
-        )
+        forward, backward = (self._per_count(wave(sense), moment) for sense in (1.0, -1.0))
+        return mass * forward, mass * backward
 
     def _shafts(self, moment: bool) -> tuple[Any, tuple[Any, Any]]:
         """Amplitudes of the shafts: backward first order; forward and backward second order."""

@@ -31,7 +31,7 @@ def number_of(text: str, decimal: str = ".") -> float:
     Raises
     ------
     ValueError
-        For a text that is none.
+        For a text that is no number.
     """
     if not text.isascii() or "_" in text or (decimal == "," and "." in text):
         raise ValueError(text)
