@@ -33,6 +33,7 @@ from benchmarks import (
     report,
     sampled_peers,
     study_rates,
+    study_report,
     study_times,
 )
 from benchmarks.studies import STUDIES
@@ -174,7 +175,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
 def main() -> None:
     """Measure and write."""
     if sys.argv[1:2] == ["studies"]:
-        study_times.main(sys.argv[2:])
+        study_times.main(sys.argv[2:], study_report.table)
         return
     if sys.argv[1:2] == ["quantities"]:
         quantity_times.main(sys.argv[2:])

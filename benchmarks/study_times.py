@@ -145,10 +145,8 @@ def measured(
     return Studies(threads, tuple(rows), Timing(len(designs), tuple(of_loop)), errors)
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Measure and print."""
-    from benchmarks.study_report import table
-
+def main(arguments: Sequence[str], table: Callable[[Studies], Sequence[str]]) -> None:
+    """Measure and print what `table` makes of it."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks studies", description=__doc__)
     parser.add_argument("--only", nargs="+", type=study, metavar="NAME", help="some studies")
     parser.add_argument("--quick", action="store_true", help="small numbers of designs")
