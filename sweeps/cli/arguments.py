@@ -14,6 +14,7 @@ from typing import Any
 
 import click
 
+from sweeps.cli.completing import complete_quantities
 from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import SceneError, one_line, plain_number
 from sweeps.ratios import number_or_ratio
@@ -26,16 +27,22 @@ __all__ = [
     "compression_option",
     "difference",
     "file_size",
+    "format_option",
     "memory_size",
+    "names_of",
     "new_points",
     "number_of",
     "output_option",
     "overwrite_option",
     "percentages",
+    "quantities_option",
     "quiet_option",
     "resume_option",
+    "seed_option",
+    "select_option",
     "shard_number",
     "threads_option",
+    "units_option",
     "untrusted_option",
 ]
 
@@ -55,6 +62,9 @@ resume_option = click.option(
 )
 threads_option = click.option(
     "--threads", type=click.IntRange(min=1), help="Number of threads. Default: one for each core."
+)
+seed_option = click.option(
+    "--seed", default=1, show_default=True, help="Seed of the random numbers."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 compression_option = click.option(
@@ -92,10 +102,49 @@ def overwrite_option(help: str = "Replace the archive if it exists.") -> Decorat
     return click.option("--overwrite", is_flag=True, help=help)
 
 
+def select_option(help: str) -> Decorator:
+    """Option --select: values of axes."""
+    return click.option(
+        "--select",
+        "slices",
+        multiple=True,
+        metavar="AXIS=VALUE",
+        help=f"{help} Several separated by commas, or given several times.",
+    )
+
+
+def quantities_option(help: str) -> Decorator:
+    """Option --quantities: their names with commas between them."""
+    return click.option(
+        "--quantities", metavar="NAMES", shell_complete=complete_quantities, help=help
+    )
+
+
+def units_option(help: str = "Units of columns, as in `engine-dyn show`.") -> Decorator:
+    """Option --units: in which units quantities are told."""
+    return click.option("--units", metavar="NAME=UNIT", help=help)
+
+
+def format_option(what: str) -> Decorator:
+    """Option --format of figures."""
+    return click.option(
+        "--format",
+        "file_format",
+        type=click.Choice(["png", "svg", "pdf"]),
+        default="png",
+        show_default=True,
+        help=f"Format of the {what}.",
+    )
+
+
+def names_of(text: str | None) -> list[str] | None:
+    """Return the names of "delta,imep"; None where the option is not given."""
+    return None if text is None else [name.strip() for name in text.split(",")]
+
+
 def memory_size(text: str) -> float:
     """Return the bytes of "500MB" or "1.5 GB", decimal units."""
-    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
-    size = float(found[1]) * {"MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    size = _bytes(text, ("MB", "GB"))
     if not SMALLEST_MEMORY <= size < math.inf:
         raise SceneError(
             f"--memory {one_line(text, 60)}: must be a number and MB or GB, such as 500MB or 2GB, "
@@ -106,13 +155,19 @@ def memory_size(text: str) -> float:
 
 def file_size(text: str) -> float:
     """Return the bytes of "20MB" or "500 kB", decimal units."""
-    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(kB|MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
-    size = float(found[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    size = _bytes(text, ("kB", "MB", "GB"))
     if not 0.0 < size < math.inf:
         raise SceneError(
             f"--limit {one_line(text, 60)}: must be a number and kB, MB or GB, such as 20MB"
         )
     return size
+
+
+def _bytes(text: str, units: Iterable[str]) -> float:
+    """Bytes of a number with one of some units; 0 for any other text."""
+    pattern = rf"\s*(\d+(?:\.\d*)?)\s*({'|'.join(units)})\s*"
+    found = re.fullmatch(pattern, text, re.IGNORECASE | re.ASCII)
+    return float(found[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
 
 
 def shard_number(text: str) -> tuple[int, int]:

@@ -26,6 +26,7 @@ __all__ = [
     "files_of",
     "not_written",
     "opened",
+    "write_archive",
     "writing",
 ]
 
@@ -132,6 +133,15 @@ def writing(output: Path) -> Iterator[None]:
         named = f"{one_line(what, 300)}: " if what not in ("", str(output)) else ""
         reason = one_line(error.strerror or error, 200)
         end(f"{output}: cannot be written ({named}{reason})", FAILURE)
+
+
+def write_archive(found: xr.Dataset, output: Path | None, overwrite: bool) -> None:
+    """Write what was computed, where an output is given."""
+    from sweeps.archive.netcdf import write
+
+    if output is not None:
+        with writing(output):
+            write(found, output, overwrite=overwrite)
 
 
 @contextmanager

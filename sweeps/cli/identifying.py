@@ -10,7 +10,7 @@ import click
 from sweeps.cli.arguments import overwrite_option, quiet_option
 from sweeps.cli.completing import complete_keys, complete_scene
 from sweeps.cli.exits import guarded, say
-from sweeps.cli.files import check_output, writing
+from sweeps.cli.files import check_output, write_archive
 from sweeps.errors import SceneError, one_line, plain_number
 
 if TYPE_CHECKING:
@@ -84,11 +84,7 @@ def identify(
         scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
         loss=loss, predict=not no_predictions,  # type: ignore[arg-type]
     )  # fmt: skip
-    if output is not None:
-        from sweeps.archive.netcdf import write
-
-        with writing(output):
-            write(found, output, overwrite=overwrite)
+    write_archive(found, output, overwrite)
     if not quiet:
         say(fit_text(found))
 

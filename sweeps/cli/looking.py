@@ -13,12 +13,17 @@ from sweeps.cli.arguments import (
     archive_argument,
     axis_slices,
     difference,
+    format_option,
+    names_of,
     output_option,
     overwrite_option,
+    quantities_option,
     quiet_option,
+    select_option,
+    units_option,
     untrusted_option,
 )
-from sweeps.cli.completing import complete_engine_or_scene, complete_quantities
+from sweeps.cli.completing import complete_engine_or_scene
 from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
 from sweeps.cli.files import check_folder, check_output, check_slices, opened, writing
 from sweeps.errors import counted, size_text
@@ -33,11 +38,8 @@ __all__ = ["compare", "export", "info", "plot", "show"]
     is_flag=True,
     help="For an archive, also show assumptions, parameters, versions and hashes of files.",
 )
-@click.option(
-    "--units",
-    metavar="NAME=UNIT",
-    help="For an archive: units of quantities, such as brake_power=kW. Default: those of the "
-    "archive.",
+@units_option(
+    "For an archive: units of quantities, such as brake_power=kW. Default: those of the archive."
 )
 @untrusted_option
 @guarded
@@ -77,20 +79,8 @@ def info(what: str, provenance: bool, units: str | None) -> None:
 
 @click.command()
 @archive_argument
-@click.option(
-    "--select",
-    "slices",
-    multiple=True,
-    metavar="AXIS=VALUE",
-    help="Show only this value of an axis, or the nearest one in the archive. Several separated "
-    "by commas, or given several times.",
-)
-@click.option(
-    "--quantities",
-    metavar="NAMES",
-    shell_complete=complete_quantities,
-    help="Quantities to show, such as delta,imep.",
-)
+@select_option("Show only this value of an axis, or the nearest one in the archive.")
+@quantities_option("Quantities to show, such as delta,imep.")
 @click.option(
     "--sort",
     metavar="NAME",
@@ -106,11 +96,9 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     help="Show changes in percent relative to this design. 'nominal' is the design of that name, "
     "or the one with the engine's own values; 'first' is the first design.",
 )
-@click.option(
-    "--units",
-    metavar="NAME=UNIT",
-    help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ, mm and l.",
+@units_option(
+    "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ, mm and l."
 )
 @untrusted_option
 @guarded
@@ -128,7 +116,7 @@ def show(
         base = words.get(relative)
         if base is None:
             base = axis_slices([relative], "--relative-to")
-    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    names = names_of(quantities)
     check_file(archive)
     with opened(archive) as dataset:
         from sweeps.exploring.rows import rows
@@ -162,14 +150,7 @@ def show(
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for figures of both archives in one chart and of their difference in percent.",
 )
-@click.option(
-    "--format",
-    "file_format",
-    type=click.Choice(["png", "svg", "pdf"]),
-    default="png",
-    show_default=True,
-    help="Format of the figures.",
-)
+@format_option("figures")
 @untrusted_option
 @guarded
 def compare(
@@ -207,28 +188,17 @@ def compare(
 @click.command()
 @archive_argument
 @output_option("The table to write, FILE.csv, FILE.parquet or FILE.xlsx.")
-@click.option(
-    "--select",
-    "slices",
-    multiple=True,
-    metavar="AXIS=VALUE",
-    help="Write only this value of an axis, or the nearest one in the archive, in the unit of the "
-    "archive. Several separated by commas, or given several times.",
+@select_option(
+    "Write only this value of an axis, or the nearest one in the archive, in the unit of the "
+    "archive."
 )
-@click.option(
-    "--quantities",
-    metavar="NAMES",
-    shell_complete=complete_quantities,
-    help="Quantities to write, such as delta,imep. Default: all with one number per design.",
+@quantities_option(
+    "Quantities to write, such as delta,imep. Default: all with one number per design."
 )
 @click.option(
     "--head-units", is_flag=True, help="Write units into the column headings of a CSV file."
 )
-@click.option(
-    "--units",
-    metavar="NAME=UNIT",
-    help="Units of columns, such as brake_power=kW,speed=rpm. Default: those of the archive.",
-)
+@units_option("Units of columns, such as brake_power=kW,speed=rpm. Default: those of the archive.")
 @overwrite_option("Replace the table if it exists.")
 @quiet_option
 @untrusted_option
@@ -251,7 +221,7 @@ def export(
     check_format(output)
     check_output(output, overwrite, archive)
     select = axis_slices(slices)
-    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    names = names_of(quantities)
     with opened(archive) as dataset, writing(output):
         from sweeps.exploring.slices import nearest
         from sweeps.presenting.readable_dataset import in_units
@@ -279,21 +249,9 @@ def export(
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for the figures. Default: a folder beside the archive, with its name.",
 )
-@click.option(
-    "--format",
-    "file_format",
-    type=click.Choice(["png", "svg", "pdf"]),
-    default="png",
-    show_default=True,
-    help="Format of the files.",
-)
-@click.option(
-    "--select",
-    "slices",
-    multiple=True,
-    metavar="AXIS=VALUE",
-    help="Value to use for an axis that the figure is not drawn over, or the nearest one in the "
-    "archive. Several separated by commas, or given several times.",
+@format_option("files")
+@select_option(
+    "Value to use for an axis that the figure is not drawn over, or the nearest one in the archive."
 )
 @click.option(
     "--only",
@@ -314,11 +272,9 @@ def export(
     metavar="QUANTITY=VALUE",
     help="Draw a line at this value in each figure of the quantity, such as delta=1/200.",
 )
-@click.option(
-    "--units",
-    metavar="NAME=UNIT",
-    help="Units of quantities, such as brake_power=hp,omega=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ, mm and l where they read better.",
+@units_option(
+    "Units of quantities, such as brake_power=hp,omega=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ, mm and l where they read better."
 )
 @click.option(
     "--style",

@@ -11,7 +11,7 @@ import click
 from sweeps.cli.arguments import number_of, output_option, overwrite_option, quiet_option
 from sweeps.cli.completing import complete_scene
 from sweeps.cli.exits import guarded, say
-from sweeps.cli.files import check_output, files_of, writing
+from sweeps.cli.files import check_output, files_of, write_archive, writing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,11 +35,9 @@ def _write(
     overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Compute a result, write it, and tell it."""
-    from sweeps.archive.netcdf import write
-
     with writing(output):
         found = make()
-        write(found, output, overwrite=overwrite)
+    write_archive(found, output, overwrite)
     if not quiet:
         say(text(found))
 

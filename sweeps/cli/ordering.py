@@ -10,11 +10,13 @@ from sweeps.cli.arguments import (
     PATH,
     overwrite_option,
     quiet_option,
+    seed_option,
     threads_option,
+    units_option,
 )
 from sweeps.cli.completing import complete_engine_or_scene, complete_quantities
 from sweeps.cli.exits import announce_compiling, guarded, say, terminal_width, warn
-from sweeps.cli.files import check_output, writing
+from sweeps.cli.files import check_output, write_archive
 from sweeps.errors import SceneError, one_line, plain_number
 
 __all__ = ["firing_orders"]
@@ -57,13 +59,13 @@ __all__ = ["firing_orders"]
     metavar="NUMBER",
     help="If there are too many orders, compute this many drawn at random.",
 )
-@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
+@seed_option
 @click.option(
     "-o", "--output", type=PATH, help="Also write all firing orders to an archive, FILE.nc."
 )
 @click.option("--limit", type=click.IntRange(min=1), default=20, show_default=True,
               help="Largest number of orders to print.")  # fmt: skip
-@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as in `engine-dyn show`.")
+@units_option()
 @threads_option
 @overwrite_option()
 @quiet_option
@@ -95,11 +97,7 @@ def firing_orders(
             what, arrangement=arrangement, settings=given, crank=crank, by=by, sample=sample,
             seed=seed, threads=threads, progress=not quiet,
         )  # fmt: skip
-    if output is not None:
-        from sweeps.archive.netcdf import write
-
-        with writing(output):
-            write(found, output, overwrite=overwrite)
+    write_archive(found, output, overwrite)
     if not quiet:
         warn(found.attrs["warnings"].splitlines())
         say(orders_text(found, limit, units, terminal_width()))

@@ -12,6 +12,7 @@ from sweeps.cli.arguments import (
     output_option,
     overwrite_option,
     quiet_option,
+    units_option,
     untrusted_option,
 )
 from sweeps.cli.exits import guarded, say
@@ -32,11 +33,9 @@ __all__ = ["report"]
     help="Largest size of the file. Numbers that do not fit are thinned out; the report says "
     "which.",
 )
-@click.option(
-    "--units",
-    metavar="NAME=UNIT",
-    help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ, mm and l.",
+@units_option(
+    "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ, mm and l."
 )
 @overwrite_option("Replace the report if it exists.")
 @quiet_option

@@ -10,10 +10,15 @@ from sweeps.cli.arguments import (
     PATH,
     archive_argument,
     axis_slices,
+    names_of,
     number_of,
     overwrite_option,
+    quantities_option,
     quiet_option,
+    seed_option,
+    select_option,
     threads_option,
+    units_option,
     untrusted_option,
 )
 from sweeps.cli.completing import complete_quantities, complete_scene
@@ -26,7 +31,7 @@ from sweeps.cli.exits import (
     terminal_width,
     warn,
 )
-from sweeps.cli.files import check_output, check_slices, opened, writing
+from sweeps.cli.files import check_output, check_slices, opened, write_archive
 from sweeps.optimising.limits import DESIGNS, GENERATIONS, RESTARTS
 
 __all__ = ["best", "optimise", "sensitivities"]
@@ -64,21 +69,9 @@ __all__ = ["best", "optimise", "sensitivities"]
     metavar="OUTCOMES",
     help="With --at-every: leave out points with these outcomes, such as no_steady_state (idle).",
 )
-@click.option(
-    "--select",
-    "slices",
-    multiple=True,
-    metavar="AXIS=VALUE",
-    help="Search only at this value of an axis, or the nearest one in the archive. Several "
-    "separated by commas, or given several times.",
-)
-@click.option(
-    "--quantities",
-    metavar="NAMES",
-    shell_complete=complete_quantities,
-    help="Quantities of the design to show, such as delta,imep.",
-)
-@click.option("--units", metavar="NAME=UNIT", help="Units of columns, as in `engine-dyn show`.")
+@select_option("Search only at this value of an axis, or the nearest one in the archive.")
+@quantities_option("Quantities of the design to show, such as delta,imep.")
+@units_option()
 @untrusted_option
 @guarded
 def best(
@@ -103,17 +96,11 @@ def best(
         check_slices(dataset, select)
         part = nearest(dataset, **select)
         found = best_of(
-            part, least=least, most=most, within=within, at_every=_names(at_every),
-            not_counted=_names(not_counted),
+            part, least=least, most=most, within=within, at_every=names_of(at_every) or (),
+            not_counted=names_of(not_counted) or (),
         )  # fmt: skip
-        text = found_text(
-            dataset, found, _names(quantities) or None, units, terminal_width(), within
-        )
+        text = found_text(dataset, found, names_of(quantities), units, terminal_width(), within)
     say(text)
-
-
-def _names(text: str | None) -> list[str]:
-    return [] if text is None else [name.strip() for name in text.split(",")]
 
 
 @click.command()
@@ -170,7 +157,7 @@ def _names(text: str | None) -> list[str]:
     show_default=True,
     help="Number of searches, each from different first designs.",
 )
-@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
+@seed_option
 @click.option("-o", "--output", type=PATH, help="Also write all computed designs to this archive.")
 @overwrite_option()
 @threads_option
@@ -206,15 +193,11 @@ def optimise(
         warnings.simplefilter("ignore")  # the archive has them, and they are printed below
         found = search(
             scene, least=_several(least), most=_several(most), within=within,
-            over=list(over) or None, not_counted=_names(not_counted), number=designs,
+            over=list(over) or None, not_counted=names_of(not_counted) or (), number=designs,
             generations=generations, restarts=restarts, seed=seed, threads=threads,
             progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
-    if output is not None:
-        from sweeps.archive.netcdf import write
-
-        with writing(output):
-            write(found, output, overwrite=overwrite)
+    write_archive(found, output, overwrite)
     if not quiet:
         warn(found.attrs["warnings"].splitlines())
         say(optimised_text(found))
@@ -225,17 +208,12 @@ def optimise(
 
 
 def _several(texts: tuple[str, ...]) -> list[str]:
-    return [name for text in texts for name in _names(text)]
+    return [name for text in texts for name in names_of(text) or ()]
 
 
 @click.command()
 @archive_argument
-@click.option(
-    "--quantities",
-    metavar="NAMES",
-    shell_complete=complete_quantities,
-    help="Quantities, such as delta,imep. Default: all with one number per design.",
-)
+@quantities_option("Quantities, such as delta,imep. Default: all with one number per design.")
 @click.option(
     "--confidence",
     default="0.95",
@@ -246,7 +224,7 @@ def _several(texts: tuple[str, ...]) -> list[str]:
 @click.option(
     "--resamples", default=100, show_default=True, help="Bootstrap samples for the intervals."
 )
-@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
+@seed_option
 @click.option("-o", "--output", type=PATH, help="Also write the indices to this netCDF file.")
 @overwrite_option()
 @quiet_option
@@ -272,12 +250,8 @@ def sensitivities(
         from sweeps.exploring.sensitivities import sensitivities as indices_of
         from sweeps.presenting.sensitivities import sensitivities_text
 
-        names = _names(quantities) or None
+        names = names_of(quantities)
         found = indices_of(dataset, names, confidence=level, resamples=resamples, seed=seed)
-    if output is not None:
-        from sweeps.archive.netcdf import write
-
-        with writing(output):
-            write(found, output, overwrite=overwrite)
+    write_archive(found, output, overwrite)
     if not quiet:
         say(sensitivities_text(found))
