@@ -39,7 +39,6 @@ HEAD = 1 << 16
 """Bytes that are looked at for the names of columns."""
 
 _OWN = frozenset(("file", "confidential"))
-_TEXTS = (".csv", ".txt")
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
@@ -119,7 +118,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
 
     Among the files of an archive, one that was imported is not imported again.
     """
-    if path.suffix.lower() not in SUFFIXES:
+    if table.format is None and path.suffix.lower() not in SUFFIXES:
         return kept(path) is not None or not table.model_fields_set - _OWN
     try:
         head = file_bytes(path, MOST_BYTES)[:HEAD]
@@ -128,7 +127,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     if kept(path) and head.startswith(HEADER.encode()):
         return True
     own = _OWN_HEADER.search(head) is not None
-    text = path.suffix.lower() in _TEXTS
+    text = SUFFIXES.get(path.suffix.lower()) == "text"
     return text and own and not table.model_fields_set - _OWN
 
 

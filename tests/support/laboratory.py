@@ -156,6 +156,15 @@ def four_cylinders(path: Path, late: float = 0.0) -> None:
     path.write_text(head + rows(*columns))
 
 
+def fixed_width(path: Path) -> None:
+    """Columns of eight characters without a separator; the second one is often blank."""
+    angle, pressure = samples(-360.0, seed=7)
+    torques = [f"{place:8.2f}" if place % 100 == 0 else " " * 8 for place in range(len(angle))]
+    lines = [f"{a:8.2f}{t}{p:9.4f}" for a, t, p in zip(angle, torques, pressure, strict=True)]
+    head = "Run 12 of 2024-05-03\n\nCA [deg]  M [Nm]  p [bar]\n"
+    path.write_text(head + "\n".join(lines) + "\n")
+
+
 STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "own format": (own, "own.csv", {}),
     "AVL": (avl, "avl.csv", {}),
@@ -169,6 +178,8 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "mf4, one mark a turn": (mf4, "run.mf4", {"average": True}),
     "parquet, backward": (parquet, "run.parquet", {"direction": "backward"}),
     "netCDF, several cycles": (netcdf, "run.nc", {"average": True}),
+    "fixed width, with blank fields": (fixed_width, "run12.txt", {"format": "fixed_width"}),
+    "text, of another ending": (avl, "run12.log", {"format": "text"}),
     "text, rows of cycles": (rows_of_cycles, "rows.csv", {"unit": "bar", "average": True}),
 }  # fmt: skip
 """Style: what writes the file, its name, and the options that it needs."""

@@ -2,8 +2,8 @@
 
 recording       what such a file holds: columns with their units; `read_recording` picks the reader
 headers         names and units of columns, from the lines above the numbers
-text_tables, spreadsheets, matlab_files, tdms_files, mdf_files, netcdf_tables, parquet_tables
-                one module for each kind of file
+text_tables, fixed_width, spreadsheets, matlab_files, tdms_files, mdf_files, netcdf_tables,
+parquet_tables  one module for each kind of file
 pressure_options  the keys that a person may give
 columns, units, cycles_of_signals  which columns are meant, their units, cycles of crank angles
 pressure, imported_pressure        the steps from a recording to a diagram, and what comes out

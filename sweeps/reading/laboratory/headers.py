@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sweeps.errors import one_line
 
-__all__ = ["names_and_units", "number_of", "split_unit", "start_of_numbers"]
+__all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
 
 _UNIT_WORDS = {
     "", "-", "1", "deg", "°", "degree", "degrees", "°ca", "degca", "deg ca", "ca", "cad", "deg_ca",

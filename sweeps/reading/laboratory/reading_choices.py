@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 from pydantic import Field
 
 from sweeps.checks import Strict
 
-__all__ = ["ReadingChoices"]
+__all__ = ["Format", "ReadingChoices"]
+
+Format = Literal["text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet"]
+"""Formats of laboratory files; `sweeps.reading.laboratory.recording` has a reader for each."""
 
 
 class ReadingChoices(Strict):
@@ -17,6 +20,11 @@ class ReadingChoices(Strict):
     The description of a field completes the sentence "must be ...".
     """
 
+    format: Format | None = Field(
+        default=None,
+        description=f"one of {', '.join(get_args(Format))}: the format of the file, where the "
+        "ending of its name does not tell it",
+    )
     separator: str | None = Field(
         default=None, min_length=1, max_length=5,
         description="a string of one character, such as ';', or 'tab' or 'blank'",

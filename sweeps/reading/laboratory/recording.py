@@ -1,13 +1,19 @@
-"""Reading what a laboratory recorded: the reader is picked by the ending of the file's name."""
+"""Reading what a laboratory recorded, by the format that is given or the ending of the file's name.
+
+A format is one module with a function that reads columns, a word of `reading_choices.Format`, and a
+row of the table here.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from sweeps.errors import SceneError
 from sweeps.reading.laboratory import (
+    fixed_width,
     matlab_files,
     mdf_files,
     netcdf_tables,
@@ -16,7 +22,7 @@ from sweeps.reading.laboratory import (
     tdms_files,
     text_tables,
 )
-from sweeps.reading.laboratory.reading_choices import ReadingChoices
+from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, Recording, recording_of
 from sweeps.reading.referred_files import file_bytes
 from sweeps.reading.regular_files import reading
@@ -28,18 +34,29 @@ Reader = Callable[[Path, bytes, str, ReadingChoices], tuple[list[Column], int | 
 MOST_BYTES = 1 << 30
 """Bytes of a recording."""
 
-_READERS: dict[str, Reader] = {
-    **dict.fromkeys((".csv", ".txt", ".asc", ".dat", ".tsv"), text_tables.read),
-    **dict.fromkeys((".xlsx", ".xlsm"), spreadsheets.read),
-    ".mat": matlab_files.read,
-    ".tdms": tdms_files.read,
-    **dict.fromkeys((".mf4", ".mdf"), mdf_files.read),
-    **dict.fromkeys((".nc", ".nc4"), netcdf_tables.read),
-    ".parquet": parquet_tables.read,
-}
-"""By the ending of a file's name: what reads its columns and the line of the first sample."""
 
-SUFFIXES = tuple(_READERS)
+class _Kind(NamedTuple):
+    """What reads the columns and the line of the first sample, and endings that tell the format."""
+
+    read: Reader
+    suffixes: tuple[str, ...] = ()
+
+
+_KINDS: Mapping[Format, _Kind] = {
+    "text": _Kind(text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv")),
+    "fixed_width": _Kind(fixed_width.read),
+    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm")),
+    "mat": _Kind(matlab_files.read, (".mat",)),
+    "tdms": _Kind(tdms_files.read, (".tdms",)),
+    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf")),
+    "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
+    "parquet": _Kind(parquet_tables.read, (".parquet",)),
+}
+
+SUFFIXES: Mapping[str, Format] = {
+    suffix: format for format, kind in _KINDS.items() for suffix in kind.suffixes
+}
+"""Formats by the endings of files that tell them."""
 
 
 def read_recording(
@@ -50,11 +67,11 @@ def read_recording(
     Parameters
     ----------
     path : Path
-        A file that ends with one of `SUFFIXES`.
+        A file that ends with one of `SUFFIXES`, or of the format that is chosen.
     label : str, optional
         The file as messages should call it; its path if not given.
     choices : ReadingChoices, optional
-        Separator, decimal mark, sheet or group, where they are not to be guessed.
+        Format, separator, decimal mark, sheet or group, where they are not to be guessed.
 
     Raises
     ------
@@ -63,13 +80,18 @@ def read_recording(
         password or too large; a library that is not installed.
     """
     name = str(path) if label is None else label
-    read = _READERS.get(Path(path).suffix.lower())
-    if read is None:
-        old = " (save it as .xlsx)" if Path(path).suffix.lower() == ".xls" else ""
-        raise SceneError(f"{name}: must end with one of {', '.join(SUFFIXES)}{old}")
+    chosen = choices or ReadingChoices()
+    suffix = Path(path).suffix.lower()
+    format = chosen.format or SUFFIXES.get(suffix)
+    if format is None:
+        old = " (save it as .xlsx)" if suffix == ".xls" else ""
+        raise SceneError(
+            f"{name}: must end with one of {', '.join(SUFFIXES)}{old}, or have its format given: "
+            f"{', '.join(_KINDS)}"
+        )
     with reading(name, "a recording of a laboratory"):
         data = file_bytes(Path(path), MOST_BYTES)
     if not data:
         raise SceneError(f"{name}: empty; expected a recording of a laboratory")
-    columns, first_line = read(Path(path), data, name, choices or ReadingChoices())
+    columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
     return recording_of(name, hashlib.sha256(data).hexdigest(), columns, first_line)

@@ -19,7 +19,7 @@ from sweeps.reading.laboratory.headers import is_number, names_and_units, start_
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
 
-__all__ = ["read"]
+__all__ = ["LINES", "encoding_of", "read"]
 
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
@@ -57,7 +57,7 @@ def read(
         In one line, with the place.
     """
     del path
-    encoding = _encoding(data, label)
+    encoding = encoding_of(data, label)
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
         head = head[:-1]  # may be cut
@@ -74,7 +74,14 @@ def read(
     return _columns(data, encoding, form, names, units, label), form.first + 1
 
 
-def _encoding(data: bytes, label: str) -> str:
+def encoding_of(data: bytes, label: str) -> str:
+    """Encoding of a text file.
+
+    Raises
+    ------
+    SceneError
+        For a file that is not of text.
+    """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
     if b"\x00" in data[:4096]:

@@ -146,6 +146,7 @@ def matrix_of_texts(path: Path) -> None:
 
 FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "other ending": ("a.xls", write_bytes(b"x"), ("must end with one of", ".xlsx")),
+    "no known ending": ("a.log", write_bytes(b"x"), ("format given: text, fixed_width, xlsx",)),
     "password": ("a.xlsx", write_bytes(b"\xd0\xcf\x11\xe0" + bytes(2000)), ("password",)),
     "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"), ("not an .xlsx file",)),
     "xlsx that inflates": ("a.xlsx", bomb, ("when inflated",)),
@@ -177,6 +178,19 @@ def test_bad_files_are_refused_in_one_line(
     for fragment in fragments:
         assert fragment in message, message
     assert capfd.readouterr() == ("", "")  # libraries print nothing
+
+
+def test_a_format_without_lines_of_numbers(tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text("hello\nworld\n")
+    with pytest.raises(SceneError, match="no lines of numbers"):
+        read_pressure(tmp_path / "a.log", format="fixed_width")
+    (tmp_path / "a.log").write_text(
+        "CA      p\n" + "".join(f"{n:4d}  1.0\n" for n in range(9)) + "  10  x\n"
+    )
+    with pytest.raises(SceneError, match="line 11: 'x': must be a finite number"):
+        read_recording(tmp_path / "a.log", "a.log", ReadingChoices(format="fixed_width")).numbers(
+            "p"
+        )
 
 
 def test_missing_files_and_folders(tmp_path: Path) -> None:

@@ -16,7 +16,15 @@ from engine_dyn.quantities import graph
 from sweeps.cli.main import main
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.scene.confidential import TELLING
-from tests.support.laboratory import avl, excel_german, four_cylinders, matlab, rows, samples
+from tests.support.laboratory import (
+    avl,
+    excel_german,
+    fixed_width,
+    four_cylinders,
+    matlab,
+    rows,
+    samples,
+)
 
 QUANTITIES = {"quantities": ["imep"]}
 
@@ -65,6 +73,31 @@ def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
     line = told[told.index("input_files") :].splitlines()
     assert "of the CSV that was made of it" in line[0]
     assert any(f"run.mat: sha256 {kept['sha256']}" in row for row in line[1:])
+
+
+def test_a_format_is_chosen_where_no_ending_tells_it(tmp_path: Path) -> None:
+    fixed_width(tmp_path / "run12.txt")
+    words = ["import", tmp_path / "run12.txt", "-o", tmp_path / "pressure.csv"]
+    made = command(*words, "--format", "fixed_width")
+    assert made.exit_code == 0, made.output
+    assert "column 'p' taken as the cylinder pressure" in made.stdout
+    refused = command(*words, "--format", "fwf")
+    assert refused.exit_code == 2 and len(refused.stderr.splitlines()) == 1
+    assert "format = 'fwf': must be one of text, fixed_width, xlsx, mat" in refused.stderr
+
+
+@pytest.mark.parametrize("confidential", ["", "\nconfidential = true"])
+def test_an_archive_holds_the_diagram_of_a_file_of_any_ending(
+    tmp_path: Path, confidential: str
+) -> None:
+    fixed_width(tmp_path / "run12.prn")
+    path = scene(tmp_path, f'file = "run12.prn"\nformat = "fixed_width"{confidential}')
+    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    words = ["--indicator", tmp_path / "run12.prn"] if confidential else []
+    again = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", *words)
+    assert again.exit_code == 0, again.output
+    with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
+        assert float(one.imep) == float(other.imep)
 
 
 def test_a_confidential_diagram_stays_out_of_the_archive(tmp_path: Path) -> None:

@@ -190,6 +190,18 @@ def test_a_known_gap_angle_is_taken(teeth: Path) -> None:
     assert np.all(found.correlation > 0.995)
 
 
+def test_a_format_is_taken_where_no_ending_tells_it(teeth: Path) -> None:
+    (teeth / "teeth.log").write_bytes((teeth / FILES[0]).read_bytes())
+    keys: dict[str, Any] = {"kind": "teeth", "wheel": "60-2", "at": {"load": 20}, "gap_angle": GAP}
+    path = scene_with(teeth, "log.toml", file="teeth.log", format="text", **keys)
+    same = scene_with(teeth, "same.toml", file=FILES[0], **keys)
+    assert float(sweeps.measured(path).delta_measured[0]) == float(
+        sweeps.measured(same).delta_measured[0]
+    )
+    with pytest.raises(SceneError, match="have its format given: text, fixed_width"):
+        sweeps.measured(scene_with(teeth, "none.toml", file="teeth.log", **keys))
+
+
 def test_given_errors_are_taken_out(teeth: Path) -> None:
     path = scene_with(
         teeth, "given.toml", file=FILES[0], kind="teeth", wheel="60-2", at={"load": 20},
