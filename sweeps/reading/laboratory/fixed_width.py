@@ -31,7 +31,7 @@ def read(
     """
     del path
     text = data.decode(encoding_of(data, label), "replace")
-    lines = [line.expandtabs() for line in text.rstrip().splitlines()]
+    lines = text.rstrip().splitlines()
     found = _start(lines[:LINES], choices)
     if found is None:
         raise SceneError(
@@ -73,7 +73,7 @@ def _places(lines: Sequence[str]) -> list[slice]:
     """Where columns are: between places where all lines are blank."""
     used = np.zeros(max(map(len, lines)) + 2, dtype=bool)
     for line in lines:
-        used[1 : len(line) + 1] |= np.array([character != " " for character in line], dtype=bool)
+        used[1 : len(line) + 1] |= np.array([not letter.isspace() for letter in line], dtype=bool)
     begins, ends = np.flatnonzero(np.diff(used)).reshape(-1, 2).T
     return [slice(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True)]
 
