@@ -30,7 +30,7 @@ from benchmarks.studies import STUDIES, Study, study
 from benchmarks.wording import rows
 from engine_dyn.compilation import source_hash
 
-__all__ = ["Compiled", "keep", "measured"]
+__all__ = ["Compiled", "measured", "save_rows"]
 
 DESIGNS = 2000
 """Of a study: so few that computing takes little of its time."""

@@ -25,7 +25,7 @@ WHERE = {
     "columns": "engine_dyn.speed.work.tabulation",
     "boxes": "engine_dyn.speed.work.boxes",
     "roughness": "engine_dyn.speed.work.columns",
-    "extrema": "engine_dyn.speed.work.summit",
+    "extrema": "engine_dyn.speed.work.maxima",
     "block": "engine_dyn.speed.batch.block",
     "interpolation": "engine_dyn.speed.work.interpolation",
     "vectors": "engine_dyn.speed.vectors",
@@ -104,7 +104,7 @@ def obreshkov() -> list[Row]:
 
 def between_nodes() -> list[Row]:
     """The quartic of the middle."""
-    value, bump = of_code("extrema", "peak_between")(0.0, 0.0, 1.0, -1.0, 1.0)
+    value, bump = of_code("extrema", "max_between")(0.0, 0.0, 1.0, -1.0, 1.0)
     middle = of_code("extrema", "cubic_in_middle")(0.0, 0.0, 1.0, -1.0)
     return [
         ("(60)", "cubic in the middle of an interval", 0.25, middle, 1e-15),

@@ -1,6 +1,6 @@
 """The periodic crank speed of one design, and its energy swing, by the kernels of sweeps.
 
-The keywords are checked and grouped in `engine_dyn.speed.groups`.
+The keywords are checked and grouped in `engine_dyn.speed.keywords`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning, implausible
 from engine_dyn.plausibility.usual_ranges import MOST_DELTA
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.groups import CylinderGroup, Engine, Load, Solver, check_positive, family_of
+from engine_dyn.speed.keywords import CylinderGroup, Engine, Load, Solver, check_positive, family_of
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats

@@ -21,13 +21,13 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.front import solve_in_blocks
+from engine_dyn.speed.batch.in_blocks import solve_in_blocks
 from engine_dyn.speed.broadcasting import codes, discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
-from engine_dyn.speed.general.front import solve_one_by_one
-from engine_dyn.speed.grouping import Grouping, Work
+from engine_dyn.speed.general.one_by_one import solve_one_by_one
+from engine_dyn.speed.grouping import Call, Grouping
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
 from engine_dyn.speed.pieces import Progress, run_on_threads
@@ -82,9 +82,9 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def works(self, places: Integers | None = None) -> Iterator[Work]:
+    def calls(self, places: Integers | None = None) -> Iterator[Call]:
         """The designs at some flat places, or all, in pieces."""
-        return self.grouping.works(places, self.finer, self.alone)
+        return self.grouping.calls(places, self.finer, self.alone)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -181,7 +181,7 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    run_on_threads(sweep.works(), partial(_solve_work, sweep), sweep.threads, progress)
+    run_on_threads(sweep.calls(), partial(_solve_call, sweep), sweep.threads, progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -237,7 +237,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     for finer in (FINER, FINEST):
         if missed.size:
             again = replace(sweep, finer=finer, general=True, alone=True)
-            run_on_threads(again.works(missed), partial(_solve_work, again), sweep.threads)
+            run_on_threads(again.calls(missed), partial(_solve_call, again), sweep.threads)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -259,27 +259,27 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    works = second.works(None if known.all() else np.flatnonzero(known))
-    run_on_threads(works, partial(_solve_work, second), sweep.threads)
+    calls = second.calls(None if known.all() else np.flatnonzero(known))
+    run_on_threads(calls, partial(_solve_call, second), sweep.threads)
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
-def _solve_work(sweep: Sweep, work: Work) -> None:
+def _solve_call(sweep: Sweep, call: Call) -> None:
     """Solve designs by the batch solver, and what it leaves, or all, by the general one."""
-    chosen, columns, results = work.chosen, work.columns, sweep.results
+    chosen, columns, results = call.chosen, call.columns, sweep.results
     code = int(chosen.take("method")[0])
     task = Task(
         code, bool(chosen.take("inertia_model")[0]), sweep.closure, sweep.grouping.tolerance,
-        sweep.iterated, work.driven.form,
-        angles_of(sweep.angles, columns.width, work.source.nodes.number),
+        sweep.iterated, call.driven.form,
+        angles_of(sweep.angles, columns.width, call.source.nodes.number),
     )  # fmt: skip
     if code == THESIS:
-        solve_as_printed(work, task, sweep.angles, results)
+        solve_as_printed(call, task, sweep.angles, results)
         return
-    designs = work.designs()
+    designs = call.designs()
     if task.form.kind == POWER and code != CLOSED:
         designs = designs._replace(first=np.where(designs.first <= NO_EXPONENT, 0.0, designs.first))
-    left = np.ones(work.size, dtype=np.bool_)
+    left = np.ones(call.size, dtype=np.bool_)
     in_batch = METHODS[code].in_batch and not sweep.general
     if in_batch:
         solve_in_blocks(task, columns, designs, results, left)
@@ -290,7 +290,7 @@ def _solve_work(sweep: Sweep, work: Work) -> None:
             results.deferred[chosen.places] = left
     if sweep.tally is not None:
         solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
-        sweep.tally.notes.append((solver, work.size, to_general))
+        sweep.tally.notes.append((solver, call.size, to_general))
     rest = np.flatnonzero(left)
     if rest.size:
         solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)

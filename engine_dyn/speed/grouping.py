@@ -25,7 +25,7 @@ from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns
 from engine_dyn.speed.work.parts import FIRST_GAS
 from engine_dyn.types import Integers
 
-__all__ = ["Grouping", "Work"]
+__all__ = ["Call", "Grouping"]
 
 SLAB, PIECE = 1 << 18, 1 << 14
 """Designs that are grouped at a time, and those of one call of a kernel at most."""
@@ -42,7 +42,7 @@ CRANK = ("crank_ratio", "offset_ratio")
 
 
 @dataclass(frozen=True)
-class Work:
+class Call:
     """Designs whose columns are known: one call of a kernel."""
 
     chosen: Chosen
@@ -89,7 +89,7 @@ class Grouping:
         """Whether the torque over speed may be steep: it is a table, or that of a motor."""
         return self.driven.motor or self.driven.over_speed is not None
 
-    def works(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Work]:
+    def calls(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Call]:
         """Designs at some flat places, or all, in groups and in pieces sorted by their diagram.
 
         `finer` is a factor on the number of nodes; where `alone`, each crank ratio and offset gets
@@ -132,7 +132,7 @@ class Grouping:
             return np.zeros(1, dtype=np.int64)
         return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
 
-    def _with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Work]:
+    def _with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Call]:
         """A piece with its columns, divided where these are too many or too rough for some."""
         needs, size = needs_of(piece, source.load is not None), piece.places.size
         if needs.parts.number * len(source.box.degrees) > MOST_PARTS and size > 1:
@@ -146,7 +146,7 @@ class Grouping:
         rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
         rough = np.asarray(rough_parts[needs.part].any(axis=0))
         if not rough.any() or 2 * finer > ROUGHEST:
-            yield Work(piece, needs, source, columns, self.driven)
+            yield Call(piece, needs, source, columns, self.driven)
             return
         fewest = 2 * source.nodes.number * source.nodes.times
         closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))

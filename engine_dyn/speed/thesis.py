@@ -21,8 +21,8 @@ from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.designs import LEVELS
-from engine_dyn.speed.general.front import solve_one_by_one
-from engine_dyn.speed.grouping import Work
+from engine_dyn.speed.general.one_by_one import solve_one_by_one
+from engine_dyn.speed.grouping import Call
 from engine_dyn.speed.results import SCALAR_NAMES, Results
 from engine_dyn.speed.storage import store, store_nothing
 from engine_dyn.speed.task import Task
@@ -150,12 +150,12 @@ def _store_curves(
             curve[target] = values
 
 
-def solve_as_printed(work: Work, task: Task, angles: Floats, results: Results) -> None:
+def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -> None:
     """Solve designs as the thesis does; the error is the difference to the periodic solution.
 
     The coefficient k follows from the mean of the samples.
     """
-    family, size, designs = work.source.family, work.size, work.designs()
+    family, size, designs = call.source.family, call.size, call.designs()
     compared = ("delta", "delta_error")
     nothing = np.empty((1, 0))
     periodic = Results(
@@ -164,7 +164,7 @@ def solve_as_printed(work: Work, task: Task, angles: Floats, results: Results) -
         np.zeros(0, dtype=np.bool_),
     )  # fmt: skip
     own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
-    solve_one_by_one(np.arange(size), task, work.columns, own, periodic, last=False)
+    solve_one_by_one(np.arange(size), task, call.columns, own, periodic, last=False)
     count = round(family.period / DEGREE)
     speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):
@@ -172,9 +172,9 @@ def solve_as_printed(work: Work, task: Task, angles: Floats, results: Results) -
         if code in (status.NO_STEADY_STATE, status.INVALID_INPUT):
             store_nothing(target, code, results)
             continue
-        one = work.chosen.subset(np.array([i]))
+        one = call.chosen.subset(np.array([i]))
         value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
-        cycle, mean_torque = _cycle_of(value, family, work.source.cylinders, task.variable)
+        cycle, mean_torque = _cycle_of(value, family, call.source.cylinders, task.variable)
         # An idle engine has no load.
         surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
         coefficient = surplus / value["speed"] ** value["exponent"]

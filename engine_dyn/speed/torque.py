@@ -16,12 +16,12 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
-from engine_dyn.speed.general.curve import Curve, fill_curve, make_curve
-from engine_dyn.speed.grouping import Grouping, Work
+from engine_dyn.speed.general.motion import Motion, fill_motion, make_motion
+from engine_dyn.speed.grouping import Call, Grouping
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.speed.work.summit import peak_between, summit_at
+from engine_dyn.speed.work.maxima import max_between, max_near
 from engine_dyn.types import Floats
 
 __all__ = ["torque_extremes"]
@@ -56,19 +56,19 @@ def torque_extremes(
     whole = Inputs.of(inputs, shape)
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance, ("cylinders",))
 
-    def solve(work: Work) -> None:
-        designs = work.designs()
-        curve = make_curve(work.columns.fine.shape[1])
+    def solve(call: Call) -> None:
+        designs = call.designs()
+        motion = make_motion(call.columns.fine.shape[1])
         if swing.size:
-            _swings(work.size, work.columns, designs, swing, curve)
+            _swings(call.size, call.columns, designs, swing, motion)
         if high.size or low.size:
-            friction = np.ascontiguousarray(work.chosen.full("friction_torque"), dtype=float)
-            of_load = designs.part >= work.needs.parts.first_load
+            friction = np.ascontiguousarray(call.chosen.full("friction_torque"), dtype=float)
+            of_load = designs.part >= call.needs.parts.first_load
             alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-            _extremes(work.size, work.columns, alone, friction, high, low, curve)
+            _extremes(call.size, call.columns, alone, friction, high, low, motion)
 
     cores = threads or os.cpu_count() or 1
-    run_on_threads(grouping.works(None, 1), solve, cores, progress)
+    run_on_threads(grouping.calls(None, 1), solve, cores, progress)
     found = zip(TORQUE_NAMES, results, strict=True)
     return discard({n: array.reshape(shape) for n, array in found if n in wanted}, unknown)
 
@@ -84,19 +84,19 @@ def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats
         n = (j + 1) % value.size
         here, up, down = sign * value[j], sign * width * slope[j], sign * width * slope[n]
         if up >= 0.0 and down < 0.0 and here + up >= best:
-            found, _ = peak_between(here, sign * value[n], up, down, sign * missed[j])
+            found, _ = max_between(here, sign * value[n], up, down, sign * missed[j])
             best = max(best, found)
     return best
 
 
 @kernel
-def _swings(count: int, columns: Columns, designs: Designs, found: Floats, curve: Curve) -> None:
-    """Ranges of the work of the first designs [J]; `curve` is scratch."""
+def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motion: Motion) -> None:
+    """Ranges of the work of the first designs [J]; `motion` is scratch."""
     for which in range(count):
-        fill_curve(which, False, columns, designs, curve)
+        fill_motion(which, False, columns, designs, motion)
         swing = 0.0
         for sign in (1.0, -1.0):
-            swing += _top(sign, columns.width, curve.w, curve.dw, curve.w_missed)
+            swing += _top(sign, columns.width, motion.w, motion.dw, motion.w_missed)
         # Designs are reduced with the kinetic energy of 1 kg m2 at nominal speed.
         found[designs.target[which]] = 0.5 * designs.speed[which] ** 2 * swing
 
@@ -113,7 +113,7 @@ def _highest(sign: float, v: Floats) -> float:
             continue
         a, b = sign * v[(j - 3) % n], sign * v[(j - 2) % n]
         f, g = sign * v[(j + 2) % n], sign * v[(j + 3) % n]
-        t = summit_at(b, c, d, e, f)
+        t = max_near(b, c, d, e, f)
         # Stirling's formula.
         s = t * t
         value = d + 0.5 * t * (e - c) + 0.5 * s * (e - 2.0 * d + c)
@@ -129,14 +129,14 @@ def _highest(sign: float, v: Floats) -> float:
 @kernel
 def _extremes(
     count: int, columns: Columns, designs: Designs, friction: Floats, high: Floats, low: Floats,
-    curve: Curve,
+    motion: Motion,
 ) -> None:  # fmt: skip
     """Largest and smallest torque of the first designs [N m], each where its array is not empty.
 
-    `curve` is scratch.
+    `motion` is scratch.
     """
     for which in range(count):
-        fill_curve(which, False, columns, designs, curve)
+        fill_motion(which, False, columns, designs, motion)
         mean = 0.0
         for piece in range(designs.part.shape[0]):
             share = designs.gas[which] * designs.share[piece, which]
@@ -146,5 +146,5 @@ def _extremes(
         energy, target = 0.5 * designs.speed[which] ** 2, designs.target[which]
         for sign, found in ((1.0, high), (-1.0, low)):
             if found.size > 0:
-                value = sign * _highest(sign, curve.dw) + mean
+                value = sign * _highest(sign, motion.dw) + mean
                 found[target] = energy * value - friction[which]

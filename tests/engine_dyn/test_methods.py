@@ -12,7 +12,7 @@ from engine_dyn import Diagram, diagram_from_points, periodic_speed
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.work.summit import peak_between
+from engine_dyn.speed.work.maxima import max_between
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -153,13 +153,13 @@ def test_extreme_of_a_cubic_is_exact_and_of_a_sine_of_fifth_order() -> None:
         middle = math.sin(0.5 * (a + b)) - (
             0.5 * (math.sin(a) + math.sin(b)) + 0.125 * h * (math.cos(a) - math.cos(b))
         )
-        value, _ = peak_between(math.sin(a), math.sin(b), h * math.cos(a), h * math.cos(b), middle)
+        value, _ = max_between(math.sin(a), math.sin(b), h * math.cos(a), h * math.cos(b), middle)
         return abs(value - 1.0)
 
     worst = [max(sine(h, s) for s in np.linspace(0.05, 0.95, 19)) for h in (0.4, 0.2, 0.1)]
     assert worst[0] / worst[1] > 30.0 and worst[1] / worst[2] > 30.0
     # t - t^2 on [0, 1]: maximum 1/4 at 1/2
-    assert peak_between(0.0, 0.0, 1.0, -1.0, 0.0) == pytest.approx((0.25, 0.0))
+    assert max_between(0.0, 0.0, 1.0, -1.0, 0.0) == pytest.approx((0.25, 0.0))
 
 
 def test_idle_and_overload() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from engine_dyn.loads.laws import POWER, Form, law_of
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.general.curve import Design, make_curve
+from engine_dyn.speed.general.motion import Design, make_motion
 from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.thesis import Cycle, Law, step_cycles
@@ -51,13 +51,13 @@ def by_newton(
 ) -> tuple[int, float, Any]:
     """Return steps, mu and q at the nodes."""
     w, dw, tau, dtau = smooth(nodes, variable)
-    curve = make_curve(nodes)
-    for array, values in zip(curve[:4], (w, dw, tau, dtau), strict=True):
+    motion = make_motion(nodes)
+    for array, values in zip(motion[:4], (w, dw, tau, dtau), strict=True):
         array[:] = values
     law, _ = law_of(1.0, 2.0 * half, 0.0, 1.0, Form(POWER, 1.0, False, np.zeros((3, 0))))
     design = Design(0.0, kappa, law, half, half == 0.0, 1.0)
-    steps, mu, _ = newton(closure, 2.0 * np.pi / nodes, design, curve)
-    return steps, mu, (1.0 + curve.d) / tau
+    steps, mu, _ = newton(closure, 2.0 * np.pi / nodes, design, motion)
+    return steps, mu, (1.0 + motion.d) / tau
 
 
 @pytest.mark.parametrize("variable", [False, True])

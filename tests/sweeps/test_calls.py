@@ -23,11 +23,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 NAMES = {
     # The work of the geometries of a block; its argument `table` has curves (node, lane).
-    "table": ("speed/batch/tables.py:fill_tables",),
+    "table": ("speed/batch/work_table.py:fill_work_table",),
     "speed": ("speed/dispatch.py:solve",),
     "torque": ("speed/torque.py:torque_extremes",),
     "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
-    "of designs": ("speed/batch/front.py:solve_blocks",),
+    "of designs": ("speed/batch/in_blocks.py:solve_blocks",),
     "traces": ("speed/storage.py:store_curves",),
     "iterations": ("speed/batch/solution.py:fill_drive",),
 }  # fmt: skip

@@ -25,14 +25,14 @@ __all__ = [
     "MOST_TERMS",
     "SETTLED",
     "SOLVING",
+    "ColumnRows",
     "Curves",
     "Lanes",
     "Scratch",
-    "Table",
-    "Tables",
+    "WorkTable",
     "make_scratch",
-    "tables_of",
     "repeat_ends",
+    "rows_of_columns",
 ]
 
 HALO = 4
@@ -48,7 +48,7 @@ SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 """States of a lane: passes go on, they are done, or the design is left to the general solver."""
 
 
-class Tables(NamedTuple):
+class ColumnRows(NamedTuple):
     """Columns as the kernels of the batch solver take them, see `Columns`.
 
     Attributes
@@ -66,7 +66,7 @@ class Tables(NamedTuple):
     jagged: Rows
 
 
-class Table(NamedTuple):
+class WorkTable(NamedTuple):
     """Work tables of the designs of a block, which the next block may have too.
 
     Attributes
@@ -172,7 +172,7 @@ class Peaks(NamedTuple):
     step : Rows (1, lane)
         To the next node; before that, 1 where there is a node to begin at, else 0.
     seen : Rows (2 * 4 + 3, lane)
-        What is seen at `node`: `Table.fine`, the load, its remainder and its steepness.
+        What is seen at `node`: `WorkTable.fine`, the load, its remainder and its steepness.
     """
 
     node: Rows
@@ -194,16 +194,16 @@ class Scratch(NamedTuple):
     curves: Curves
     lanes: Lanes
     law: Rows
-    table: Table
+    table: WorkTable
     peaks: Peaks
     values: Floats
     width: float
 
 
-def tables_of(columns: Columns) -> Tables:
+def rows_of_columns(columns: Columns) -> ColumnRows:
     """Columns in rows."""
     terms = len(columns.degrees)
-    return Tables(
+    return ColumnRows(
         rows_of(columns.fine, terms), rows_of(columns.coarse, terms),
         rows_of(columns.jagged, columns.jagged.size),
     )  # fmt: skip
@@ -225,7 +225,7 @@ def make_scratch(columns: Columns) -> Scratch:
         new_rows(kinds, terms), rows_of(weights_between(fine // coarse), STENCIL),
     )  # fmt: skip
     return Scratch(
-        table=Table._make(of_table), curves=Curves._make(islice(rows, len(curves))),
+        table=WorkTable._make(of_table), curves=Curves._make(islice(rows, len(curves))),
         lanes=Lanes._make(islice(rows, len(lanes))),
         peaks=Peaks._make((*whole, *islice(rows, len(peaks)))), law=next(rows),
         values=np.zeros(MOST_TERMS), width=columns.width,

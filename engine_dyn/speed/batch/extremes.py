@@ -18,18 +18,18 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.batch.block import (
     HALO,
     MANY,
+    ColumnRows,
     Curves,
     Lanes,
     Peaks,
     Scratch,
-    Tables,
     repeat_ends,
 )
 from engine_dyn.speed.batch.nodes import Seen, load_at_nodes, seen_by, work_at_nodes
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
-from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
+from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
 
 __all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
 
@@ -156,8 +156,8 @@ def middle_of(variable: bool, left: Seen, right: Seen) -> Any:
 
 @inlined
 def climb(
-    block: int, sign: float, variable: bool, columns: Tables, weights: Weights, designs: Designs,
-    scratch: Scratch,
+    block: int, sign: float, variable: bool, columns: ColumnRows, weights: Weights,
+    designs: Designs, scratch: Scratch,
 ) -> tuple[Any, Any]:  # fmt: skip
     """From the fine nodes `peaks.node` up to the next maximum of `sign` times u.
 
@@ -188,7 +188,7 @@ def climb(
             peaks.node[0, k] = node % scratch.table.known.shape[1]
     left, right = chosen(step > 0.0, last, now), chosen(step > 0.0, now, last)
     middle = middle_of(variable, left, right)
-    value, bump = peak_between(
+    value, bump = max_between(
         sign * left.u, sign * right.u, sign * left.slope, sign * right.slope, sign * middle
     )
     # Where no extreme is on this side, the node is the highest.
@@ -196,7 +196,7 @@ def climb(
 
 
 @inlined
-def fill_hidden(block: int, columns: Tables, designs: Designs, peaks: Peaks) -> None:
+def fill_hidden(block: int, columns: ColumnRows, designs: Designs, peaks: Peaks) -> None:
     """How far u may rise between coarse nodes above what their values tell."""
     part, share, jagged = designs.part, designs.share, columns.jagged
     for k in range(LANES):
@@ -209,7 +209,7 @@ def fill_hidden(block: int, columns: Tables, designs: Designs, peaks: Peaks) -> 
 
 @inlined
 def fill_extremes(
-    block: int, variable: bool, columns: Tables, weights: Weights, designs: Designs,
+    block: int, variable: bool, columns: ColumnRows, weights: Weights, designs: Designs,
     scratch: Scratch,
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import POWER, Form, law_of, load_terms
-from engine_dyn.speed.batch.block import HALO, Scratch, Tables
+from engine_dyn.speed.batch.block import HALO, ColumnRows, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, read, write
@@ -43,7 +43,7 @@ class Seen(NamedTuple):
 
 
 @inlined
-def work_at_nodes(block: int, columns: Tables, designs: Designs, scratch: Scratch) -> None:
+def work_at_nodes(block: int, columns: ColumnRows, designs: Designs, scratch: Scratch) -> None:
     """Work of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
 
     Work tables are kept while designs have them in common.
@@ -133,7 +133,7 @@ def seen_by(
 
 @inlined
 def fill_curves(
-    block: int, variable: bool, form: Form, columns: Tables, weights: Weights, designs: Designs,
+    block: int, variable: bool, form: Form, columns: ColumnRows, weights: Weights, designs: Designs,
     scratch: Scratch, curves: Floats,
 ) -> None:  # fmt: skip
     """Q of the designs of a block at all fine nodes, and its slope (97): (4, lane, node).

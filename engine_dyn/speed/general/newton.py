@@ -21,7 +21,7 @@ import math
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power, load_terms
-from engine_dyn.speed.general.curve import Curve, Design
+from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 
 __all__ = ["closure_terms", "fill_force", "newton"]
@@ -54,9 +54,9 @@ def closure_terms(
 
 
 @inlined
-def _start(curve: Curve) -> None:
-    """Fill `curve.d` with the work and a level with which the mean of q is 1, and q above 0."""
-    w, tau, nodes = curve.w, curve.tau, curve.w.size
+def _start(motion: Motion) -> None:
+    """Fill `motion.d` with the work and a level with which the mean of q is 1, and q above 0."""
+    w, tau, nodes = motion.w, motion.tau, motion.w.size
     total, slope, low = 0.0, 0.0, -math.inf
     for j in range(nodes):
         total += (1.0 + w[j]) / tau[j]
@@ -64,17 +64,17 @@ def _start(curve: Curve) -> None:
         low = max(low, FLOOR * tau[j] - 1.0 - w[j])
     level = max((nodes - total) / slope, low)
     for j in range(nodes):
-        curve.d[j] = w[j] + level
+        motion.d[j] = w[j] + level
 
 
 @inlined
-def _settle(width: float, design: Design, curve: Curve) -> None:
+def _settle(width: float, design: Design, motion: Motion) -> None:
     """Repeat cycles of implicit Euler steps from d[0] until they nearly close.
 
     The load opposes every deviation, so they converge from any start, and faster the stronger the
     load is. They end after a few cycles in any case: a weak load needs no better start.
     """
-    w, tau, d, nodes = curve.w, curve.tau, curve.d, curve.w.size
+    w, tau, d, nodes = motion.w, motion.tau, motion.d, motion.w.size
     value, push = d[0], design.kappa * width
     for _ in range(12):
         begin = value
@@ -102,47 +102,47 @@ def _settle(width: float, design: Design, curve: Curve) -> None:
 
 
 @inlined
-def fill_force(design: Design, curve: Curve) -> None:
+def fill_force(design: Design, motion: Motion) -> None:
     """F and its slope at the nodes."""
-    for j in range(curve.d.size):
-        q = (1.0 + curve.d[j]) / curve.tau[j]
-        curve.force[j], curve.first[j] = load_terms(q, design.law)
+    for j in range(motion.d.size):
+        q = (1.0 + motion.d[j]) / motion.tau[j]
+        motion.force[j], motion.first[j] = load_terms(q, design.law)
 
 
 @inlined
-def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, curve: Curve) -> None:
+def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motion: Motion) -> None:
     """Fill delta_j = grow_j delta_0 + shift_j + push_j delta_mu, docs/solver.md (82).
 
     Before, by docs/solver.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B'
     and df/dmu. If mu is `fixed`, `push` is 0.
     """
     d, w, f, df, b, db, by_mu = (
-        curve.d, curve.w, curve.f, curve.df, curve.b, curve.db, curve.by_mu,
+        motion.d, motion.w, motion.f, motion.df, motion.b, motion.db, motion.by_mu,
     )  # fmt: skip
     half, factor, strength = 0.5 * width, width * width / 12.0, design.kappa / mu
     for j in range(d.size):
-        tau, first = curve.tau[j], curve.first[j]
-        f[j] = -design.kappa * (curve.force[j] / mu - 1.0)
-        rate = (curve.dw[j] + f[j] - (1.0 + d[j]) / tau * curve.dtau[j]) / tau
+        tau, first = motion.tau[j], motion.first[j]
+        f[j] = -design.kappa * (motion.force[j] / mu - 1.0)
+        rate = (motion.dw[j] + f[j] - (1.0 + d[j]) / tau * motion.dtau[j]) / tau
         df[j] = -strength * first * rate
         b[j] = strength * first / tau
         # Without the bend of the law, which only the speed of convergence depends on.
-        db[j] = -strength * first * curve.dtau[j] / (tau * tau)
-        by_mu[j] = 0.0 if fixed else strength * curve.force[j] / mu
-    curve.grow[0], curve.shift[0], curve.push[0] = 1.0, 0.0, 0.0
+        db[j] = -strength * first * motion.dtau[j] / (tau * tau)
+        by_mu[j] = 0.0 if fixed else strength * motion.force[j] / mu
+    motion.grow[0], motion.shift[0], motion.push[0] = 1.0, 0.0, 0.0
     for j in range(d.size - 1):
         n = j + 1
         residual = d[n] - d[j] - (w[n] - w[j]) - half * (f[j] + f[n]) - factor * (df[j] - df[n])
         before = 1.0 - half * b[j] + factor * (b[j] * b[j] - db[j])
         behind = 1.0 + half * b[n] + factor * (b[n] * b[n] - db[n])
-        curve.grow[n] = curve.grow[j] * before / behind
-        curve.shift[n] = (curve.shift[j] * before - residual) / behind
-        curve.push[n] = (curve.push[j] * before + half * (by_mu[j] + by_mu[n])) / behind
+        motion.grow[n] = motion.grow[j] * before / behind
+        motion.shift[n] = (motion.shift[j] * before - residual) / behind
+        motion.push[n] = (motion.push[j] * before + half * (by_mu[j] + by_mu[n])) / behind
 
 
 @inlined
 def _ends(
-    mu: float, fixed: bool, closure: int, design: Design, curve: Curve
+    mu: float, fixed: bool, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float]:
     """delta_0 and delta_mu from the two means that close the system.
 
@@ -152,10 +152,10 @@ def _ends(
     """
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0
-    for j in range(curve.d.size):
-        tau, force, first = curve.tau[j], curve.force[j], curve.first[j]
-        grow, shift, push = curve.grow[j], curve.shift[j], curve.push[j]
-        value, slope = closure_terms((1.0 + curve.d[j]) / tau, force, first, design.flat, closure)
+    for j in range(motion.d.size):
+        tau, force, first = motion.tau[j], motion.force[j], motion.first[j]
+        grow, shift, push = motion.grow[j], motion.shift[j], motion.push[j]
+        value, slope = closure_terms((1.0 + motion.d[j]) / tau, force, first, design.flat, closure)
         slope /= tau
         r1 -= value + slope * shift
         a11 += slope * grow
@@ -169,20 +169,20 @@ def _ends(
 
 
 @inlined
-def _steps(closure: int, width: float, design: Design, curve: Curve) -> tuple[int, float, float]:
-    """Newton's steps from the start in `curve.d`, docs/solver.md (80) to (83), as of `newton`."""
-    d, tau, delta, nodes = curve.d, curve.tau, curve.shift, curve.w.size
+def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[int, float, float]:
+    """Newton's steps from the start in `motion.d`, docs/solver.md (80) to (83), as of `newton`."""
+    d, tau, delta, nodes = motion.d, motion.tau, motion.shift, motion.w.size
     fixed, mu, smallest = closure == POWER_MEAN, 1.0, 0.0
     for step in range(1, MOST_STEPS + 1):
-        fill_force(design, curve)
+        fill_force(design, motion)
         if step == 1 and not fixed:
-            mu = curve.force.mean()
-        _fill_recurrence(mu, fixed, width, design, curve)
-        start, change_mu = _ends(mu, fixed, closure, design, curve)
+            mu = motion.force.mean()
+        _fill_recurrence(mu, fixed, width, design, motion)
+        start, change_mu = _ends(mu, fixed, closure, design, motion)
         # The step is shortened so that no q changes by more than 2 max(q, 1/4).
         fraction = 1.0
         for j in range(nodes):
-            delta[j] += curve.grow[j] * start + curve.push[j] * change_mu
+            delta[j] += motion.grow[j] * start + motion.push[j] * change_mu
             most = 2.0 * max(1.0 + d[j], 0.25 * tau[j])
             if abs(delta[j]) * fraction > most:
                 fraction = most / abs(delta[j])
@@ -202,7 +202,7 @@ def _steps(closure: int, width: float, design: Design, curve: Curve) -> tuple[in
 
 
 @inlined
-def newton(closure: int, width: float, design: Design, curve: Curve) -> tuple[int, float, float]:
+def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[int, float, float]:
     """Solve for d at the nodes, in place; `width` is the angle between them [rad].
 
     Newton's steps start from the level where the mean of q is 1, after some cycles of implicit
@@ -210,14 +210,14 @@ def newton(closure: int, width: float, design: Design, curve: Curve) -> tuple[in
     solution with the power mean. Returns the number of steps (negative: not converged), mu and the
     smallest q.
     """
-    _start(curve)
+    _start(motion)
     if is_power(design.law) and not design.flat:
-        _settle(width, design, curve)
+        _settle(width, design, motion)
     taken, mu, smallest = 0, 1.0, 0.0
     for wanted in (POWER_MEAN, closure):
         if wanted == POWER_MEAN and taken > 0:
             break
-        more, mu, smallest = _steps(wanted, width, design, curve)
+        more, mu, smallest = _steps(wanted, width, design, motion)
         if more < 0:
             return more, mu, smallest
         taken += more

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Law, load_terms
-from engine_dyn.speed.general.curve import Curve
+from engine_dyn.speed.general.motion import Motion
 from engine_dyn.types import Floats
 
 __all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
@@ -88,11 +88,11 @@ def slope_of(j: int, width: float, value: Floats, slope: Floats) -> Quartic:
 
 
 @inlined
-def interval_of(j: int, width: float, curve: Curve) -> Interval:
+def interval_of(j: int, width: float, motion: Motion) -> Interval:
     """The interval between node j and the next."""
-    c = slope_of(j, width, curve.tau, curve.dtau)
+    c = slope_of(j, width, motion.tau, motion.dtau)
     turn = c[0], c[1] / 2.0, c[2] / 3.0, c[3] / 4.0, c[4] / 5.0
-    return Interval(slope_of(j, width, curve.w, curve.dw), curve.tau[j], turn)
+    return Interval(slope_of(j, width, motion.w, motion.dw), motion.tau[j], turn)
 
 
 @inlined

@@ -9,9 +9,9 @@ import math
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power
-from engine_dyn.speed.general.curve import Curve, Design
+from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.newton import closure_terms, fill_force
-from engine_dyn.speed.work.summit import cubic_in_middle, peak_between
+from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
 from engine_dyn.types import Floats
 
 __all__ = ["STRONG_LOAD", "speeds_of"]
@@ -22,34 +22,34 @@ negligible. Above it, that error is estimated, docs/solver.md (103)."""
 
 
 @inlined
-def _peak(sign: float, j: int, width: float, curve: Curve) -> tuple[float, float]:
+def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, float]:
     """Largest sign * q in the interval behind node j, at whose ends it rises and falls.
 
     docs/solver.md (98) to (100), and how much it may miss.
     """
-    q, tau = curve.q, curve.tau
+    q, tau = motion.q, motion.tau
     n = (j + 1) % q.size
-    left, right, d_left, d_right = q[j], q[n], width * curve.rate[j], width * curve.rate[n]
-    turn_left, turn_right = width * curve.dtau[j], width * curve.dtau[n]
-    energy = curve.w_missed[j] + cubic_in_middle(
+    left, right, d_left, d_right = q[j], q[n], width * motion.rate[j], width * motion.rate[n]
+    turn_left, turn_right = width * motion.dtau[j], width * motion.dtau[n]
+    energy = motion.w_missed[j] + cubic_in_middle(
         left * tau[j], right * tau[n], d_left * tau[j] + left * turn_left,
         d_right * tau[n] + right * turn_right,
     )  # fmt: skip
-    inertia = curve.tau_missed[j] + cubic_in_middle(tau[j], tau[n], turn_left, turn_right)
+    inertia = motion.tau_missed[j] + cubic_in_middle(tau[j], tau[n], turn_left, turn_right)
     middle = energy / inertia - cubic_in_middle(left, right, d_left, d_right)
-    value, bump = peak_between(
+    value, bump = max_between(
         sign * left, sign * right, sign * d_left, sign * d_right, sign * middle
     )
     return value, abs(bump)
 
 
 @inlined
-def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
+def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
     """Largest (sign 1) or smallest (-1) q, and how much it may miss.
 
     Every interval is looked at in which a local maximum may be higher than the highest node.
     """
-    q, rate = curve.q, curve.rate
+    q, rate = motion.q, motion.rate
     node = q.argmax() if sign > 0.0 else q.argmin()
     highest = sign * q[node]
     # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
@@ -58,7 +58,7 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
         n = (j + 1) % q.size
         up, down = sign * rate[j], sign * rate[n]
         if up >= 0.0 and down < 0.0 and sign * q[j] + width * up >= highest:
-            value, missed = _peak(sign, j, width, curve)
+            value, missed = _peak(sign, j, width, motion)
             # Rounding may place it below the node at which the interval begins or ends.
             if value >= best or (best == highest and node in (j, n)):
                 best, miss = max(value, best), missed
@@ -66,16 +66,16 @@ def _extreme(sign: float, width: float, curve: Curve) -> tuple[float, float]:
 
 
 @inlined
-def _mean(closure: int, design: Design, curve: Curve) -> tuple[float, float]:
+def _mean(closure: int, design: Design, motion: Motion) -> tuple[float, float]:
     """Mean of sqrt(q), and what the nodes do not resolve: docs/solver.md (102).
 
     That is the relative difference of the means over even and odd nodes, of speed and closure.
     """
-    q, total, speed, closed = curve.q, 0.0, 0.0, 0.0
+    q, total, speed, closed = motion.q, 0.0, 0.0, 0.0
     for j in range(q.size):
         sign = 1.0 if j % 2 == 0 else -1.0
         root = math.sqrt(q[j])
-        value, _ = closure_terms(q[j], curve.force[j], curve.first[j], design.flat, closure)
+        value, _ = closure_terms(q[j], motion.force[j], motion.first[j], design.flat, closure)
         total += root
         speed += sign * root
         closed += sign * value
@@ -100,30 +100,30 @@ def _load_missed(mu: float, width: float, design: Design, force: Floats) -> floa
 
 
 @inlined
-def _fill_solution(mu: float, missed: float, width: float, design: Design, curve: Curve) -> None:
+def _fill_solution(mu: float, missed: float, width: float, design: Design, motion: Motion) -> None:
     """Fill in q and its slope at the nodes, docs/solver.md (97).
 
     Of a solution that was followed in time, where `missed` is not 0, the slope of the energy is
     known, and no difference of large numbers; what cubics miss is that of the energy then, not of
     the work.
     """
-    d, slope, tau = curve.d, curve.slope, curve.tau
-    fill_force(design, curve)
+    d, slope, tau = motion.d, motion.slope, motion.tau
+    fill_force(design, motion)
     for j in range(d.size):
         if missed == 0.0:
-            slope[j] = curve.dw[j] - design.kappa * (curve.force[j] / mu - 1.0)
-        curve.q[j] = (1.0 + d[j]) / tau[j]
-        curve.rate[j] = (slope[j] - curve.q[j] * curve.dtau[j]) / tau[j]
+            slope[j] = motion.dw[j] - design.kappa * (motion.force[j] / mu - 1.0)
+        motion.q[j] = (1.0 + d[j]) / tau[j]
+        motion.rate[j] = (slope[j] - motion.q[j] * motion.dtau[j]) / tau[j]
     if missed > 0.0:
         for j in range(d.size):
             n = (j + 1) % d.size
             cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
-            curve.w_missed[j] = curve.between[j] - cubic
+            motion.w_missed[j] = motion.between[j] - cubic
 
 
 @inlined
 def speeds_of(
-    mu: float, missed: float, width: float, closure: int, design: Design, curve: Curve
+    mu: float, missed: float, width: float, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float, float, float, float]:
     """Largest, smallest and mean speed and the range [rad/s], and the relative error of delta.
 
@@ -132,25 +132,25 @@ def speeds_of(
     range, and its error may be as large. It is 1 where the fluctuation is less than rounding. All
     are NaN where the smallest q is not above FLOOR.
     """
-    _fill_solution(mu, missed, width, design, curve)
+    _fill_solution(mu, missed, width, design, motion)
     nan, nominal = math.nan, design.nominal
-    high, high_miss = _extreme(1.0, width, curve)
-    low, low_miss = _extreme(-1.0, width, curve)
+    high, high_miss = _extreme(1.0, width, motion)
+    low, low_miss = _extreme(-1.0, width, motion)
     if not (low > FLOOR):
         return nan, nan, nan, nan, nan
     range_of_q = high - low
-    mean, unresolved = _mean(closure, design, curve)
+    mean, unresolved = _mean(closure, design, motion)
     high, low = math.sqrt(high), math.sqrt(low)
     span = range_of_q / (high + low)
     error = 0.0
     if span > 0.0:
         error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
         error = (error + design.unsure / low) / span
-    elif curve.dw.any() or curve.dtau.any():
+    elif motion.dw.any() or motion.dtau.any():
         error = 1.0  # work is done, but the fluctuation is below rounding: 0 misses all of it
     error += unresolved
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:
-        error += _load_missed(mu, width, design, curve.force) / range_of_q
+        error += _load_missed(mu, width, design, motion.force) / range_of_q
     error *= max(1.0, span / low)
     return nominal * high, nominal * low, nominal * mean, nominal * span, error

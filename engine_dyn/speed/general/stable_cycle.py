@@ -13,7 +13,7 @@ import math
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR
-from engine_dyn.speed.general.curve import Curve, Design
+from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.radau import interval_of, pass_interval
 from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
@@ -44,29 +44,29 @@ MOST_MU, TIMED = 80, 1e-11
 
 @inlined
 def _pass_cycle(
-    start: float, mu: float, tolerance: float, width: float, design: Design, curve: Curve
+    start: float, mu: float, tolerance: float, width: float, design: Design, motion: Motion
 ) -> tuple[int, float, float, float]:
     """Follow one period from the energy `start` at node 0.
 
-    `curve` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design
+    `motion` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design
     STANDS, RUNS_AWAY, is LOST or nothing of this (REPEATS), the energy at the end, the factor of a
     deviation, and the sum of what all intervals may miss.
     """
     push = design.kappa * width
     e, factor, missed = start, 1.0, 0.0
-    for j in range(curve.w.size):
-        after = (j + 1) % curve.w.size
-        interval = interval_of(j, width, curve)
+    for j in range(motion.w.size):
+        after = (j + 1) % motion.w.size
+        interval = interval_of(j, width, motion)
         passed = pass_interval(e, interval, push, mu, tolerance, design.law)
         if not (passed.missed < math.inf):
             return LOST, e, factor, missed
-        curve.d[j] = e - 1.0
-        curve.between[j] = passed.middle - 1.0
-        curve.slope[after] = passed.slope / width
+        motion.d[j] = e - 1.0
+        motion.between[j] = passed.middle - 1.0
+        motion.slope[after] = passed.slope / width
         e = passed.end
         factor *= passed.factor
         missed += passed.missed
-        if not (e > FLOOR * curve.tau[after]):
+        if not (e > FLOOR * motion.tau[after]):
             return STANDS, e, factor, missed
         if not (e < HIGHEST):
             return RUNS_AWAY, e, factor, missed
@@ -75,7 +75,7 @@ def _pass_cycle(
 
 @inlined
 def _follow(
-    start: float, above: float, mu: float, fine: bool, width: float, design: Design, curve: Curve
+    start: float, above: float, mu: float, fine: bool, width: float, design: Design, motion: Motion
 ) -> tuple[int, float, float, int]:
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
@@ -87,7 +87,7 @@ def _follow(
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
     e, plain, hurried = start, start, True
     for cycle in range(1, MOST_CYCLES + 1):
-        fate, end, factor, missed = _pass_cycle(e, mu, tolerance, width, design, curve)
+        fate, end, factor, missed = _pass_cycle(e, mu, tolerance, width, design, motion)
         if fate != REPEATS:
             if not hurried or e == plain:
                 return fate, e, missed, cycle
@@ -108,7 +108,7 @@ def _follow(
 
 @inlined
 def _found(
-    start: float, above: float, mu: float, width: float, design: Design, curve: Curve
+    start: float, above: float, mu: float, width: float, design: Design, motion: Motion
 ) -> tuple[int, float, float, int]:
     """The stable cycle for one mu: from `start`, and from elsewhere where that leads to none.
 
@@ -118,10 +118,10 @@ def _found(
     low, high, e = 0.0, above, start
     runs_away, fate, cycles = False, LOST, 0
     for _ in range(MOST_STARTS):
-        fate, found, _, more = _follow(e, above, mu, False, width, design, curve)
+        fate, found, _, more = _follow(e, above, mu, False, width, design, motion)
         cycles += more
         if fate == REPEATS:
-            fate, found, missed, more = _follow(found, above, mu, True, width, design, curve)
+            fate, found, missed, more = _follow(found, above, mu, True, width, design, motion)
             return fate, found, missed, cycles + more
         if fate == LOST or (fate == STANDS and e >= above):
             return fate, found, math.inf, cycles
@@ -135,19 +135,19 @@ def _found(
 
 
 @inlined
-def _late(curve: Curve) -> float:
+def _late(motion: Motion) -> float:
     """Relative excess of the cycle's time over that at nominal speed, docs/method.md (66)."""
     total = 0.0
-    for j in range(curve.d.size):
-        total += math.sqrt(curve.tau[j] / (1.0 + curve.d[j])) - 1.0
-    return total / curve.d.size
+    for j in range(motion.d.size):
+        total += math.sqrt(motion.tau[j] / (1.0 + motion.d[j])) - 1.0
+    return total / motion.d.size
 
 
 @inlined
 def stable_cycle(
-    closure: int, width: float, design: Design, curve: Curve
+    closure: int, width: float, design: Design, motion: Motion
 ) -> tuple[int, int, float, float]:
-    """Find the stable cycle of a design; `curve` gets chi - 1 at the nodes, and its slope.
+    """Find the stable cycle of a design; `motion` gets chi - 1 at the nodes, and its slope.
 
     With the closure `cycle_time`, it is the one whose time is that at nominal speed. More mu is
     less load, or less drive, so the cycle's time falls or rises with it throughout. The search is
@@ -160,19 +160,19 @@ def stable_cycle(
     here = slow = quick = late_slow = late_quick = 0.0
     # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
     # of the work and the load of a cycle, docs/solver.md (88): none begins `above`.
-    gain = curve.w.max() - curve.w.min() + abs(design.kappa) * width * curve.w.size
-    e, above = curve.tau[0] + max(curve.w[0], 0.0), max(curve.tau.max(), 1.0) + gain
+    gain = motion.w.max() - motion.w.min() + abs(design.kappa) * width * motion.w.size
+    e, above = motion.tau[0] + max(motion.w[0], 0.0), max(motion.tau.max(), 1.0) + gain
     step, cycles = 0.05, 0
     for number in range(MOST_MU):
         mu = math.exp(sense * here)
-        fate, found, missed, more = _found(e, above, mu, width, design, curve)
+        fate, found, missed, more = _found(e, above, mu, width, design, motion)
         cycles += more
         if number == 0 and (closure != CYCLE_TIME or fate == RUNS_AWAY):
             return fate, cycles, mu, missed
         if fate == LOST:
             break
         if fate == REPEATS:
-            e, late = found, _late(curve)
+            e, late = found, _late(motion)
         else:
             late = math.inf if fate == STANDS else -math.inf
             e = above if number == 0 else e

@@ -10,7 +10,7 @@ from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import FLOOR, POWER, covers, is_power, load_terms
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.general.curve import Curve, Design, begin_design, make_curve, opposes
+from engine_dyn.speed.general.motion import Design, Motion, begin_design, make_motion, opposes
 from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.general.speeds import STRONG_LOAD, speeds_of
 from engine_dyn.speed.general.stable_cycle import stable_cycle
@@ -39,13 +39,13 @@ def solve_one_by_one(
     Where Newton's method finds no solution, cycles are followed in time. `last` says that no more
     nodes are tried.
     """
-    curve = make_curve(columns.fine.shape[1])
-    solve_designs(chosen, task, columns, designs, curve, results)
+    motion = make_motion(columns.fine.shape[1])
+    solve_designs(chosen, task, columns, designs, motion, results)
     outcomes = followed(task, last)
     left = chosen[np.isin(results.status[designs.target[chosen]], outcomes)]
     # Compiled only where there are such designs.
     if left.size:
-        follow_designs(left, task, columns, designs, curve, results)
+        follow_designs(left, task, columns, designs, motion, results)
 
 
 def followed(task: Task, last: bool) -> tuple[int, ...]:
@@ -62,28 +62,28 @@ def followed(task: Task, last: bool) -> tuple[int, ...]:
 
 @kernel
 def solve_designs(
-    chosen: Integers, task: Task, columns: Columns, designs: Designs, curve: Curve,
+    chosen: Integers, task: Task, columns: Columns, designs: Designs, motion: Motion,
     results: Results,
 ) -> None:  # fmt: skip
-    """Solve the designs `chosen` by Newton's method; `curve` is scratch."""
+    """Solve the designs `chosen` by Newton's method; `motion` is scratch."""
     width = columns.width
     for which in chosen:
-        design, code = begin_design(which, task, columns, designs, curve)
+        design, code = begin_design(which, task, columns, designs, motion)
         mu, steps = 1.0, 0
         if code == status.CONVERGED:
             with_mean = task.closure == POWER_MEAN and is_power(design.law)
-            if with_mean and _must_stall(width, design, curve):
+            if with_mean and _must_stall(width, design, motion):
                 code = status.STALLED
             else:
-                steps, mu, smallest = newton(task.closure, width, design, curve)
+                steps, mu, smallest = newton(task.closure, width, design, motion)
                 if steps < 0:
                     code = status.NOT_CONVERGED if smallest > FLOOR else status.STALLED
-        _write(which, code, mu, 0.0, steps, width, task, design, designs, curve, results)
+        _write(which, code, mu, 0.0, steps, width, task, design, designs, motion, results)
 
 
 @kernel
 def follow_designs(
-    chosen: Integers, task: Task, columns: Columns, designs: Designs, curve: Curve,
+    chosen: Integers, task: Task, columns: Columns, designs: Designs, motion: Motion,
     results: Results,
 ) -> None:  # fmt: skip
     """Follow cycles of the designs `chosen`, for which Newton's method found none.
@@ -93,7 +93,7 @@ def follow_designs(
     """
     width = columns.width
     for which in chosen:
-        design, code = begin_design(which, task, columns, designs, curve)
+        design, code = begin_design(which, task, columns, designs, motion)
         holds = not design.flat and opposes(design.slope, design)
         if code != status.CONVERGED or design.kappa == 0.0 or not holds:
             continue
@@ -102,46 +102,46 @@ def follow_designs(
         # shrink so slowly that rounding blurs the speed, which Newton's method has of the closure.
         if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
             continue
-        code, cycles, mu, missed = stable_cycle(task.closure, width, design, curve)
+        code, cycles, mu, missed = stable_cycle(task.closure, width, design, motion)
         if missed_tolerance and code != status.CONVERGED:
             continue
         missed = max(missed, 1e-15)
-        _write(which, code, mu, missed, cycles, width, task, design, designs, curve, results)
+        _write(which, code, mu, missed, cycles, width, task, design, designs, motion, results)
 
 
 @inlined
-def _must_stall(width: float, design: Design, curve: Curve) -> bool:
+def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     """Whether no periodic speed above zero exists, with a power law and the power mean.
 
     docs/method.md (94). From the angle of the least work on, the load takes at most the work of a
     whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
     wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution.
     """
-    most = curve.w.max()
-    least = curve.w.min() + design.kappa * width * curve.w.size
+    most = motion.w.max()
+    least = motion.w.min() + design.kappa * width * motion.w.size
     # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
     if most - least < 1.0:
         return False
     total = 0.0
-    for j in range(curve.w.size):
-        q = max((curve.w[j] - least) / curve.tau[j], FLOOR)
+    for j in range(motion.w.size):
+        q = max((motion.w[j] - least) / motion.tau[j], FLOOR)
         total += math.log(q) if design.flat else load_terms(q, design.law)[0] - 1.0
-    return total > CERTAIN * curve.w.size
+    return total > CERTAIN * motion.w.size
 
 
 @inlined
 def _write(
     which: int, code: int, mu: float, missed: float, steps: int, width: float, task: Task,
-    design: Design, designs: Designs, curve: Curve, results: Results,
+    design: Design, designs: Designs, motion: Motion, results: Results,
 ) -> None:  # fmt: skip
     """Judge a solution, docs/method.md section 13.3, and write its results."""
     high = low = mean = span = error = math.nan
     holds = opposes(design.slope, design)
     if code == status.CONVERGED:
-        high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, curve)
+        high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, motion)
         gear, slope = design.law.nominal / design.nominal, 0.0
-        for j in range(curve.q.size):
-            slope += curve.first[j] / curve.tau[j]
+        for j in range(motion.q.size):
+            slope += motion.first[j] / motion.tau[j]
         if not (low > 0.0):
             code = status.STALLED
         elif not covers(gear * high, gear * low, task.form):
@@ -161,4 +161,4 @@ def _write(
         return
     results.status[target] = code
     store(target, high, low, mean, span, mu, error, float(steps), results.wanted, results.scalars)
-    store_curves(target, design.nominal, curve.q, curve.rate, task.angles, results)
+    store_curves(target, design.nominal, motion.q, motion.rate, task.angles, results)

@@ -18,7 +18,7 @@ from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
-__all__ = ["Curve", "Design", "begin_design", "fill_curve", "make_curve", "opposes"]
+__all__ = ["Design", "Motion", "begin_design", "fill_motion", "make_motion", "opposes"]
 
 
 class Design(NamedTuple):
@@ -36,7 +36,7 @@ class Design(NamedTuple):
     nominal: float
 
 
-class Curve(NamedTuple):
+class Motion(NamedTuple):
     """Equation and solution of one design, docs/method.md (53) and (54); all of shape (node,).
 
     Attributes
@@ -76,9 +76,9 @@ class Curve(NamedTuple):
     push: Floats
 
 
-def make_curve(nodes: int) -> Curve:
+def make_motion(nodes: int) -> Motion:
     """Memory of one design."""
-    return Curve(*(np.zeros(nodes) for _ in Curve._fields))
+    return Motion(*(np.zeros(nodes) for _ in Motion._fields))
 
 
 @inlined
@@ -96,14 +96,15 @@ def _add_part(
 
 
 @inlined
-def fill_curve(
-    which: int, variable: bool, columns: Columns, designs: Designs, curve: Curve
+def fill_motion(
+    which: int, variable: bool, columns: Columns, designs: Designs, motion: Motion
 ) -> None:
     """Fill in w, w', tau and tau' at the nodes: docs/method.md (54)."""
-    work, inertia = (curve.w, curve.dw, curve.w_missed), (curve.tau, curve.dtau, curve.tau_missed)
-    for j in range(curve.w.size):
-        curve.w[j] = curve.dw[j] = curve.w_missed[j] = curve.dtau[j] = curve.tau_missed[j] = 0.0
-        curve.tau[j] = 1.0
+    work = (motion.w, motion.dw, motion.w_missed)
+    inertia = (motion.tau, motion.dtau, motion.tau_missed)
+    for j in range(motion.w.size):
+        motion.w[j] = motion.dw[j] = motion.w_missed[j] = 0.0
+        motion.tau[j], motion.dtau[j], motion.tau_missed[j] = 1.0, 0.0, 0.0
     gas, eta, factor = designs.gas[which], designs.eta[which], designs.factor[which]
     for piece in range(designs.part.shape[0]):
         share = gas * designs.share[piece, which]
@@ -116,23 +117,23 @@ def fill_curve(
 
 @inlined
 def begin_design(
-    which: int, task: Task, columns: Columns, designs: Designs, curve: Curve
+    which: int, task: Task, columns: Columns, designs: Designs, motion: Motion
 ) -> tuple[Design, int]:
     """Fill in the curve of a design; its reduced numbers and its outcome so far.
 
     docs/method.md (51), and (67) for idle.
     """
-    fill_curve(which, task.variable, columns, designs, curve)
+    fill_motion(which, task.variable, columns, designs, motion)
     law, sign = law_of(
         designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
         task.form,
     )  # fmt: skip
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
-    for j in range(curve.w.size):
+    for j in range(motion.w.size):
         # Of the torque at nominal speed; with variable inertia, that of the masses is in tau.
-        torque = curve.dw[j] - curve.dtau[j]
-        high, low, least = max(high, torque), min(low, torque), min(least, curve.tau[j])
+        torque = motion.dw[j] - motion.dtau[j]
+        high, low, least = max(high, torque), min(low, torque), min(least, motion.tau[j])
     code = CONVERGED
     if abs(kappa) <= IDLE * (high - low):
         kappa = 0.0

@@ -8,12 +8,19 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
-from engine_dyn.speed.batch.block import LEFT, Scratch, Tables, make_scratch, repeat_ends, tables_of
+from engine_dyn.speed.batch.block import (
+    LEFT,
+    ColumnRows,
+    Scratch,
+    make_scratch,
+    repeat_ends,
+    rows_of_columns,
+)
 from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates, mean_speeds
 from engine_dyn.speed.batch.nodes import fill_curves
 from engine_dyn.speed.batch.solution import solve_curves
-from engine_dyn.speed.batch.tables import fill_tables, fill_work
 from engine_dyn.speed.batch.weights import Weights, weights_of
+from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import store, store_curves
@@ -46,8 +53,8 @@ def solve_in_blocks(
         share=rows_of(designs.share, designs.target.size),
     )
     solve_blocks(
-        left.size, task, tables_of(columns), Weights(*map(rows_of, weights)), blocks, results, left,
-        make_scratch(columns), curves,
+        left.size, task, rows_of_columns(columns), Weights(*map(rows_of, weights)), blocks, results,
+        left, make_scratch(columns), curves,
     )  # fmt: skip
 
 
@@ -89,8 +96,8 @@ def finish_block(
 
 @kernel
 def solve_blocks(
-    count: int, task: Task, columns: Tables, weights: Weights, designs: Designs, results: Results,
-    left: Booleans, scratch: Scratch, fine: Floats,
+    count: int, task: Task, columns: ColumnRows, weights: Weights, designs: Designs,
+    results: Results, left: Booleans, scratch: Scratch, fine: Floats,
 ) -> None:  # fmt: skip
     """Solve the first `count` designs; `left` says which remain for the general solver.
 
@@ -102,7 +109,7 @@ def solve_blocks(
     for block in range(-(-count // LANES)):
         first, last = number[block, 0], number[block, LANES - 1]
         if not first == last == known:
-            fill_tables(block, columns, designs, scratch.table)
+            fill_work_table(block, columns, designs, scratch.table)
         known = first if first == last else -1
         fill_work(block, task.variable, weights, designs, scratch)
         solve_curves(

@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.batch.block import HALO, LEFT, Scratch, Table, Tables, repeat_ends
+from engine_dyn.speed.batch.block import HALO, LEFT, ColumnRows, Scratch, WorkTable, repeat_ends
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, read, where, write
 from engine_dyn.speed.work.parts import SQUARE
 
-__all__ = ["fill_tables", "fill_work"]
+__all__ = ["fill_work", "fill_work_table"]
 
 LIGHTEST = 0.4
 """Least inertia over its mean at any node; a design with less is left to the general solver."""
 
 
 @inlined
-def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows) -> None:
+def add_columns(part: int, coarse: Rows, table: WorkTable, curve: Rows, missed: Rows) -> None:
     """Add the columns of a part, times `table.share` and the factors."""
     shared, share = table.shared, read(table.share, 0)
     for t in range(shared.shape[0]):
@@ -35,7 +35,7 @@ def add_columns(part: int, coarse: Rows, table: Table, curve: Rows, missed: Rows
 
 
 @inlined
-def fill_tables(block: int, columns: Tables, designs: Designs, table: Table) -> None:
+def fill_work_table(block: int, columns: ColumnRows, designs: Designs, table: WorkTable) -> None:
     """Work tables of the designs of a block."""
     coarse, part, share, first = columns.coarse, designs.part, designs.share, block * LANES
     for t in range(table.factor.shape[0]):

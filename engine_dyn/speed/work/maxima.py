@@ -9,11 +9,11 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import where
 
-__all__ = ["cubic_in_middle", "peak_between", "summit_at"]
+__all__ = ["cubic_in_middle", "max_between", "max_near"]
 
 
 @inlined
-def summit_at(b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
+def max_near(b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
     """Place of the maximum near the middle of five equidistant values, counted from d.
 
     That of the polynomial of fourth degree (Stirling), by three of Newton's steps. It is a guess.
@@ -38,7 +38,7 @@ def cubic_in_middle(left: Any, right: Any, d_left: Any, d_right: Any) -> Any:
 
 
 @inlined
-def peak_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) -> tuple[Any, Any]:
+def max_between(left: Any, right: Any, d_left: Any, d_right: Any, middle: Any) -> tuple[Any, Any]:
     """Maximum of a curve within an interval that rises at its begin and falls at its end.
 
     docs/solver.md (98) is its place, (99) its value. Given are, as numbers or vectors, the values
