@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 import sweeps
-from engine_dyn.speed.batch import front
+from engine_dyn.speed.batch import in_blocks
 
 SCENE: dict[str, Any] = {
     "engine": "ntua",
@@ -53,7 +53,7 @@ def measure() -> WarmRun:
         if event != "call" or not frame.f_code.co_filename.startswith(tuple(PACKAGES)):
             return
         calls[f"{frame.f_code.co_filename}: {frame.f_code.co_qualname}"] += 1
-        if frame.f_code is front.solve_in_blocks.__code__:
+        if frame.f_code is in_blocks.solve_in_blocks.__code__:
             above: FrameType | None = frame
             while above is not None and above.f_code.co_filename.startswith(tuple(PACKAGES)):
                 frames.insert(0, name(above))

@@ -32,7 +32,7 @@ __all__ = [
     "WorkTable",
     "make_scratch",
     "repeat_ends",
-    "rows_of_columns",
+    "column_rows",
 ]
 
 HALO = 4
@@ -200,7 +200,7 @@ class Scratch(NamedTuple):
     width: float
 
 
-def rows_of_columns(columns: Columns) -> ColumnRows:
+def column_rows(columns: Columns) -> ColumnRows:
     """Columns in rows."""
     terms = len(columns.degrees)
     return ColumnRows(

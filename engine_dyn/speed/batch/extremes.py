@@ -62,6 +62,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     most; twice as much is looked at.
     """
     repeat_ends(curves.u)
+    repeat_ends(curves.load)  # which is interpolated around them
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     tops, bottoms = 0.0 * high, 0.0 * high
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)

@@ -8,14 +8,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
-from engine_dyn.speed.batch.block import (
-    LEFT,
-    ColumnRows,
-    Scratch,
-    make_scratch,
-    repeat_ends,
-    rows_of_columns,
-)
+from engine_dyn.speed.batch.block import LEFT, ColumnRows, Scratch, column_rows, make_scratch
 from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates, mean_speeds
 from engine_dyn.speed.batch.nodes import fill_curves
 from engine_dyn.speed.batch.solution import solve_curves
@@ -53,7 +46,7 @@ def solve_in_blocks(
         share=rows_of(designs.share, designs.target.size),
     )
     solve_blocks(
-        left.size, task, rows_of_columns(columns), Weights(*map(rows_of, weights)), blocks, results,
+        left.size, task, column_rows(columns), Weights(*map(rows_of, weights)), blocks, results,
         left, make_scratch(columns), curves,
     )  # fmt: skip
 
@@ -116,7 +109,6 @@ def solve_blocks(
             block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
         )
         find_candidates(lanes, curves)
-        repeat_ends(curves.load)
         mean_speeds(lanes, curves)
         fill_extremes(block, task.variable, columns, weights, designs, scratch)
         here = min(LANES, count - block * LANES)
