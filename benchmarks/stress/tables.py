@@ -79,9 +79,17 @@ def summary(report: str) -> list[list[str]]:
 
 
 def write(report: str, folder: Path) -> None:
-    """Write all files below `folder`."""
-    (folder / "stability").mkdir(parents=True, exist_ok=True)
+    """Write all files below `folder`.
+
+    Raises
+    ------
+    ValueError
+        Where the text is no report.
+    """
     files = dict(tables(report))
+    if not files:
+        raise ValueError("no tables: a report is out/stability.md; out/stress.json has none")
+    (folder / "stability").mkdir(parents=True, exist_ok=True)
     files["examples"] = [["part", "what", "design"], *examples(report)]
     files["summary"] = [["what", "words"], *summary(report)]
     for name, rows in files.items():

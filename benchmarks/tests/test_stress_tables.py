@@ -58,6 +58,12 @@ def test_files_are_made_from_a_report(tmp_path: Path, monkeypatch: pytest.Monkey
     assert dict(read(folder / "summary.csv"))["run"].startswith("2026-01-02; a machine")
 
 
+def test_what_is_no_report_writes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"a report is out/stability\.md"):
+        tables.write("[]", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_every_heading_and_sentence_of_a_report_has_its_file() -> None:
     text = inspect.getsource(report)
     assert set(re.findall(r'"## ([^"]+)"', text)) == set(tables.NAMES)
