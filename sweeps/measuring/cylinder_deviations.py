@@ -25,11 +25,12 @@ from engine_dyn.recordings.cylinder_work import (
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
 from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
-from engine_dyn.units import BAR, DEGREE, RPM
+from engine_dyn.units import BAR, DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
-from sweeps.measuring.measured import FAR_SPEED, computed_speeds, design_of
+from sweeps.measuring.labelled import labelled_dataset, of_recordings
+from sweeps.measuring.measured import computed_speeds, design_of, far_speed_remark
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import OneEngine, engine_of, values_of
 from sweeps.scene.consistency.pressure import check_motored
@@ -194,10 +195,10 @@ def cylinder_deviations(
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")
-    if given.measured is None:
-        raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
-    where = f"{name}: [measured]"
-    if given.measured.wheel is None:
+    table, where = given.measured, f"{name}: [measured]"
+    if table is None:
+        raise SceneError(f"{where} is missing; see the page 'Measured speed'")
+    if table.wheel is None:
         raise SceneError(
             f"{where} kind = 'speed': must be 'teeth' or 'encoder'; otherwise misfires cannot be "
             "distinguished from tooth errors"
@@ -209,20 +210,20 @@ def cylinder_deviations(
     engine = engine_of(given, f"{name}: deviations of cylinders")
     if len(engine.firing) < 2:
         raise SceneError(f"{name}: cylinders = 1: a deviation from the others needs at least 2")
-    intervals = given.measured.wheel.teeth * round(engine.period / TURN)
+    intervals = table.wheel.teeth * round(engine.period / TURN)
     if intervals < FEWEST_INTERVALS * len(engine.firing):
         raise SceneError(
             f"{where} wheel: {intervals} intervals a cycle; must be at least "
             f"{FEWEST_INTERVALS} for each of {len(engine.firing)} cylinders"
         )
     _check_axes(given, name)
-    records = records_of(given.measured, engine.period, name)
+    records = records_of(table, engine.period, name)
     computed, motored = _computed(given, name)
-    angle, speeds = computed_speeds(computed, given.measured, len(records), name)
+    angle, speeds = computed_speeds(computed, table, len(records), name)
     found = []
     for place, record in enumerate(records):
         row = cycles_in_a_row(
-            record, given.measured, angle, speeds[place], engine.period, engine.symmetry, where
+            record, table, angle, speeds[place], engine.period, engine.symmetry, where
         )
         known = int(np.isfinite(row.speed[:, 0]).sum())
         if known < FEWEST:
@@ -230,18 +231,16 @@ def cylinder_deviations(
                 f"{where} {record.label}: {known} whole cycles; must be at least {FEWEST}"
             )
         fired, without = (
-            BAR * np.asarray(design_of(one["pressure"], given.measured, place).values).ravel()
+            BAR * np.asarray(design_of(one["pressure"], table, place).values).ravel()
             for one in (computed, motored)
         )
         damping = _damping(given, computed, place, speeds[place])
         try:
             cycle, missing = _mean_cycle(engine, angle, speeds[place], fired, without, damping)
-            found.append(
-                _judged(row, cycle, missing, given.measured.wheel, false_alarms, tooth_deviation)
-            )
+            found.append(_judged(row, cycle, missing, table.wheel, false_alarms, tooth_deviation))
         except ValueError as error:
             raise SceneError(f"{where} {record.label}: {mentioned(error)}") from None
-    return _dataset(given, given.measured, [r.label for r in records], found, computed, speeds)
+    return _dataset(given, table, [r.label for r in records], found, computed, speeds)
 
 
 def _check_axes(scene: Scene, name: str) -> None:
@@ -430,8 +429,6 @@ def _dataset(
     computed: xr.Dataset, speeds: Floats,
 ) -> xr.Dataset:  # fmt: skip
     """Labels, units and what was found."""
-    import xarray as xr
-
     most = max(len(one.single) for one in found)
     cylinders = found[0].single.shape[1]
     every, each, per = ("recording", "recorded_cycle", "cylinder"), ("recording", "cylinder"), (
@@ -494,35 +491,23 @@ def _dataset(
                       "crank angle at which the first recorded cycle of the wheel begins"),
     }  # fmt: skip
     coordinates: dict[str, Any] = {
-        "recording": (per, np.arange(len(found), dtype=np.int32),
-                      {"long_name": "number of the recording", "units": one}),
-        "file": (per, np.array(labels, dtype=object), {"long_name": "recording", "units": one}),
-        "recorded_cycle": (("recorded_cycle",), np.arange(1, most + 1, dtype=np.int32),
-                           {"long_name": "number of the recorded cycle", "units": one}),
-        "cylinder": (("cylinder",), np.arange(1, cylinders + 1, dtype=np.int32),
-                     {"long_name": "cylinder", "units": one}),
+        **of_recordings(labels),
+        "recorded_cycle": (("recorded_cycle",), np.arange(1, most + 1, dtype=np.int32), one,
+                           "number of the recorded cycle"),
+        "cylinder": (("cylinder",), np.arange(1, cylinders + 1, dtype=np.int32), one, "cylinder"),
     }  # fmt: skip
     for key, values in given.at.items():
         if key in computed.coords and key in ("load", "speed"):
             coordinates[key] = (per, np.asarray(values), dict(computed[key].attrs))
-    dataset = xr.Dataset(
-        {
-            key: xr.Variable(dims, np.asarray(values, dtype=float), {"long_name": text, "units": u})
-            for key, (dims, values, u, text) in data.items()
-        },
-        coords=coordinates,
-        attrs={
-            **computed.attrs,
-            "title": scene.title,
-            "wheel": given.wheel.text if given.wheel is not None else "",
-            "false_alarms": found[0].of_cycle.false_alarms,
-            "gap_angle_from": found[0].row.start_from,
-            "remarks": "\n".join(_remarks(labels, found, speeds)),
-        },
-    )
-    for coordinate in dataset.coords.values():
-        coordinate.encoding["_FillValue"] = None
-    return dataset
+    attributes = {
+        **computed.attrs,
+        "title": scene.title,
+        "wheel": given.wheel.text if given.wheel is not None else "",
+        "false_alarms": found[0].of_cycle.false_alarms,
+        "gap_angle_from": found[0].row.start_from,
+        "remarks": "\n".join(_remarks(labels, found, speeds)),
+    }
+    return labelled_dataset(data, coordinates, attributes, float)
 
 
 def _remarks(labels: Sequence[str], found: Sequence[_Found], speeds: Floats) -> list[str]:
@@ -536,12 +521,7 @@ def _remarks(labels: Sequence[str], found: Sequence[_Found], speeds: Floats) -> 
                 "the first complete turn, counted over the whole cycle"
             )
         measured = float(np.nanmean(one.row.mean))
-        if abs(measured / speed.mean() - 1.0) > FAR_SPEED:
-            remarks.append(
-                f"{label}: measured at {measured / RPM:.1f} rpm, computed at "
-                f"{speed.mean() / RPM:.1f} rpm: deviations change with the square of the speed; "
-                "use the measured speed in the scene"
-            )
+        remarks += far_speed_remark(label, measured, speed.mean(), "deviations change")
         least = float(one.of_cycle.probability.min())
         if least < 0.99:
             remarks.append(

@@ -14,6 +14,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.measuring.computed_speeds import NOT_OF_SCENES, OF_WHEEL
 from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
+from sweeps.measuring.labelled import labelled_dataset, of_intervals, of_recordings
 from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD, FittedSpeeds
 
 if TYPE_CHECKING:
@@ -88,8 +89,6 @@ def fit_dataset(
     predicted : sequence of Prediction
         For each recording, or empty.
     """
-    import xarray as xr
-
     fit, given = found.fit, found.seen.recordings
     names = np.array([p.name for p in fit.parameters], dtype=object)
     middles = found.seen.middles()
@@ -102,18 +101,10 @@ def fit_dataset(
         "unit": ("parameter", np.array([_unit(n) for n in names], dtype=object),
                  {"long_name": "unit of the fitted parameter"}),
         "other_parameter": ("other_parameter", names, {"long_name": "fitted parameter"}),
-        "recording": ("recording", np.arange(len(given.labels), dtype=np.int32),
-                      {"long_name": "number of the recording", "units": "1"}),
-        "interval": ("interval", middles[0][order] / DEGREE,
-                     {"long_name": "crank angle in the middle of the interval between teeth",
-                      "units": "degree"}),
-        "interval_width": ("interval", given.width[order] / DEGREE,
-                           {"long_name": "width of the interval between teeth",
-                            "units": "degree"}),
-        "interval_used": ("interval", given.used[order].astype(np.int8),
-                          {"long_name": "whether the interval is used in the fit (1)",
-                           "units": "1"}),
-        "file": ("recording", np.array(given.labels, dtype=object), {"long_name": "recording"}),
+        **of_recordings(given.labels),
+        **of_intervals(
+            middles[0][order], given.width[order], given.used[order], "in the fit"
+        ),
     }  # fmt: skip
     coordinates |= {
         key: ("recording", [place[key] for place in given.places], _attributes_of(key))
@@ -123,8 +114,8 @@ def fit_dataset(
     coordinates["speed"] = ("recording", [place["speed"] for place in given.places],
                             {"long_name": "measured mean speed", "units": "rpm"})  # fmt: skip
     if found.with_teeth:
-        coordinates["tooth"] = ("tooth", np.arange(1, given.sound.size + 1, dtype=np.int32),
-                                {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
+        numbers = np.arange(1, given.sound.size + 1, dtype=np.int32)
+        coordinates["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
     attributes = {
         **about,
         "condition_number": fit.condition,
@@ -143,15 +134,11 @@ def fit_dataset(
             "wheel": given.wheel.text,
             "gap_angle": found.seen.gap_angle / DEGREE,
         }
-    variables = {
-        key: xr.Variable(
-            dims,
-            np.asarray(values),
-            {"long_name": text, "units": "rad s-1" if key.startswith("omega_") else "1"},
-        )
+    labelled = {
+        key: (dims, values, "rad s-1" if key.startswith("omega_") else "1", text)
         for key, (dims, values, text) in data.items()
     }
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    return labelled_dataset(labelled, coordinates, attributes)
 
 
 def _of_parameters(found: SpeedFit) -> dict[str, Any]:

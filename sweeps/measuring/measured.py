@@ -30,6 +30,7 @@ from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
+from sweeps.measuring.labelled import labelled_dataset, of_intervals, of_recordings
 from sweeps.measuring.measured_doubts import (
     INERTIA_STEP,
     even_firing_doubt,
@@ -47,7 +48,7 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FAR_SPEED", "ORDERS", "computed_speeds", "design_of", "measured"]
+__all__ = ["ORDERS", "computed_speeds", "design_of", "far_speed_remark", "measured"]
 
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders of the crank's turn that are compared."""
@@ -55,11 +56,11 @@ ORDERS = 0.5 * np.arange(1, 13)
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
 
-POINT = 1e-9
-"""Width [rad] of a sample that is no mean over an interval."""
-
 FAR_SPEED = 0.01
 """Relative difference of the mean speeds from which a remark says that they differ."""
+
+POINT = 1e-9
+"""Width [rad] of a sample that is no mean over an interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,20 +168,20 @@ def measured(
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")
-    if given.measured is None:
+    table, period = given.measured, float(given.engine.period)
+    if table is None:
         raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
-    period = float(given.engine.period)
-    records = records_of(given.measured, period, name)
+    records = records_of(table, period, name)
     if computed is None:
         from sweeps.running.in_memory import run
 
         computed = run(replace(given, quantities=("omega", "delta"), reference=None))
-    angle, speeds = computed_speeds(computed, given.measured, len(records), name)
+    angle, speeds = computed_speeds(computed, table, len(records), name)
     try:
-        curves = _curves(given.measured, records, angle, speeds, period)
+        curves = _curves(table, records, angle, speeds, period)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {error}") from None
-    return _dataset(given, given.measured, records, curves, angle, speeds, computed)
+    return _dataset(given, table, records, curves, angle, speeds, computed)
 
 
 def computed_speeds(
@@ -329,8 +330,6 @@ def _dataset(
     speeds: Floats, computed: xr.Dataset,
 ) -> xr.Dataset:  # fmt: skip
     """Labels, units and what was done."""
-    import xarray as xr
-
     recording, over, along = ("recording",), ("recording", "interval"), ("recording", "crank_angle")
     count, period = range(len(records)), float(curves.width.sum())
     raw = [one.mean(axis=0) for one in curves.cycles]
@@ -411,14 +410,10 @@ def _dataset(
                                "relative error of the wheel's interval")  # fmt: skip
         data["tooth_error_uncertainty"] = (("tooth",), curves.of_wheel.uncertainty, one,
                                            "standard error of tooth_error")  # fmt: skip
-    variables = {
-        key: xr.Variable(dims, np.asarray(values), {"long_name": text, "units": units})
-        for key, (dims, values, units, text) in data.items()
-    }
-    dataset = xr.Dataset(
-        variables,
-        coords=_coordinates(given, records, curves, angle, orders, computed),
-        attrs=_attributes(scene, given, records, curves, mean, speeds, computed),
+    dataset = labelled_dataset(
+        data,
+        _coordinates(given, records, curves, angle, orders, computed),
+        _attributes(scene, given, records, curves, mean, speeds, computed),
     )
     doubts, alike = list(curves.doubts), [k[0] for k in plain]
     if curves.heavier is not None and repeats_every_turn(speeds, period):
@@ -426,8 +421,6 @@ def _dataset(
         doubts.append(even_firing_doubt(by_inertia))
     doubts += likeness_doubts([r.label for r in records], alike, given.wheel is not None)
     dataset.attrs["remarks"] = "\n".join(filter(None, [dataset.attrs["remarks"], *doubts]))
-    for coordinate in dataset.coords.values():
-        coordinate.encoding["_FillValue"] = None
     return dataset
 
 
@@ -486,26 +479,17 @@ def _coordinates(
     orders: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
     found: dict[str, Any] = {
-        "recording": ("recording", np.arange(len(records), dtype=np.int32),
-                      {"long_name": "number of the recording", "units": "1"}),
-        "file": ("recording", np.array([r.label for r in records], dtype=object),
-                 {"long_name": "recording", "units": "1"}),
+        **of_recordings([r.label for r in records]),
         "crank_angle": ("crank_angle", angle / DEGREE, dict(computed["crank_angle"].attrs)),
-        "interval": ("interval", curves.middle / DEGREE,
-                     {"long_name": "crank angle in the middle of the interval between teeth",
-                      "units": "degree"}),
-        "interval_width": ("interval", curves.width / DEGREE,
-                           {"long_name": "width of the interval between teeth",
-                            "units": "degree"}),
-        "interval_used": ("interval", curves.in_order(curves.sound)[0].astype(np.int8),
-                          {"long_name": "whether the interval is used for delta, correlation and "
-                                        "orders (1)",
-                           "units": "1"}),
-        "order": ("order", orders, {"long_name": "order of the crank's turn", "units": "1"}),
+        **of_intervals(
+            curves.middle, curves.width, curves.in_order(curves.sound)[0],
+            "for delta, correlation and orders",
+        ),
+        "order": (("order",), orders, "1", "order of the crank's turn"),
     }  # fmt: skip
     if given.wheel is not None and curves.of_wheel is not None:
-        found["tooth"] = ("tooth", np.arange(1, given.wheel.teeth + 1, dtype=np.int32),
-                          {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
+        numbers = np.arange(1, given.wheel.teeth + 1, dtype=np.int32)
+        found["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
     for key, values in given.at.items():
         name = "design_number" if key == DESIGN else key
         attributes = dict(computed[key].attrs) if key in computed.coords else {"units": "1"}
@@ -518,6 +502,16 @@ def _coordinates(
     return found
 
 
+def far_speed_remark(label: str, measured: float, computed: float, changing: str) -> list[str]:
+    """Return a remark where mean speeds [rad/s] differ by more than FAR_SPEED, else nothing."""
+    if abs(measured / computed - 1.0) <= FAR_SPEED:
+        return []
+    return [
+        f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
+        f"{changing} with the square of the speed; use the measured speed in the scene"
+    ]
+
+
 def _attributes(
     scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, mean: Floats,
     speeds: Floats, computed: xr.Dataset,
@@ -525,13 +519,7 @@ def _attributes(
     """Texts and numbers that say what was done, beside those of the computed results."""
     remarks = [f"{r.label}: {line}" for r in records for line in r.remarks]
     for record, one, other in zip(records, mean, speeds, strict=True):
-        ratio = one.mean() / other.mean()
-        if abs(ratio - 1.0) > FAR_SPEED:
-            remarks.append(
-                f"{record.label}: measured at {one.mean() / RPM:.1f} rpm, computed at "
-                f"{other.mean() / RPM:.1f} rpm: delta changes with the square of the speed; use "
-                "the measured speed in the scene"
-            )
+        remarks += far_speed_remark(record.label, one.mean(), other.mean(), "delta changes")
     if given.wheel is not None and not curves.sound.all():
         places = np.flatnonzero(~curves.sound[0][: given.wheel.teeth]) + 1
         remarks.append(

@@ -23,6 +23,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
+from sweeps.measuring.labelled import labelled_dataset
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import LEFT_OUT, OneEngine, engine_of, values_of
 from sweeps.scene.keywords import Tables, tables_in_signature
@@ -378,8 +379,6 @@ def _dataset(
     cylinders: int,
 ) -> xr.Dataset:  # fmt: skip
     """Labels, units and what was assumed."""
-    import xarray as xr
-
     count, followed = len(numbers), fit.speed
     along, each, none = ("recorded_cycle", "crank_angle"), ("recorded_cycle",), ()
     rad, one, pairs = "rad s-1", "1", {"followed": followed, "closed": closed}
@@ -412,8 +411,8 @@ def _dataset(
                               "mean of all cycles"),
     }  # fmt: skip
     coordinates: dict[str, Any] = {
-        "recorded_cycle": (each, np.array(numbers, dtype=np.int32),
-                           {"long_name": "number of the recorded cycle", "units": "1"}),
+        "recorded_cycle": (each, np.array(numbers, dtype=np.int32), one,
+                           "number of the recorded cycle"),
         "crank_angle": (("crank_angle",), repeated["crank_angle"].values,
                         dict(repeated["crank_angle"].attrs)),
     }  # fmt: skip
@@ -423,32 +422,21 @@ def _dataset(
                              "raw speed between teeth, measured")  # fmt: skip
         data["omega_mean_measured"] = (each, fit.means, rad, "mean speed over the angle, measured")
         coordinates["interval"] = (
-            ("interval",), fit.middle / DEGREE,
-            {"long_name": "crank angle in the middle of the interval between teeth, which may lie "
-             "in the next cycle", "units": "degree"},
+            ("interval",), fit.middle / DEGREE, "degree",
+            "crank angle in the middle of the interval between teeth, which may lie in the next "
+            "cycle",
         )  # fmt: skip
         said |= fit.said or {}
-    variables = {}
-    for key, (dims, values, units, text) in data.items():
-        attributes = {"long_name": text} | ({} if units is None else {"units": units})
-        variables[key] = xr.Variable(dims, np.asarray(values, dtype=float), attributes)
-    dataset = xr.Dataset(
-        variables,
-        coords=coordinates,
-        attrs={
-            **repeated.attrs,
-            "title": scene.title,
-            "first_speed_and_load_from": fit.how,
-            "pressures_of_cylinders": PRESSURES
-            if cylinders > 1
-            else "pressure recorded in cylinder 1",
-            "friction_torque": float(repeated["friction_torque"].mean()),
-            **said,
-        },
-    )
-    for coordinate in dataset.coords.values():
-        coordinate.encoding["_FillValue"] = None
-    return dataset
+    alone = "pressure recorded in cylinder 1"
+    attributes = {
+        **repeated.attrs,
+        "title": scene.title,
+        "first_speed_and_load_from": fit.how,
+        "pressures_of_cylinders": PRESSURES if cylinders > 1 else alone,
+        "friction_torque": float(repeated["friction_torque"].mean()),
+        **said,
+    }
+    return labelled_dataset(data, coordinates, attributes, float)
 
 
 def _of_cycles(speed: Floats, count: int) -> tuple[Floats, Floats]:
