@@ -10,6 +10,7 @@ import numpy as np
 
 from sweeps.dimensions import COMPARED
 from sweeps.errors import SceneError
+from sweeps.exploring.attributes import members_of
 from sweeps.exploring.compare import common_part, unlike
 
 if TYPE_CHECKING:
@@ -67,10 +68,7 @@ def beside(
 
 def _at_the_value_of(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     """Cut axes that the other archive does not have where they have its value."""
-    try:
-        given = json.loads(other.attrs["parameters"])
-    except (KeyError, TypeError, ValueError):
-        return one
+    given = members_of(other, "parameters")
     places = {}
     for dim in map(str, one.dims):
         if dim in other.dims or dim not in given or dim not in one.coords:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweeps.errors import SceneError, one_line
+from sweeps.exploring.attributes import members_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,10 +151,5 @@ def _plain(text: str) -> Any:
 
 def _members(archive: xr.Dataset, key: str) -> list[tuple[str, str]]:
     """Members of an attribute in JSON, as texts."""
-    try:
-        found = json.loads(str(archive.attrs.get(key, "{}")))
-    except (ValueError, RecursionError):
-        return []
-    if not isinstance(found, dict):
-        return []
+    found = members_of(archive, key)
     return [(str(k), v if isinstance(v, str) else json.dumps(v)) for k, v in found.items()]

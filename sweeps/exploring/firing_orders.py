@@ -37,7 +37,7 @@ from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CRITERIA", "MOST", "compared_criteria", "firing_orders"]
+__all__ = ["CRITERIA", "MOST", "compared_criteria", "firing_orders", "worst_of_orders"]
 
 MOST = 1000
 """Firing orders that are computed at most."""
@@ -307,14 +307,14 @@ def _same(one: Arrangement, other: Arrangement) -> bool:
 
 def compared_criteria(found: xr.Dataset) -> list[str]:
     """Criteria that an archive has and that tell its orders apart."""
-    return [name for name in _criteria(found) if _differs(_worst(found, name))]
+    return [name for name in _criteria(found) if _differs(worst_of_orders(found, name))]
 
 
 def _criteria(found: xr.Dataset) -> list[str]:
     return [name for name in CRITERIA if name in found and ARRANGEMENT in found[name].dims]
 
 
-def _worst(found: xr.Dataset, name: str) -> Floats:
+def worst_of_orders(found: xr.Dataset, name: str) -> Floats:
     """Largest value of each order over all other dimensions; NaN where one is missing."""
     array = found[name]
     others = [dim for dim in array.dims if dim != ARRANGEMENT]
@@ -343,7 +343,7 @@ def _ranked(
         _check_ranks(found, quantity)
     # Where nothing tells them apart all have the first place, by whatever there is.
     by = list(asked) or compared_criteria(found) or _criteria(found)
-    summed = np.sum([_places(_worst(found, quantity)) for quantity in by], axis=0)
+    summed = np.sum([_places(worst_of_orders(found, quantity)) for quantity in by], axis=0)
     own_crank = [one.own_crank for one in orders]
     numbers = {
         "rank": (_places(summed), "rank of the firing order, 1 is best"),

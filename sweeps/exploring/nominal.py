@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError
+from sweeps.exploring.attributes import members_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ def nominal_places(archive: xr.Dataset, dims: list[str]) -> dict[str, int]:
     SceneError
         Where no design is named so, and where an axis does not have the engine's own value.
     """
-    own = json.loads(str(archive.attrs.get("engine_values", "{}")))
+    own = members_of(archive, "engine_values")
     places = {}
     for dim in dims:
         if archive.sizes[dim] == 1:

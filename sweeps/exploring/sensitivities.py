@@ -32,6 +32,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.checks import check_dataset
 from sweeps.dimensions import DESIGN, LABELS, PARAMETER
 from sweeps.errors import SceneError, counted, shown
+from sweeps.exploring.attributes import members_of
 from sweeps.exploring.columns import chosen_quantities
 from sweeps.reading.libraries import library
 from sweeps.scene.sample import SEARCH, parameters_of
@@ -184,7 +185,7 @@ def sensitivities(
 
 def _study_of(archive: xr.Dataset) -> _Study:
     """Find out how the designs were chosen."""
-    scene = json.loads(archive.attrs.get("scene", "{}"))
+    scene = members_of(archive, "scene")
     sample = scene.get("sample")
     if sample and sample.get("method") == SEARCH:
         raise SceneError(

@@ -12,9 +12,10 @@ import numpy as np
 from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
+from sweeps.exploring.attributes import dims_of_designs
 from sweeps.exploring.ranges import ranges
 from sweeps.presenting.key_texts import with_word
-from sweeps.presenting.tables import number_text
+from sweeps.presenting.tables import aligned, number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,8 +104,7 @@ def _quantity_lines(dataset: xr.Dataset) -> list[str]:
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
         rows.append((str(name), _extent_text(data), "; ".join(p for p in parts if p)))
-    wide = [max((len(row[i]) for row in rows), default=0) for i in (0, 1)]
-    lines = [f"  {n:<{wide[0]}}  {e:<{wide[1]}}  {about}".rstrip() for n, e, about in rows]
+    lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])]
     if any(_is_long(data) for data in dataset.data_vars.values()):
         lines.append(
             f"  not read: the ranges of quantities of more than {MOST_READ:,} values; "
@@ -186,8 +186,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
 
 def _size_line(dataset: xr.Dataset, name: str) -> str:
     """How large an archive is, in numbers and on disk, and how it is stored."""
-    of_designs = [d for d in dataset.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
-    designs = math.prod(dataset.sizes[d] for d in of_designs)
+    designs = math.prod(dataset.sizes[d] for d in dims_of_designs(dataset))
     numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
     levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
     parts = [

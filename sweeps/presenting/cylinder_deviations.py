@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.errors import one_line
+from sweeps.presenting.tables import aligned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,10 +43,7 @@ def deviations_text(found: xr.Dataset) -> str:
         rows = [["cylinder", "mean, bar", "weak below", "misfire below", "found", "misfires"]]
         for number in range(here.sizes["cylinder"]):
             rows.append(_row(here.isel(cylinder=number)))
-        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-        for *first, last in rows:
-            texts = [text.rjust(width) for text, width in zip(first, widths, strict=False)]
-            lines.append("  ".join([*texts, last]))
+        lines += aligned(rows, left=[len(rows[0]) - 1])
     rate = float(found.attrs["false_alarms"])
     lines.append(
         f"thresholds for {rate:g} false alarms in a cycle of the engine; wheel "

@@ -10,7 +10,7 @@ import numpy as np
 from engine_dyn.geometry.possible_orders import CRANKS
 from sweeps.dimensions import ARRANGEMENT, OF_ORDERS
 from sweeps.errors import one_line
-from sweeps.exploring.firing_orders import CRITERIA
+from sweeps.exploring.firing_orders import CRITERIA, worst_of_orders
 from sweeps.exploring.rows import Rows
 from sweeps.presenting.tables import rows_text
 
@@ -61,9 +61,7 @@ def orders_text(
     others.discard(ARRANGEMENT)
     for name in shown_names:
         if name in best:
-            array = best[name]
-            worst = array.max([dim for dim in array.dims if dim != ARRANGEMENT], skipna=False)
-            table[name] = np.broadcast_to(worst.values, len(orders))
+            table[name] = np.broadcast_to(worst_of_orders(best, name), len(orders))
     if len(about["by"]) > 1:
         table["rank_sum"] = best["rank_sum"].values.astype(float)
     numbers = {name: str(found[name].attrs.get("units", "1")) for name in table.columns[2:]}

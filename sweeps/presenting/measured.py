@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.errors import one_line
+from sweeps.presenting.tables import aligned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,11 +48,7 @@ def measured_text(found: xr.Dataset) -> str:
             unsure = float(found[uncertainty].values[place]) if uncertainty else np.nan
             row.append(text + (f" ± {unsure:.4f}" if np.isfinite(unsure) else ""))
         rows.append(row)
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = []
-    for first, *others in rows:
-        texts = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
-        lines.append("  ".join([first.ljust(widths[0]), *texts]))
+    lines = aligned(rows, left=[0])
     attributes = found.attrs
     if "wheel" in attributes:
         lines.append(

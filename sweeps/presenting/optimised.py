@@ -13,7 +13,7 @@ from sweeps.dimensions import DESIGN, FOUND
 from sweeps.errors import counted, one_line
 from sweeps.exploring.conditions import Constraint, constraint, units_of
 from sweeps.optimising.optimise import ATTRIBUTE_OF_SEARCH
-from sweeps.presenting.tables import number_text
+from sweeps.presenting.tables import aligned, number_text
 from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
@@ -88,11 +88,7 @@ def _front(
         + [_cell(archive[key].values[found[i]]) for key in keys]
         for i in picked
     ]
-    widths = [max(len(head), *(len(row[c]) for row in rows)) for c, head in enumerate(heads)]
-    table = [
-        "  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in [heads, *rows]
-    ]
+    table = [f"  {line}" for line in aligned([heads, *rows])]
     some = f", {len(picked)} of them" if len(picked) < len(found) else ""
     best = "" if about["exact"] not in ("", "inertia") else "best found: "
     first = f"{best}front of {counted(len(found), 'design')}{some}"

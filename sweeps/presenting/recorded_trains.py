@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.units import RPM
+from sweeps.presenting.tables import aligned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,11 +50,7 @@ def train_text(found: xr.Dataset) -> str:
             value = float(found[name].values[place]) * factor
             row.append(form.format(value) if np.isfinite(value) else "-")
         rows.append(row)
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = [
-        "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True))
-        for row in rows
-    ]
+    lines = aligned(rows)
     if len(numbers) > MOST_ROWS:
         lines.append(f"and {len(numbers) - MOST_ROWS} more cycles")
     start, jump = float(found["start_speed_followed"]), float(found["jump"])

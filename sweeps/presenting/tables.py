@@ -11,7 +11,7 @@ from sweeps.errors import counted, one_line
 from sweeps.exploring.rows import Rows
 from sweeps.presenting.readable_units import converted, unit_choices
 
-__all__ = ["OF_BANDS", "meaning", "number_cells", "number_text", "rows_text"]
+__all__ = ["OF_BANDS", "aligned", "meaning", "number_cells", "number_text", "rows_text"]
 
 DIGITS = 4
 """Significant digits: a table is for reading; `export` writes all of them."""
@@ -45,6 +45,19 @@ def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:{sign}.{places}f}"
     return text.rstrip("0").rstrip(".") if value == round(value) and places else text
+
+
+def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str]:
+    """Lines of texts in columns to the right, or to the left where their numbers are given."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        cells = [
+            text.ljust(width) if number in left else text.rjust(width)
+            for number, (text, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
 
 class _Options(NamedTuple):

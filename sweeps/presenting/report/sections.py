@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.errors import one_line
+from sweeps.exploring.attributes import dims_of_designs, members_of
 from sweeps.presenting.archives import outcome_counts
 from sweeps.presenting.key_texts import with_word
 from sweeps.presenting.readable_units import converted
@@ -45,15 +46,6 @@ OUTCOMES: Mapping[str, str] = {
     "passes_done": "result after the requested number of cycles, not a steady state",
 }
 """What an outcome means."""
-
-
-def members(archive: xr.Dataset, key: str) -> dict[str, Any]:
-    """Members of an attribute in JSON; none where it is something else."""
-    try:
-        found = json.loads(str(archive.attrs.get(key, "{}")))
-    except (ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}
 
 
 def _flat(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
@@ -91,18 +83,18 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     names = [one_line(a["name"], 100) for a in _arrangements(archive) if a.get("name")]
     if names:
         facts.append(("arrangement", ", ".join(dict.fromkeys(names))))
-    varying = [d for d in archive.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
+    varying = dims_of_designs(archive)
     designs = math.prod(archive.sizes[d] for d in varying)
-    over = f", over {', '.join(map(str, varying))}" if varying else ""
+    over = f", over {', '.join(varying)}" if varying else ""
     facts.append(("designs", f"{designs:,}{over}"))
-    solver = members(archive, "solver")
+    solver = members_of(archive, "solver")
     if solver:
         said = "; ".join(
             f"{k.replace('_', ' ')} {', '.join(map(str, v)) if isinstance(v, list) else v}"
             for k, v in solver.items()
         )
         facts.append(("solution", said.replace("_", " ")))
-    given = members(archive, "scene").get("set")
+    given = members_of(archive, "scene").get("set")
     if isinstance(given, dict) and given:
         facts.append(("set by the scene", ", ".join(_setting(k, v) for k, v in given.items())))
     for name, coordinate in archive.coords.items():
@@ -239,24 +231,20 @@ def warned(archive: xr.Dataset, choices: Choices) -> str:
 
 def assumed(archive: xr.Dataset, choices: Choices) -> str:
     """What was assumed because the sources of the engine do not give it, and all parameters."""
-    found, more = _limited(list(_flat(members(archive, "engine_assumed"))), "assumptions")
+    found, more = _limited(list(_flat(members_of(archive, "engine_assumed"))), "assumptions")
     parts = (
         [paragraph("These values are assumed, because the sources of the engine do not give them."),
          table(("assumed", "why"), found), more]
         if found
         else [paragraph("No value of the engine is marked as assumed.")]
     )  # fmt: skip
-    given, more = _limited(list(_flat(_with_words(members(archive, "parameters")))), "parameters")
+    parameters = {k: with_word(k, v) for k, v in members_of(archive, "parameters").items()}
+    given, more = _limited(list(_flat(parameters)), "parameters")
     if given:
         body = [(key, value, *_about(key)) for key, value in given]
         shown = table(("parameter", "value", "unit", "meaning"), body, (1,)) + more
         parts.append(details("Values of all parameters that do not vary", shown))
     return "".join(parts)
-
-
-def _with_words(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters, those whose numbers stand for words with these."""
-    return {key: with_word(key, value) for key, value in found.items()}
 
 
 def _about(key: str) -> tuple[str, str]:
@@ -267,7 +255,7 @@ def _about(key: str) -> tuple[str, str]:
 
 def limited(archive: xr.Dataset, choices: Choices) -> str:
     """Limits of the model that apply to what was computed."""
-    methods = members(archive, "solver").get("method")
+    methods = members_of(archive, "solver").get("method")
     found = model_limits(
         (str(n) for n in archive.data_vars),
         two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
@@ -288,13 +276,13 @@ def provenance(archive: xr.Dataset, choices: Choices) -> str:
     """Versions, the command, hashes of files, the scene."""
     body = [(key, value) for key, value in archive.attrs.items() if key not in TOLD_ELSEWHERE]
     parts = [table(("", ""), body[:MOST_LINES])]
-    files = members(archive, "input_files").get("files")
+    files = members_of(archive, "input_files").get("files")
     if isinstance(files, dict) and files:
         hashes = [(n, f.get("sha256", "") if isinstance(f, dict) else "") for n, f in files.items()]
         shown, more = _limited(hashes, "files")
         told = table(("file", "sha256"), shown) + more
         parts.append(details("Files that were read, and their hashes", told))
-    scene = members(archive, "scene")
+    scene = members_of(archive, "scene")
     if scene:
         written = json.dumps(scene, indent=2, ensure_ascii=False)
         parts.append(details("The scene", preformatted(written)))
