@@ -20,7 +20,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, counted, not_known, shown
 from sweeps.exploring.conditions import Constraint, asked_of
-from sweeps.exploring.ranges import ranges
+from sweeps.exploring.ranges import chunks_of, ranges
 from sweeps.reading.netcdf_files import slabs
 
 if TYPE_CHECKING:
@@ -149,7 +149,8 @@ class EveryPoint:
     def judged(self) -> Iterator[tuple[tuple[slice, ...], Judged]]:
         """Yield all designs, some at a time: where they are along `own`, and what holds of them."""
         shape = tuple(self.sizes[d] for d in self.own)
-        for place in slabs(shape, (1,) * len(shape), 1, AT_ONCE):
+        chunks = chunks_of(self.variables, self.own, shape)
+        for place in slabs(shape, chunks, 1, AT_ONCE):
             designs = self._read(dict(zip(self.own, place, strict=True)))
             counting = designs.points if self.asked else designs.lacking == 0
             for number, holds in enumerate(designs.holds):

@@ -12,7 +12,7 @@ from sweeps.archive.netcdf import slabs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ranges"]
+__all__ = ["chunks_of", "ranges"]
 
 RANGE = 8e6
 """Bytes of each variable that are read at a time, about."""
@@ -36,7 +36,7 @@ def ranges(
         Where the range begins, its lengths, and the values of each variable, which broadcast to
         them.
     """
-    chunks = (1,) * len(shape) if in_order else _chunks(variables, dims, shape)
+    chunks = (1,) * len(shape) if in_order else chunks_of(variables, dims, shape)
     for place in slabs(tuple(shape), chunks, 8, limit):
         inside = dict(zip(dims, place, strict=True))
         arrays = {}
@@ -54,7 +54,7 @@ def ranges(
         yield begin, tuple(s.stop - s.start for s in place), arrays
 
 
-def _chunks(
+def chunks_of(
     variables: Mapping[str, xr.Variable], dims: Sequence[str], shape: Sequence[int]
 ) -> tuple[int, ...]:
     """Chunks in which the largest variable is stored, so that none is read twice."""

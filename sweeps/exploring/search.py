@@ -173,9 +173,8 @@ def pareto(
     for place, designs in search.judged():
         places = np.flatnonzero(designs.fulfilling)
         if sizes:
-            at = np.nonzero(designs.fulfilling)
-            whole = tuple(i + s.start for i, s in zip(at, place, strict=True))
-            places = np.ravel_multi_index(whole, sizes)
+            at = np.ix_(*(np.arange(part.start, part.stop) for part in place))
+            places = np.ravel_multi_index(at, sizes)[designs.fulfilling]
         front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
     if not front.places.size:
         raise SceneError(search.nothing())
