@@ -14,15 +14,7 @@ from sweeps.figures.scales import comparable
 from sweeps.figures.sheet import GREY, OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import set_cycle
-from sweeps.figures.views import (
-    StudyAxis,
-    View,
-    picked,
-    picked_text,
-    place_on,
-    stem_of,
-    title_by,
-)
+from sweeps.figures.views import StudyAxis, View, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,7 +140,7 @@ def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
         view = whole.only(names, [along, DIRECTION])
         if _nothing(view, names):
             continue
-        axis = view.axis_along(along)
+        axis = view.axis(along)
         figure = _parts_along(view, axis, looks) if axis else _by_side(view, looks, OF_PARTS)
         cases = "_cases" if along == "design" else ""
         yield stem_of(f"shaking_force_parts{cases}", whole, along), figure
@@ -157,13 +149,13 @@ def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
 def _parts_along(view: View, axis: StudyAxis, looks: Looks) -> Figure:
     """Parts along cylinder 1, a panel for each value of an axis."""
     drawn = []
-    for index in picked(axis, MOST_PANELS):
+    for index in axis.picked(MOST_PANELS):
         lines = _lines(view, looks, {axis.name: index}, 0)
         drawn.append((axis.tag(index) + axis.mark(index), lines))
     sheet = _over_turn(view, drawn, 0.5, 1.75)
     sheet.label_y(_ordinate(view, next(iter(looks))), 1.5)
-    notes = [*view.notes(looks), picked_text(axis, MOST_PANELS), SIDES[0].lower()]
-    return sheet.finish(title_by(OF_PARTS, axis), notes, view.caption)
+    notes = [*view.notes(looks), axis.picked_text(MOST_PANELS), SIDES[0].lower()]
+    return sheet.finish(axis.by(OF_PARTS), notes, view.caption)
 
 
 def _by_side(view: View, looks: Looks, title: str) -> Figure:
@@ -187,7 +179,7 @@ def _components_along(
     view: View, axis: StudyAxis, main: Sequence[str], names: Sequence[str], kind: str
 ) -> Figure:
     """Both components over the angle, a panel for each value of an axis."""
-    shown = picked(axis, MOST_PANELS)
+    shown = axis.picked(MOST_PANELS)
     curves = _curves(view, main, [{axis.name: index} for index in shown])
     share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
     drawn = []
@@ -201,16 +193,16 @@ def _components_along(
         drawn.append((axis.tag(index) + axis.mark(index), lines))
     sheet = _over_turn(view, drawn, 0.5, 1.75, share=share)
     sheet.label_y(_ordinate(view, main[0]), 1.5)
-    notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
-    return sheet.finish(title_by(f"Shaking {kind}", axis), notes, view.caption)
+    notes = [*view.notes(main), axis.picked_text(MOST_PANELS), "" if share else OWN_ORDINATES]
+    return sheet.finish(axis.by(f"Shaking {kind}"), notes, view.caption)
 
 
 def _hodographs(
     view: View, main: Sequence[str], names: Sequence[str], along: str | None, kind: str
 ) -> Figure:
     """Paths of the vector's tip, a panel for each value of an axis where it leaves a line."""
-    axis = view.axis_along(along)
-    places = [place_on(axis, index) for index in picked(axis, MOST_PANELS)]
+    axis = view.axis(along)
+    places = [axis.place(index) for index in axis.picked(MOST_PANELS)]
     lines = [p for p in places if all(_is_line(*_components(view, n, p)) for n in main)]
     places = [p for p in places if p not in lines]  # lines are read off the curves over the angle
     curves = _curves(view, main, places)
@@ -226,19 +218,18 @@ def _hodographs(
             (line,) = panel.plot(side, up, **look)
             sheet.entries.setdefault(label, line)
             panel.plot(side[start], up[start], marker="o", color=look["color"], linestyle="none")
-        if axis:
-            panel.set_title(axis.tag(place[axis.name]) + axis.mark(place[axis.name]))
+        panel.set_title(axis.heading(place))
         _square(panel, [pair for one in (curves if share else [pairs]) for pair in one])
         panel.locator_params(nbins=max(2, int(1.3 * square)))
     unit = view.unit(main[0])
     sheet.label_x(f"{SIDES[1]}{unit}", 6.3 / columns)
     sheet.label_y(f"{SIDES[0]}{unit}", 1.5)
-    notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES,
+    notes = [*view.notes(main), axis.picked_text(MOST_PANELS), "" if share else OWN_ORDINATES,
              "each curve is the path of the vector's tip; dots at 0°"]  # fmt: skip
     if lines and axis:
         said = ", ".join(axis.tag(place[axis.name]) for place in lines)
         notes.append(f"not drawn, because the vector stays on a line or is zero: {said}")
-    title = title_by(f"Shaking {kind}: hodograph", axis)
+    title = axis.by(f"Shaking {kind}: hodograph")
     return sheet.finish(title, notes, view.caption, legend=len(main) > 1)
 
 
@@ -272,10 +263,10 @@ def _nothing(view: View, names: Sequence[str]) -> bool:
 
 def _in_a_plane(view: View, main: Sequence[str], along: str | None) -> bool:
     """Whether some curve of the vector is more than a line to and fro."""
-    axis = view.axis_along(along)
+    axis = view.axis(along)
     return any(
-        not _is_line(*_components(view, name, place_on(axis, index)))
-        for index in picked(axis, MOST_PANELS)
+        not _is_line(*_components(view, name, axis.place(index)))
+        for index in axis.picked(MOST_PANELS)
         for name in main
     )
 

@@ -12,7 +12,7 @@ from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import parameter_ticks
 from sweeps.figures.sheet import Entries, NamedFigures
 from sweeps.figures.study import Study
-from sweeps.figures.views import MOST_PANELS, View, facet_of, picked, picked_text, stem_of
+from sweeps.figures.views import MOST_PANELS, View, facet_of, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,23 +69,22 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
             continue
         facet = facet_of(whole, names, [SPEED, JOURNALS])
         view = whole.only(names, [SPEED, JOURNALS, facet])
-        speed, across = view.axis(SPEED), view.axis_along(facet)
-        shown = picked(across, MOST_PANELS)
+        speed, across = view.axis(SPEED), view.axis(facet)
+        shown = across.picked(MOST_PANELS)
         base, each = (0.5, 1.85) if across else (3.3, 0.0)
         sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
         for panel, index in zip(sheet.panels, shown, strict=True):
             here = view.cut({facet: index}) if facet else view
             _lines(panel, here, names, what, sheet.entries)
             parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
-            if across:
-                panel.set_title(across.tag(index))
+            panel.set_title(across.tag(index))
         sheet.panels[0].set_ylim(bottom=0.0)
         sheet.label_x(speed.label, 5.0 / sheet.columns)
         label = f"{what.capitalize()} of the bearing" + view.unit(names[0])
         sheet.label_y(label, 1.5 if across else 2.8)
         title = f"{what.capitalize()}s of the bearings over the speed"
-        notes = [*view.notes(names), picked_text(across, MOST_PANELS)]
-        drawn = sheet.finish(title, notes, view.caption, below=across is not None)
+        notes = [*view.notes(names), across.picked_text(MOST_PANELS)]
+        drawn = sheet.finish(title, notes, view.caption, below=bool(across))
         yield stem_of(f"bearing_{what}s", view, SPEED), drawn
 
 

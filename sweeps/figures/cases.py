@@ -32,7 +32,7 @@ from sweeps.figures.scales import (
 from sweeps.figures.sheet import GREY, OWN_ORDINATES, Entries, finish, new_sheet
 from sweeps.figures.study import Study, design_text
 from sweeps.figures.targets import target_lines
-from sweeps.figures.views import MOST_PANELS, MOST_ROWS, NO_VALUE, View, is_log, pick, picked_text
+from sweeps.figures.views import MOST_PANELS, MOST_ROWS, NO_VALUE, View, is_log, pick
 from sweeps.figures.wording import HARD_SPACE, number_text, sentence
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
     panel.set_ylim(len(picked) - 0.5, -0.5)
     label = common_label(view, group)
     x_label(panel, label, 4.5)
-    notes = [*view.notes(group), picked_text(axis, MOST_ROWS)]
+    notes = [*view.notes(group), axis.picked_text(MOST_ROWS)]
     title = f"{label.split(HARD_SPACE)[0]}, case by case"
     return finish(figure, title, notes, entries if told_apart(entries) else {})
 

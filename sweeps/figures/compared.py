@@ -21,7 +21,7 @@ from sweeps.figures.scales import free_scale, parameter_ticks, whole_ticks, x_la
 from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.traces import set_cycle, trace
-from sweeps.figures.views import RUNNING, View, pick, picked, place_on, stem_of
+from sweeps.figures.views import RUNNING, View, pick, stem_of
 from sweeps.figures.wording import name_of, number_text, plain_text, with_unit
 
 if TYPE_CHECKING:
@@ -153,12 +153,12 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     rest = [d for d in whole.axes(pair) if d != along and not whole.idle(pair, d)]
     over = min(rest, key=lambda dim: whole.data.sizes[dim], default=None)
     view = whole.only(pair, [along, over])
-    axis, other = view.axis(along), view.axis_along(over)
+    axis, other = view.axis(along), view.axis(over)
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    for rank, index in enumerate(picked(other, MOST_OVER)):
-        place = place_on(other, index)
+    for rank, index in enumerate(other.picked(MOST_OVER)):
+        place = other.place(index)
         curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
         said = f", {other.tag(index)}" if other else ""
         _drawn(

@@ -15,14 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.figures.arrangement import (
-    arrangements_of,
-    blank,
-    circle,
-    draw_throws,
-    gathered,
-    sense,
-)
+from sweeps.figures.arrangement import arrangements_of, blank, circle, draw_throws, gathered, sense
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View

@@ -15,17 +15,7 @@ from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.torques import torque_and_speed_names
 from sweeps.figures.traces import draw_curves, trace
-from sweeps.figures.views import (
-    MOST_PANELS,
-    StudyAxis,
-    View,
-    facet_of,
-    picked,
-    picked_text,
-    place_on,
-    stem_of,
-    title_by,
-)
+from sweeps.figures.views import MOST_PANELS, StudyAxis, View, facet_of, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,24 +42,24 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
     parts = [dim for dim in COUNTED if dim in view.array(name).dims]
     facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
-    axis, across = view.axis_along(along), view.axis_along(facet)
-    notes = [*view.notes([name]), picked_text(axis)]
+    axis, across = view.axis(along), view.axis(facet)
+    notes = [*view.notes([name]), axis.picked_text()]
     if across:
         sheet, share = _facets(view, name, axis, across)
-        notes += ["" if share else OWN_ORDINATES, picked_text(across, MOST_PANELS)]
+        notes += ["" if share else OWN_ORDINATES, across.picked_text(MOST_PANELS)]
     else:
         sheet = _one_panel(view, name, axis)
     for panel in sheet.panels:
         room = 6.3 / sheet.columns if across else 5.0
         crank_axis(panel, view.array("crank_angle"), room, named=panel in sheet.lowest)
     return sheet.finish(
-        title_by(view.title(name), axis), notes, view.caption,
-        legend=axis is not None or name in view.options.targets,
-        legend_title=axis.label if axis else "", below=across is not None,
+        axis.by(view.title(name)), notes, view.caption,
+        legend=bool(axis) or name in view.options.targets,
+        legend_title=axis.label, below=bool(across),
     )  # fmt: skip
 
 
-def _one_panel(view: View, name: str, axis: StudyAxis | None) -> Multiples:
+def _one_panel(view: View, name: str, axis: StudyAxis) -> Multiples:
     """Lines of all values in one panel; below it their deviations, where they are far apart."""
     sheet, height = multiples(1, 3.3, 0.0), 2.8
     drawn = draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
@@ -82,13 +72,11 @@ def _one_panel(view: View, name: str, axis: StudyAxis | None) -> Multiples:
     return sheet
 
 
-def _facets(
-    view: View, name: str, axis: StudyAxis | None, across: StudyAxis
-) -> tuple[Multiples, bool]:
+def _facets(view: View, name: str, axis: StudyAxis, across: StudyAxis) -> tuple[Multiples, bool]:
     """A panel for each value of a second axis, and whether they have one ordinate."""
-    shown = picked(across, MOST_PANELS)
+    shown = across.picked(MOST_PANELS)
     traces = [
-        [trace(view, name, {across.name: i, **place_on(axis, j)})[1] for j in picked(axis)]
+        [trace(view, name, {across.name: i, **axis.place(j)})[1] for j in axis.picked()]
         for i in shown
     ]
     change, label = None, view.label(name)

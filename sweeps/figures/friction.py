@@ -13,7 +13,7 @@ from sweeps.figures.parameter_bars import name_rows
 from sweeps.figures.scales import parameter_ticks, x_label, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
-from sweeps.figures.views import StudyAxis, View, stem_of, title_by
+from sweeps.figures.views import StudyAxis, View, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
         parameter_ticks(panel, axis, "x", 5.0)
         x_label(panel, axis.label, 5.0)
         y_label(panel, FMEP + view.unit(names[0]), 2.9)
-        title = title_by("Components of the friction", axis)
+        title = axis.by("Components of the friction")
         finished = finish(figure, title, view.notes(drawn), entries, caption=view.caption)
         yield stem_of("friction_components", view, along), finished
 

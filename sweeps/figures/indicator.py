@@ -15,16 +15,7 @@ from sweeps.figures.scales import crank_axis, set_log, x_label, y_label
 from sweeps.figures.sheet import GREY, Entries, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import line_or_mark, over_angle, trace
-from sweeps.figures.views import (
-    StudyAxis,
-    View,
-    pick,
-    picked,
-    picked_text,
-    place_on,
-    stem_of,
-    title_by,
-)
+from sweeps.figures.views import StudyAxis, View, pick, stem_of
 from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
@@ -68,8 +59,8 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     found = study.along(names[:1])
     for whole, along in found:
         view = whole.only(names, [along])
-        axis = view.axis_along(along)
-        logarithmic = names[1] == VOLUME or _ratio(view, place_on(axis, 0)) is not None
+        axis = view.axis(along)
+        logarithmic = names[1] == VOLUME or _ratio(view, axis.place(0)) is not None
         sheet = multiples(1 + logarithmic, 3.2, 0.0)
         for panel, entries in zip(sheet.panels, (sheet.entries, {}), strict=False):
             _work_lines(panel, view, names[1], axis, entries)
@@ -77,10 +68,10 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
             x_label(panel, _volume_label(view, names[1], logarithmic), 6.0 / sheet.columns)
         if logarithmic:
             _logarithmic(sheet.panels[1])
-        notes = [*view.notes(names), picked_text(axis)]
+        notes = [*view.notes(names), axis.picked_text()]
         drawn = sheet.finish(
-            title_by("Work diagrams", axis), notes, view.caption, legend=axis is not None,
-            legend_title=axis.label if axis else "",
+            axis.by("Work diagrams"), notes, view.caption, legend=bool(axis),
+            legend_title=axis.label,
         )  # fmt: skip
         yield stem_of("work_diagrams", view, along, len(found) == 1), drawn
 
@@ -112,21 +103,19 @@ def _ratio(view: View, place: Mapping[str, int]) -> float | None:
     return ratio if 1.0 < ratio < 1e3 else None
 
 
-def _work_lines(
-    panel: Axes, view: View, abscissa: str, axis: StudyAxis | None, entries: Entries
-) -> None:
+def _work_lines(panel: Axes, view: View, abscissa: str, axis: StudyAxis, entries: Entries) -> None:
     """One loop for each value of an axis."""
-    places = picked(axis)
+    places = axis.picked()
     for rank, index in enumerate(places):
-        place = place_on(axis, index)
+        place = axis.place(index)
         _, p, lost = trace(view, PRESSURE, place)
-        nominal = axis.mark(index) if axis else ""
+        nominal = axis.mark(index)
         style = line_style(rank, len(places), bool(nominal))
         style["markevery"] = max(p.size // 8, 1)
         if len(places) == 1:
             style["marker"] = ""
         volume = p if lost else _volume(view, abscissa, place, _ratio(view, place))
-        text = (axis.text(index) if axis else "") + nominal
+        text = axis.text(index) + nominal
         line_or_mark(panel, (volume, p, lost), style, text, rank, entries)
 
 

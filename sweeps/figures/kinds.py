@@ -61,12 +61,7 @@ from sweeps.figures.cylinder_deviations import deviation_names, deviations
 from sweeps.figures.firing_orders import firing_orders, order_names
 from sweeps.figures.fitted import fitted_names, fitted_speeds
 from sweeps.figures.friction import friction_components, friction_names
-from sweeps.figures.indicator import (
-    recorded_names,
-    recording_sheet,
-    work_diagrams,
-    work_names,
-)
+from sweeps.figures.indicator import recorded_names, recording_sheet, work_diagrams, work_names
 from sweeps.figures.lines import band_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.measured import measured_names, measured_speeds

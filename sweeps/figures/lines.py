@@ -23,21 +23,8 @@ from sweeps.figures.scales import (
 )
 from sweeps.figures.sheet import GREY, Entries
 from sweeps.figures.targets import target_lines, target_places
-from sweeps.figures.views import (
-    MOST_PANELS,
-    NO_VALUE,
-    StudyAxis,
-    View,
-    key_text,
-    picked,
-    picked_text,
-    place_on,
-)
-from sweeps.figures.wording import (
-    HARD_SPACE,
-    name_of,
-    sentence,
-)
+from sweeps.figures.views import MOST_PANELS, NO_VALUE, StudyAxis, View
+from sweeps.figures.wording import HARD_SPACE, name_of, sentence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -172,19 +159,19 @@ def line_figure(
 ) -> Figure:  # fmt: skip
     """Numbers against one axis: a line for each variable, or for each value of a second axis."""
     view = view.only(names, [along, over, facet])
-    axis, other, across = view.axis(along), view.axis_along(over), view.axis_along(facet)
-    places = picked(across, MOST_PANELS)
+    axis, other, across = view.axis(along), view.axis(over), view.axis(facet)
+    places = across.picked(MOST_PANELS)
     base, each = (3.3, 0.0) if len(places) == 1 else (0.5, 1.85)
     sheet = multiples(len(places), base, each, sharex=True, sharey=True)
     every = []
     for panel, place in zip(sheet.panels, places, strict=True):
-        at = place_on(across, place)
+        at = across.place(place)
         if other:
             lines = [
                 line_of(
                     view, names[0], at | {other.name: i}, other.text(i), strong=i == other.nominal
                 )
-                for i in picked(other)
+                for i in other.picked()
             ]
         elif len(names) == 1:
             lines = [line_of(view, names[0], at, text, strong=True), *more]
@@ -194,8 +181,7 @@ def line_figure(
         target_lines(panel, view, names, sheet.entries)
         target_places(panel, view, axis, sheet.entries)
         every += [line.y for line in lines]
-        if across:
-            panel.set_title(across.tag(place))
+        panel.set_title(across.tag(place))
     room = 5.0 / sheet.columns
     for panel in sheet.panels:
         parameter_ticks(panel, axis, "x", room)
@@ -205,9 +191,9 @@ def line_figure(
     label = common_label(view, names)
     sheet.label_x(axis.label, room)
     sheet.label_y(label, 1.6 if across else 2.8)
-    notes = [*view.notes(names), picked_text(other), picked_text(across, MOST_PANELS), span]
+    notes = [*view.notes(names), other.picked_text(), across.picked_text(MOST_PANELS), span]
     return sheet.finish(
-        f"{label.split(HARD_SPACE)[0]} against {key_text(axis)}", notes, view.caption,
-        legend=told_apart(sheet.entries), legend_title=other.label if other else "",
-        below=across is not None,
+        f"{label.split(HARD_SPACE)[0]} against {axis.called}", notes, view.caption,
+        legend=told_apart(sheet.entries), legend_title=other.label,
+        below=bool(across),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from sweeps.figures.scales import y_label
 from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
-from sweeps.figures.views import MOST_LINES, View, picked_text, title_by
+from sweeps.figures.views import MOST_LINES, View
 
 LOAD = "load"
 """The axis that is taken where there is one."""
@@ -66,6 +66,6 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
             entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
         y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])
-    title, notes = title_by("Curves of the cycle", axis), [*view.notes(shown), picked_text(axis)]
+    title, notes = axis.by("Curves of the cycle"), [*view.notes(shown), axis.picked_text()]
     drawn = finish(figure, title, notes, entries, axis.label, view.caption)
     yield f"{along}_curves{view.suffix}", drawn

@@ -16,7 +16,7 @@ from sweeps.figures.multiples import Multiples, columns_for, multiples
 from sweeps.figures.scales import parameter_ticks
 from sweeps.figures.sheet import GREY, Entries
 from sweeps.figures.targets import LOOK, target_lines, target_places, target_text
-from sweeps.figures.views import MOST_PANELS, StudyAxis, View, key_text, picked, picked_text
+from sweeps.figures.views import MOST_PANELS, StudyAxis, View
 from sweeps.figures.wording import digits_of, number_text, sentence, wrap
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ def map_panels(
 
     A map is `room` inches wide where it stands alone; `each` is the height of a row of several.
     """
-    x, y, across = view.axis(along), view.axis(up), view.axis_along(facet)
-    places = picked(across, MOST_PANELS)
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
+    places = across.picked(MOST_PANELS)
     base, each = (3.9, 0.0) if len(places) == 1 else (0.6, each)
     sheet = multiples(len(places), base, each, sharex=True, sharey=True)
     height = base + each * sheet.rows
@@ -49,8 +49,7 @@ def map_panels(
         parameter_ticks(panel, y, "y", 0.7 * height / sheet.rows)
         panel.set_xlim(*cell_edges(x)[[0, -1]].tolist())
         panel.set_ylim(*cell_edges(y)[[0, -1]].tolist())
-        if across:
-            panel.set_title(across.tag(place))
+        panel.set_title(across.tag(place))
     sheet.label_x(x.label, room / sheet.columns)
     sheet.label_y(y.label, height / sheet.rows * 0.75)
     return sheet, height
@@ -59,8 +58,8 @@ def map_panels(
 def map_figure(view: View, name: str, along: str, up: str, facet: str | None = None) -> Figure:
     """A variable over two axes: colours with labelled contours; designs without one hatched."""
     view = view.only([name], [along, up, facet])
-    x, y, across = view.axis(along), view.axis(up), view.axis_along(facet)
-    places = picked(across, MOST_PANELS)
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
+    places = across.picked(MOST_PANELS)
     values, reasons = _tables(view, name, (along, up, facet), places)
     known = values[np.isfinite(values)]
     norm, levels = _scale(known)
@@ -74,8 +73,8 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
     if known.size:
         label = view.label(name)
         _colour_bar(sheet.figure, sheet.panels, norm, levels, label, height)
-    notes = [*view.notes([name]), picked_text(across, MOST_PANELS)]
-    title = f"{view.title(name)} over {key_text(x)} and {key_text(y)}"
+    notes = [*view.notes([name]), across.picked_text(MOST_PANELS)]
+    title = f"{view.title(name)} over {x.called} and {y.called}"
     return sheet.finish(title, notes, view.caption)
 
 

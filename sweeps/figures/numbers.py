@@ -9,11 +9,7 @@ import numpy as np
 from sweeps.figures.cases import case_chart, family_figure, family_panels, scatter
 from sweeps.figures.lines import COUNTED, line_figure
 from sweeps.figures.maps import map_figure
-from sweeps.figures.plain_numbers import (
-    deviations_of_speed,
-    repeats_an_axis,
-    without_twins,
-)
+from sweeps.figures.plain_numbers import deviations_of_speed, repeats_an_axis, without_twins
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.study import Study, parameters_of
 from sweeps.figures.views import MOST_READ, MOST_ROWS, NO_VALUE, View, facet_of, is_words, stem_of

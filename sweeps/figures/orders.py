@@ -14,16 +14,7 @@ from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import comparable, degree_ticks, whole_ticks
 from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures, rc
 from sweeps.figures.study import Study
-from sweeps.figures.views import (
-    MOST_PANELS,
-    View,
-    facet_of,
-    picked,
-    picked_text,
-    place_on,
-    stem_of,
-    title_by,
-)
+from sweeps.figures.views import MOST_PANELS, View, facet_of, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -56,10 +47,10 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     if along and view.data.sizes[along] > MOST_NESTED:
         facet, along = along, None  # bars of many values hide each other
     view = view.only([name], [along, facet])
-    axis, across = view.axis_along(along), view.axis_along(facet)
+    axis, across = view.axis(along), view.axis(facet)
     places = [
-        [{**place_on(across, i), **place_on(axis, j)} for j in picked(axis)]
-        for i in picked(across, MOST_PANELS)
+        [{**across.place(i), **axis.place(j)} for j in axis.picked()]
+        for i in across.picked(MOST_PANELS)
     ]
     values = [[view.numbers(name, place) for place in row] for row in places]
     least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for row in values for y in row)
@@ -83,16 +74,15 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
                 sheet.entries.setdefault(axis.text(place[axis.name]), handle)
         if not any_drawn:
             panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
-        if across:
-            panel.set_title(across.tag(row[0][across.name]))
+        panel.set_title(across.tag(row[0].get(across.name, 0)))
         _frame(panel, order, view.array(name))
     sheet.label_x(view.label("order"), 6.3 / sheet.columns)
     sheet.label_y(view.label(name), 1.5 if across else 2.8)
-    notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
+    notes = [*view.notes([name]), axis.picked_text(), across.picked_text(MOST_PANELS)]
     return sheet.finish(
-        title_by(view.title(name), axis or across),
+        (axis or across).by(view.title(name)),
         [*notes, "" if share else OWN_ORDINATES], view.caption,
-        legend_title=axis.label if axis else "", below=across is not None,
+        legend_title=axis.label, below=bool(across),
     )  # fmt: skip
 
 

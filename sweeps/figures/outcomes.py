@@ -12,17 +12,7 @@ from sweeps.figures.maps import cell_edges, hatch_cells, map_panels
 from sweeps.figures.marks import LOST, LOST_OTHERWISE
 from sweeps.figures.sheet import GREY, NamedFigures
 from sweeps.figures.study import Study
-from sweeps.figures.views import (
-    MOST_PANELS,
-    SOUND,
-    View,
-    facet_of,
-    key_text,
-    meanings_of,
-    picked,
-    picked_text,
-    place_on,
-)
+from sweeps.figures.views import MOST_PANELS, SOUND, View, facet_of, meanings_of
 from sweeps.figures.wording import sentence
 
 
@@ -50,19 +40,19 @@ def outcomes_map(study: Study, names: Sequence[str]) -> NamedFigures:
     along, up = (dim for dim in axes if dim in chosen)
     facet = facet_of(view, ["status"], (along, up))
     view = view.only(["status"], [along, up, facet])
-    x, y, across = view.axis(along), view.axis(up), view.axis_along(facet)
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
     sheet, _ = map_panels(view, along, up, facet, 6.0)
     meanings = meanings_of(view.array("status"))
     for rank, code in enumerate(int(code) for code in np.unique(codes)):
         hatch = "" if code in SOUND else LOST.get(meanings.get(code, ""), LOST_OTHERWISE)[1]
         grey = str(0.97 - 0.09 * rank)
-        for panel, place in zip(sheet.panels, picked(across, MOST_PANELS), strict=True):
-            table = view.at("status", place_on(across, place)).transpose(up, along).values
+        for panel, place in zip(sheet.panels, across.picked(MOST_PANELS), strict=True):
+            table = view.at("status", across.place(place)).transpose(up, along).values
             hatch_cells(panel, cell_edges(x), cell_edges(y), table == code, hatch, grey)
         text = f"{sentence(meanings.get(code, str(code)))} ({_fraction_text(codes == code)})"
         sheet.entries[text] = Patch(facecolor=grey, edgecolor=GREY, hatch=hatch, linewidth=0.5)
-    notes = [*view.notes(["status"]), picked_text(across, MOST_PANELS)]
-    title = f"Outcome of the designs over {key_text(x)} and {key_text(y)}"
+    notes = [*view.notes(["status"]), across.picked_text(MOST_PANELS)]
+    title = f"Outcome of the designs over {x.called} and {y.called}"
     stem = "status" + (f"_by_{facet}" if facet else "")
     yield stem, sheet.finish(title, notes, view.caption)
 

@@ -15,17 +15,7 @@ from sweeps.figures.multiples import columns_for, multiples
 from sweeps.figures.sheet import WIDTH, Entries, NamedFigures, rc
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, trace
-from sweeps.figures.views import (
-    MOST_PANELS,
-    StudyAxis,
-    View,
-    facet_of,
-    picked,
-    picked_text,
-    place_on,
-    stem_of,
-    title_by,
-)
+from sweeps.figures.views import MOST_PANELS, StudyAxis, View, facet_of, stem_of
 from sweeps.figures.wording import name_of, number_text
 
 if TYPE_CHECKING:
@@ -84,8 +74,8 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     if facet is None and along is not None:
         facet = facet_of(view, names, [along])
     view = view.only(names, [along, facet])
-    axis, across = view.axis_along(along), view.axis_along(facet)
-    shown = picked(across, MOST_PANELS)
+    axis, across = view.axis(along), view.axis(facet)
+    shown = across.picked(MOST_PANELS)
     columns = columns_for(len(shown))
     beside = LEGEND if axis and not across else 0.0
     room = (WIDTH - LABEL - beside) / columns - (0.2 if across else 0.0)
@@ -99,7 +89,7 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         ends = (low, low + height)
         panel.set_xlim(left, left + width)
         panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
-        drawn = _loops(panel, view, names, place_on(across, index), axis, height)
+        drawn = _loops(panel, view, names, across.place(index), axis, height)
         for text, line in drawn.items() if axis else ():
             sheet.entries.setdefault(text, line)
         panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
@@ -107,30 +97,29 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         panel.set_aspect("equal", adjustable="box")
         panel.locator_params("x", nbins=max(2, int(1.4 * wide)))
         panel.locator_params("y", nbins=max(3, int(1.8 * tall)))
-        if across:
-            panel.set_title(across.tag(index))
+        panel.set_title(across.tag(index))
     sheet.label_x(view.label(right), 6.3 / columns if across else wide)
     sheet.label_y(view.label(up), tall)
     axes_said = next(said for pair, said in POLAR.items() if right.endswith(f"_{pair[0]}"))
     notes = [
-        *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
+        *view.notes(names), axis.picked_text(), across.picked_text(MOST_PANELS),
         axes_said, f"a mark every {MARKED:g}° of crank angle",
         "angles at the first curve" if axis else "",
     ]  # fmt: skip
     return sheet.finish(
-        title_by(f"Polar diagram of the {_common(view, names)}", axis), notes, view.caption,
-        legend_title=axis.label if axis else "", below=across is not None,
+        axis.by(f"Polar diagram of the {_common(view, names)}"), notes, view.caption,
+        legend_title=axis.label, below=bool(across),
     )  # fmt: skip
 
 
 def _loops(
     panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
-    axis: StudyAxis | None, height: float,
+    axis: StudyAxis, height: float,
 ) -> Entries:  # fmt: skip
     """Draw a curve for each value of an axis; the first one that is there has the angles."""
     entries: Entries = {}
-    values = picked(axis)
-    loops = [_closed_once(view, names, {**place, **place_on(axis, value)}) for value in values]
+    values = axis.picked()
+    loops = [_closed_once(view, names, {**place, **axis.place(value)}) for value in values]
     for rank, (value, loop) in enumerate(zip(values, loops, strict=True)):
         if loop is None:  # padded to the engine with most journals
             continue
@@ -139,7 +128,7 @@ def _loops(
         later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
         style["linewidth"] = 1.2 + 1.5 * later
         line = _draw_loop(panel, loop, style)
-        entries.setdefault(axis.text(value) + axis.mark(value) if axis else "", line)
+        entries.setdefault(axis.text(value) + axis.mark(value), line)
     for rank, loop in [(r, loop) for r, loop in enumerate(loops) if loop is not None][:1]:
         colour = line_style(rank, len(values))["color"]
         _write_angles(panel, loop, colour, apart=(0.09 if place else 0.06) * height)

@@ -10,7 +10,7 @@ from sweeps.figures.scales import set_log, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, set_cycle
-from sweeps.figures.views import picked_text, stem_of, title_by
+from sweeps.figures.views import stem_of
 
 KINEMATICS = ("position", "velocity", "acceleration", "rod_angle")
 PRESSURE = ("pressure",)
@@ -37,7 +37,7 @@ def _stacked(
     found = study.along(names)
     for whole, along in found:
         view = whole.only(names, [along])
-        axis = view.axis_along(along)
+        axis = view.axis(along)
         figure, panels = new_sheet(len(drawn), 1, 0.5 + 1.6 * len(drawn), sharex=True)
         entries: Entries = {}
         for number, (panel, name) in enumerate(zip(panels, drawn, strict=True)):
@@ -46,7 +46,7 @@ def _stacked(
             if name in drawn[:number] and np.nanmin(view.numbers(name), initial=np.inf) > 0:
                 set_log(panel, "y")
         set_cycle(panels, view, 5.0, panels[-1:], one_turn)
-        notes, legend = [*view.notes(names), picked_text(axis)], axis.label if axis else ""
+        notes, legend = [*view.notes(names), axis.picked_text()], axis.label
         shown = entries if axis else {}
-        finished = finish(figure, title_by(title, axis), notes, shown, legend, view.caption)
+        finished = finish(figure, axis.by(title), notes, shown, legend, view.caption)
         yield stem_of(base, view, along, len(found) == 1), finished

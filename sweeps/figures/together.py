@@ -10,7 +10,7 @@ from sweeps.figures.scales import comparable
 from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_lines, over_angle, set_cycle, trace
-from sweeps.figures.views import View, picked, picked_text, place_on, stem_of, title_by
+from sweeps.figures.views import View, stem_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,17 +83,16 @@ def together(
 ) -> Figure:  # fmt: skip
     """Several variables over the crank angle in one panel, or in one for each value of an axis."""
     view = whole.only(names, [along])
-    axis = view.axis_along(along)
-    places = [place_on(axis, index) for index in picked(axis, MOST_PANELS)]
+    axis = view.axis(along)
+    places = [axis.place(index) for index in axis.picked(MOST_PANELS)]
     curves = [name for name in names if over_angle(view, name)]
     share = comparable([[trace(view, name, place)[1] for name in curves] for place in places])
     base, each = (0.5, 1.75) if axis else (3.3, 0.0)
     sheet = multiples(len(places), base, each, sharex=True, sharey=share)
     for panel, place in zip(sheet.panels, places, strict=True):
         draw_lines(panel, view, names, place, sheet.entries, look)
-        if axis:
-            panel.set_title(axis.tag(place[axis.name]) + axis.mark(place[axis.name]))
+        panel.set_title(axis.heading(place))
     set_cycle(sheet.panels, view, (6.3 if axis else 4.6) / sheet.columns, sheet.lowest)
     sheet.label_y(ordinate + view.unit(names[0]), 1.5 if axis else 2.8)
-    notes = [*view.notes(names), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
-    return sheet.finish(title_by(title, axis), notes, view.caption, below=axis is not None)
+    notes = [*view.notes(names), axis.picked_text(MOST_PANELS), "" if share else OWN_ORDINATES]
+    return sheet.finish(axis.by(title), notes, view.caption, below=bool(axis))

@@ -14,7 +14,7 @@ from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.together import MOST_PANELS, together
 from sweeps.figures.traces import FRICTION, draw_curves, draw_lines, over_angle, set_cycle, trace
-from sweeps.figures.views import View, key_text, picked, picked_text, stem_of, title_by
+from sweeps.figures.views import View, stem_of
 from sweeps.figures.wording import symbol_of
 
 if TYPE_CHECKING:
@@ -75,12 +75,12 @@ def _load_law(whole: View, sums: Sequence[str], along: str, title: str) -> Figur
     set_cycle(panels, view, 4.6, panels[-1:])
     y_label(panels[0], "Torque" + view.unit(sums[0]), 2.0)
     y_label(panels[1], view.label("load_torque"), 2.0)
-    panels[0].set_title(f"the same for every {key_text(axis)}")
+    panels[0].set_title(f"the same for every {axis.called}")
     for text, line in lines.items():
-        sign = "" if axis.words else f"{symbol_of(axis.variable) or key_text(axis)} = "
+        sign = "" if axis.words else f"{symbol_of(axis.variable) or axis.called} = "
         entries[f"Load torque, {sign}{text}"] = line
-    notes = [*view.notes([*sums, "load_torque"]), picked_text(axis)]
-    return finish(figure, title_by(title, axis), notes, entries, caption=view.caption)
+    notes = [*view.notes([*sums, "load_torque"]), axis.picked_text()]
+    return finish(figure, axis.by(title), notes, entries, caption=view.caption)
 
 
 def torque_and_speed_names(view: View) -> list[str]:
@@ -160,7 +160,7 @@ def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
             continue
         view = whole.only(names, [along])
         axis = view.axis(along)
-        rows = picked(axis, MOST_PANELS)
+        rows = axis.picked(MOST_PANELS)
         figure, panels = new_sheet(len(rows), 2, 0.8 + 1.15 * len(rows), sharex=True, sharey="col")
         entries: Entries = {}
         for panel, (index, name) in zip(panels, ((i, n) for i in rows for n in names), strict=True):
@@ -177,7 +177,7 @@ def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
         for panel, name in zip(panels[:2], names, strict=True):
             text = view.label(name)
             panel.set_title(f"{text}\n{panel.get_title(loc='left')}", linespacing=1.5)
-        notes = [*view.notes(names), picked_text(axis, MOST_PANELS)]
+        notes = [*view.notes(names), axis.picked_text(MOST_PANELS)]
         title = "Torque and speed for different numbers of cylinders"
         drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
         yield stem_of("cylinders", view, None), drawn

@@ -13,7 +13,7 @@ from sweeps.figures.marks import line_style, lost_handle, mark_lost
 from sweeps.figures.scales import crank_axis, no_ordinate
 from sweeps.figures.sheet import WIDTH, Entries
 from sweeps.figures.targets import target_lines
-from sweeps.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View, picked, place_on
+from sweeps.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View
 from sweeps.figures.wording import with_unit
 
 if TYPE_CHECKING:
@@ -80,20 +80,20 @@ def draw_curves(
     axes: Axes,
     view: View,
     name: str,
-    axis: StudyAxis | None,
+    axis: StudyAxis,
     fixed: Mapping[str, int],
     entries: Entries,
     change: Callable[[Floats], Floats] | None = None,
 ) -> list[Floats]:
     """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
-    places = picked(axis)
+    places = axis.picked()
     drawn = []
     cell = axes.get_subplotspec()
     width = WIDTH / (cell.get_gridspec().ncols if cell else 1)
     for rank, index in enumerate(places):
-        place = {**fixed, **place_on(axis, index)}
+        place = {**fixed, **axis.place(index)}
         x, y, lost = trace(view, name, place)
-        nominal = axis.mark(index) if axis else ""
+        nominal = axis.mark(index)
         text = (axis.text(index) if axis else view.title(name)) + nominal
         style = line_style(rank, len(places), bool(nominal))
         if not (lost or fixed):

@@ -86,6 +86,34 @@ class StudyAxis:
         """Number of values."""
         return int(self.values.size)
 
+    def __bool__(self) -> bool:
+        """Whether it is an axis, and not `NO_AXIS`."""
+        return bool(self.name)
+
+    @property
+    def called(self) -> str:
+        """Its name in the middle of a sentence."""
+        return dimension_text(self.name)
+
+    def picked(self, most: int = MOST_LINES) -> list[int]:
+        """Indices of the values that are drawn."""
+        return pick(self.size, most, self.nominal)
+
+    def picked_text(self, most: int = MOST_LINES) -> str:
+        """Say how many values are drawn where they are not all."""
+        if self.size <= most:
+            return ""
+        what = "cases" if self.name == "design" else f"values of {self.called}"
+        return f"{len(self.picked(most))} of {self.size} {what} shown"
+
+    def place(self, index: int) -> dict[str, int]:
+        """The index of a value by the name of the axis."""
+        return {self.name: index} if self else {}
+
+    def by(self, title: str) -> str:
+        """A title, and along which axis it is."""
+        return f"{title} by {self.called}" if self else title
+
     def text(self, index: int) -> str:
         """The value alone, for a legend that has the label as its title."""
         text = self.words[index] if self.words else number_text(self.values[index], self.digits)
@@ -110,6 +138,11 @@ class StudyAxis:
         if self.words:
             return self.words[index]
         return value_text(self.variable, self.name, float(self.values[index]), self.digits)
+
+    def heading(self, place: Mapping[str, int]) -> str:
+        """Title of a panel at a place along the axis."""
+        index = place.get(self.name, 0)
+        return self.tag(index) + self.mark(index)
 
     @cached_property
     def digits(self) -> int:
@@ -148,17 +181,8 @@ def pick(size: int, most: int, keep: int | None = None) -> list[int]:
     return sorted(int(index) for index in chosen)
 
 
-def picked(axis: StudyAxis | None, most: int = MOST_LINES) -> list[int]:
-    """Indices of the values of an axis that are drawn; one place without an axis."""
-    return pick(axis.size, most, axis.nominal) if axis else [0]
-
-
-def picked_text(axis: StudyAxis | None, most: int = MOST_LINES) -> str:
-    """Say how many values of an axis are shown where they are not all."""
-    if axis is None or axis.size <= most:
-        return ""
-    what = "cases" if axis.name == "design" else f"values of {axis.name.replace('_', ' ')}"
-    return f"{len(picked(axis, most))} of {axis.size} {what} shown"
+NO_AXIS = StudyAxis("", np.zeros(1), ("",), "", xr.Variable((), 0.0), False)
+"""One place without a name, where nothing is drawn along an axis."""
 
 
 @dataclass(frozen=True)
@@ -220,12 +244,14 @@ class View:
         used = {dim for name in names for dim in self.array(name).dims}
         return [str(dim) for dim in self.data.sizes if dim in used and dim not in RUNNING]
 
-    def axis(self, dim: str) -> StudyAxis:
-        """The axis of a dimension.
+    def axis(self, dim: str | None) -> StudyAxis:
+        """The axis of a dimension; `NO_AXIS` where nothing is drawn along one.
 
         Words stand in an auxiliary coordinate (``method_name`` along ``method``, ``case`` along
         ``design``); the dimension's own coordinate then only numbers them.
         """
+        if dim is None:
+            return NO_AXIS
         data = self.data
         own = data.variables.get(dim, xr.Variable((dim,), np.arange(data.sizes[dim])))
         labels = [
@@ -254,10 +280,6 @@ class View:
         return StudyAxis(
             dim, values, (), axis_label(own, dim), own, is_log(values), remarks, nominal
         )
-
-    def axis_along(self, dim: str | None) -> StudyAxis | None:
-        """The axis of a dimension, or None where nothing is drawn along one."""
-        return self.axis(dim) if dim else None
 
     def cut(self, index: Mapping[str, int]) -> View:
         """One slice: the dimensions of `index` are gone."""
@@ -425,11 +447,6 @@ def facet_of(view: View, names: Sequence[str], taken: Iterable[str | None]) -> s
     return rest[0] if rest else None
 
 
-def place_on(axis: StudyAxis | None, index: int) -> dict[str, int]:
-    """Return the index along an axis by the axis's name; {} without an axis."""
-    return {axis.name: index} if axis else {}
-
-
 def stem_of(base: str, view: View, along: str | None, alone: bool = False) -> str:
     """Name of a file: what, along which axis, and where if not at the nominal design."""
     suffix = "" if alone or along in (None, "design") else f"_{along}"
@@ -443,16 +460,6 @@ def same_over(dims: Sequence[str]) -> str:
     if "design" in dims:
         places.append("in every case")
     return f"the same {' and '.join(places)}"
-
-
-def title_by(title: str, axis: StudyAxis | None) -> str:
-    """A title, and along which axis it is."""
-    return f"{title} by {key_text(axis)}" if axis else title
-
-
-def key_text(axis: StudyAxis) -> str:
-    """Name of an axis in the middle of a sentence."""
-    return dimension_text(axis.name)
 
 
 def dimension_text(dim: str) -> str:

@@ -12,7 +12,7 @@ from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label, y_label
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
-from sweeps.figures.views import View, picked, picked_text, stem_of
+from sweeps.figures.views import View, stem_of
 from sweeps.figures.wording import number_text, unit_text
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
                 continue
             view = whole.only([name], [SPEED])
             axis = view.axis(SPEED)
-            rows = picked(axis, MOST_ROWS)
+            rows = axis.picked(MOST_ROWS)
             speeds = axis.values[rows]
             values = view.array(name).transpose(SPEED, ORDER).values[rows]
             amplitudes = np.abs(np.asarray(values, dtype=float))
@@ -66,7 +66,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
             x_label(panel, view.label(ORDER), 5.0)
             y_label(panel, axis.label, 3.0)
             title = f"{view.title(name)} over order and speed"
-            notes = [*view.notes([name]), picked_text(axis, MOST_ROWS)]
+            notes = [*view.notes([name]), axis.picked_text(MOST_ROWS)]
             drawn = finish(figure, title, notes, caption=view.caption)
             yield stem_of(f"{name}_waterfall", view, None), drawn
 
