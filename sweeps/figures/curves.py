@@ -61,14 +61,12 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
 
 def _one_panel(view: View, name: str, axis: StudyAxis) -> Multiples:
     """Lines of all values in one panel; below it their deviations, where they are far apart."""
-    sheet, height = multiples(1, 3.3, 0.0), 2.8
-    drawn = draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
-    if far_apart(drawn):
-        sheet, height = multiples(2, 4.9, 0.0, columns=1, sharex=True), 2.2
-        draw_curves(sheet.panels[0], view, name, axis, {}, sheet.entries)
-        draw_curves(sheet.panels[1], view, name, axis, {}, {}, deviation)
-        y_label(sheet.panels[1], DEVIATION, height)
-    y_label(sheet.panels[0], view.label(name), height)
+    apart = far_apart([trace(view, name, axis.place(i))[1] for i in axis.picked()])
+    sheet = multiples(2, 4.9, 0.0, columns=1, sharex=True) if apart else multiples(1, 3.3, 0.0)
+    both = ((None, view.label(name)), (deviation, DEVIATION))
+    for panel, (change, label) in zip(sheet.panels, both, strict=False):
+        draw_curves(panel, view, name, axis, {}, sheet.entries, change)
+        y_label(panel, label, 2.2 if apart else 2.8)
     return sheet
 
 

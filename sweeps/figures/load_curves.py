@@ -10,6 +10,7 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
 from sweeps.figures.views import MOST_LINES, View
+from sweeps.figures.wording import middle_of_sentence
 
 LOAD = "load"
 """The axis that is taken where there is one."""
@@ -51,20 +52,15 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     figure, panels = new_sheet(len(shown), 1, 0.6 + 1.7 * len(shown), sharex=True)
     entries: Entries = {}
     for panel, name in zip(panels, shown, strict=True):
-        label = view.label(name)
-        lines = draw_curves(panel, view, name, axis, {}, entries)
-        if name == "omega" and far_apart(lines):
-            for line in list(panel.lines):
-                line.remove()
-            panel.relim()
-            draw_curves(panel, view, name, axis, {}, {}, deviation)
-            panel.autoscale_view(scalex=False)
-            label = f"{view.title(name)}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
+        lines = [trace(view, name, {along: index})[1] for index in axis.picked()]
+        apart = name == "omega" and far_apart(lines)
+        draw_curves(panel, view, name, axis, {}, entries, deviation if apart else None)
+        changed = f"{view.title(name)}: {middle_of_sentence(DEVIATION)}"
+        y_label(panel, changed if apart else view.label(name), 1.6)
         if name in beside:
             x, y, _ = trace(view, beside[name], {along: 0})
             also = view.title(beside[name])
             entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
-        y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])
     title, notes = axis.by("Curves of the cycle"), [*view.notes(shown), axis.picked_text()]
     drawn = finish(figure, title, notes, entries, axis.label, view.caption)

@@ -130,12 +130,9 @@ def _over_designs(
 ) -> NamedFigures:
     """Variables over a list of designs: along each parameter that has a family."""
     if len(axes) > 1:
-        if study.base:
-            for (_, view), name in ((pair, name) for pair in study.base for name in group):
-                yield from _study_figures(view, name)
-        else:
+        for view in [view for _, view in study.base] or [study.view]:
             for name in group:
-                yield from _study_figures(study.view, name)
+                yield from _study_figures(view, name)
         return
     if study.base:
         if group[0] in MAIN:
@@ -157,7 +154,6 @@ def _over_designs(
         parameters = [
             key for key in parameters_of(study.view.data) if not is_words(study.view.array(key))
         ]
-        if size <= MOST_ROWS or not parameters:
-            yield f"{stem}_cases", case_chart(study.view, group)
-        else:
-            yield f"{stem}_cases", scatter(study.view, group, parameters)
+        few = size <= MOST_ROWS or not parameters
+        figure = case_chart(study.view, group) if few else scatter(study.view, group, parameters)
+        yield f"{stem}_cases", figure

@@ -70,8 +70,8 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
             any_drawn |= bool(known.any())
             draw = _marks if angles else _bars
             handle = draw(panel, order[known], y[known], room, (rank, len(row)))
-            if axis and np.isfinite(y).any():
-                sheet.entries.setdefault(axis.text(place[axis.name]), handle)
+            if np.isfinite(y).any():
+                sheet.entries.setdefault(axis.text(place.get(axis.name, 0)), handle)
         if not any_drawn:
             panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
         panel.set_title(across.tag(row[0].get(across.name, 0)))
@@ -82,7 +82,7 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     return sheet.finish(
         (axis or across).by(view.title(name)),
         [*notes, "" if share else OWN_ORDINATES], view.caption,
-        legend_title=axis.label, below=bool(across),
+        legend=bool(axis), legend_title=axis.label, below=bool(across),
     )  # fmt: skip
 
 

@@ -89,9 +89,7 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         ends = (low, low + height)
         panel.set_xlim(left, left + width)
         panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
-        drawn = _loops(panel, view, names, across.place(index), axis, height)
-        for text, line in drawn.items() if axis else ():
-            sheet.entries.setdefault(text, line)
+        _loops(panel, view, names, across.place(index), axis, height, sheet.entries)
         panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.set_aspect("equal", adjustable="box")
@@ -108,16 +106,15 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     ]  # fmt: skip
     return sheet.finish(
         axis.by(f"Polar diagram of the {_common(view, names)}"), notes, view.caption,
-        legend_title=axis.label, below=bool(across),
+        legend=bool(axis), legend_title=axis.label, below=bool(across),
     )  # fmt: skip
 
 
 def _loops(
     panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
-    axis: StudyAxis, height: float,
-) -> Entries:  # fmt: skip
+    axis: StudyAxis, height: float, entries: Entries,
+) -> None:  # fmt: skip
     """Draw a curve for each value of an axis; the first one that is there has the angles."""
-    entries: Entries = {}
     values = axis.picked()
     loops = [_closed_once(view, names, {**place, **axis.place(value)}) for value in values]
     for rank, (value, loop) in enumerate(zip(values, loops, strict=True)):
@@ -132,7 +129,6 @@ def _loops(
     for rank, loop in [(r, loop) for r, loop in enumerate(loops) if loop is not None][:1]:
         colour = line_style(rank, len(values))["color"]
         _write_angles(panel, loop, colour, apart=(0.09 if place else 0.06) * height)
-    return entries
 
 
 def _frame(
