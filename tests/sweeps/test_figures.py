@@ -529,7 +529,7 @@ def test_curves_are_closed_and_the_dead_centres_named() -> None:
     with style():
         figure, panels = new_sheet(1, 1, 3.0)
         view = study_of(data, {"design": 0}).view
-        (drawn,) = draw_curves(panels[0], view, "omega", None, {}, {})
+        (drawn,) = draw_curves(panels[0], view, "omega", view.axis(None), {}, {})
         crank_axis(panels[0], view.array("crank_angle"), 5.0)
         figure.canvas.draw()
     (line,) = [line for line in panels[0].get_lines() if len(line.get_xdata()) > 2]
