@@ -45,13 +45,13 @@ class Aim:
     ----------
     of : str
         `ONE_TABLE`, `LOOP` or the name of a study.
-    wanted, dream : float, optional
+    wanted, hoped_for : float, optional
         Ratios.
     """
 
     of: str
     wanted: float
-    dream: float | None = None
+    hoped_for: float | None = None
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,9 @@ class Study:
     modelled: bool = False
 
 
-def by_rate(wanted: float, dream: float | None = None) -> Aim:
+def by_rate(wanted: float, hoped_for: float | None = None) -> Aim:
     """Aim that was set in designs a second, as a multiple of the loop's rate then."""
-    return Aim(LOOP, wanted / LOOP_RATE, None if dream is None else dream / LOOP_RATE)
+    return Aim(LOOP, wanted / LOOP_RATE, None if hoped_for is None else hoped_for / LOOP_RATE)
 
 
 def scene(engine: str = "ntua", **tables: Any) -> Scene:

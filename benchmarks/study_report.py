@@ -27,17 +27,17 @@ def table(found: Studies) -> list[str]:
 
 def _row(found: Studies, row: Measurement) -> list[str]:
     aim = row.study.aim
-    ratio, wanted, dream, to = math.nan, "-", "-", "-"
+    ratio, wanted, hoped_for, to = math.nan, "-", "-", "-"
     if aim is not None:
         ratio, wanted, to = ratio_of(found, row), f"{aim.wanted:.2g}", aim.of
-        dream = "-" if aim.dream is None else f"{aim.dream:.2g}"
+        hoped_for = "-" if aim.hoped_for is None else f"{aim.hoped_for:.2g}"
     reached = aim is None or not math.isfinite(ratio) or ratio >= aim.wanted
     shown = "-" if not math.isfinite(ratio) else f"{ratio:.2g}"
     tally, errors = row.tally, row.errors
     left = tally.deferred / (tally.designs[BATCH] or math.nan)
     holds = "-" if math.isnan(errors.honest) else _percent(errors.honest)
     return [
-        row.study.words, shown if reached else f"**{shown}**", wanted, dream, to,
+        row.study.words, shown if reached else f"**{shown}**", wanted, hoped_for, to,
         number(row.timing.rate), number(row.timing.count, 6), _percent(left),
         _percent(tally.general_share), small(errors.delta), small(errors.speeds), holds,
         _percent(row.converged), "-" if row.compiling < 0.05 else span(row.compiling),

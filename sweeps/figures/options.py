@@ -275,7 +275,7 @@ def _first_line(error: Exception) -> str:
     return " ".join(str(error).split())[:200].strip("'\"")
 
 
-def turned(data: xr.Dataset, options: Options) -> xr.Dataset:
+def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
     """The same archive with the crank angle as the options count it.
 
     Raises

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from engine_dyn.types import Integers
 from sweeps.dimensions import SEARCHED
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
-from sweeps.figures.options import Options, check_targets, turned
+from sweeps.figures.options import Options, check_targets, with_angle_from_zero
 from sweeps.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
 from sweeps.ratios import number_or_ratio
@@ -214,7 +214,7 @@ def study_of(
     """Cut what was selected and what has one value, sort the axes, find the families."""
     options = options or Options()
     check_targets(options, data)
-    given, data = data, turned(data, options)
+    given, data = data, with_angle_from_zero(data, options)
     order: dict[Hashable, Any] = {}
     for dim in data.sizes:
         own = data.variables.get(dim)
