@@ -3,7 +3,7 @@
 A block is a range of positions along some axes of the scene. Where the intermediate arrays (columns
 in SI units, friction, mean torque, curves that are only added up) would take more than `LIMIT`, the
 plan is computed block by block into its outputs; otherwise in one piece. What depends on none of
-the axes that are cut is computed once.
+the axes that are divided is computed once.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy.typing as npt
 
 if TYPE_CHECKING:  # archives are opened without the planner
     from sweeps.planning.plan import Plan, Stage
@@ -19,18 +21,23 @@ if TYPE_CHECKING:  # archives are opened without the planner
 __all__ = [
     "LIMIT",
     "Block",
-    "along",
+    "Results",
+    "belongs",
     "block_count",
+    "block_lengths",
     "blocks",
+    "index_of",
     "intermediate_bytes",
-    "cut",
-    "cut_to",
-    "holds",
+    "lengths_within",
     "passing_bytes",
+    "shape_in",
 ]
 
 Block = dict[str, slice]
-"""Range of positions along each axis that is cut."""
+"""Range of positions along each axis that is divided."""
+
+Results = dict[str, npt.NDArray[Any]]
+"""Arrays of some results of a block, by their names."""
 
 LIMIT = 64e6
 """Bytes of the intermediate arrays, about."""
@@ -42,13 +49,13 @@ _TEMPORARIES = 3
 """Arrays that exist while a formula is evaluated: its result and the terms of its sum."""
 
 
-def cut(plan: Plan) -> dict[str, int]:
-    """Axes that are cut, and the most positions of each in a block; empty where none has to be."""
-    return {} if _intermediate(plan, _lengths(plan)) <= LIMIT else cut_to(plan, LIMIT)
+def block_lengths(plan: Plan) -> dict[str, int]:
+    """Axes that are divided, and the most positions of each in a block; empty where none is."""
+    return {} if _intermediate(plan, _lengths(plan)) <= LIMIT else lengths_within(plan, LIMIT)
 
 
-def cut_to(plan: Plan, limit: float) -> dict[str, int]:
-    """As `cut`, but `limit` holds for all arrays of a block, its part of the outputs included."""
+def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
+    """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
     lengths = _lengths(plan)
     for dimension in _in_order(plan):
         if passing_bytes(plan, lengths) <= limit:
@@ -74,7 +81,7 @@ def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:
 
 
 def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[Block]:
-    """Ranges of positions along the axes that are cut, block by block; `{}` if none is cut."""
+    """Ranges of positions along the axes that are divided, block by block; `{}` if none is."""
     ranges = [
         [
             (dimension, slice(begin, min(begin + length, plan.sizes[dimension])))
@@ -85,15 +92,20 @@ def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[Block]:
     return (dict(combination) for combination in itertools.product(*ranges))
 
 
-def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...]:
+def index_of(dims: tuple[str, ...], block: Block) -> tuple[slice, ...]:
     """Index of a block in an array with these dimensions."""
     return tuple(block.get(d, slice(None)) for d in dims)
 
 
-def holds(block: Block, dims: tuple[str, ...]) -> bool:
-    """Whether a block contains results with these dimensions.
+def shape_in(plan: Plan, dims: tuple[str, ...], block: Block) -> tuple[int, ...]:
+    """Shape of the part of an array with these dimensions that lies in a block."""
+    return tuple(block[d].stop - block[d].start if d in block else plan.sizes[d] for d in dims)
 
-    Results without an axis that is cut would be the same in all blocks: the first one has them.
+
+def belongs(block: Block, dims: tuple[str, ...]) -> bool:
+    """Whether results with these dimensions are among those of a block.
+
+    Results without an axis that is divided would be the same in several blocks: the first has them.
     """
     return all(part.start == 0 for d, part in block.items() if d not in dims)
 
@@ -105,7 +117,7 @@ def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
 
 def intermediate_bytes(plan: Plan) -> float:
     """Bytes of the intermediate arrays, at most."""
-    lengths = cut(plan)
+    lengths = block_lengths(plan)
     if lengths:
         return passing_bytes(plan, {**_lengths(plan), **lengths})
     return _intermediate(plan, _lengths(plan))
@@ -139,7 +151,7 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
 
 
 def _in_order(plan: Plan) -> list[str]:
-    """Axes of the stages, those of the tables first: cut along them, no table is made twice."""
+    """Axes of the stages, those of the tables first: divided there, no table is made twice."""
     used = {d for stage in plan.stages for d in stage.dims}
     return sorted(used & set(plan.scene.dimensions), key=lambda d: (
         d not in plan.of_tables, plan.scene.dimensions.index(d)

@@ -1,16 +1,12 @@
 """Elasticities: how much each parameter of a design moves a result.
 
-A scene that asks for `delta_elasticity` is planned once as it is, and for each parameter and each
-step with that parameter changed by the step; `sweeps.running.elasticities` takes differences of the
-results. Only the parameter differs: a changed axis stays an axis, so that whatever designs share,
-they share with changed values too.
+A scene that asks for `delta_elasticity` is planned again for each parameter and each step with that
+parameter changed by the step; `sweeps.running.elasticities` takes differences of the results.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,8 +16,9 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import outside
-from sweeps.dimensions import DESIGN, ELASTICITY, PARAMETER
+from sweeps.dimensions import ELASTICITY, PARAMETER
 from sweeps.errors import SceneError, shown
+from sweeps.planning.variations import Variation, ordinary, with_values
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
@@ -35,11 +32,10 @@ __all__ = [
     "RATIO",
     "STEPS",
     "UNKNOWN",
-    "Changed",
-    "Elasticities",
     "changed_parameters",
-    "elasticity_nodes",
+    "changed_values",
     "plan_elasticities",
+    "step_unit",
 ]
 
 RATIO = 4.0
@@ -70,57 +66,7 @@ ENDINGS = {
 """Variables for each quantity, by the endings of their names."""
 
 
-@dataclass(frozen=True, eq=False)
-class Changed:
-    """A parameter, and the plans in which it is changed.
-
-    Attributes
-    ----------
-    key : str
-        The parameter.
-    value : Value
-        Its values in the units of files, on their dimensions.
-    unit : Value
-        What the step is a fraction of, on the same dimensions: the value itself, or a typical size.
-    relative : Value of bool
-        Whether it is the value itself, so that there is an elasticity.
-    plans : tuple of (Plan, Plan)
-        For each step the plan with smaller and that with larger values. A plan has such plans in
-        it: `sweeps.planning.plan` knows this module, which does not know it.
-    possible : tuple of (Value, Value)
-        For each of these plans, where the changed value is one that the parameter may have.
-    """
-
-    key: str
-    value: Value
-    unit: Value
-    relative: Value
-    plans: tuple[tuple[Any, Any], ...]
-    possible: tuple[tuple[Value, Value], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Elasticities:
-    """What is computed for the elasticities of a plan.
-
-    Attributes
-    ----------
-    quantities : tuple of str
-        Of which.
-    changed : tuple of Changed
-        By which parameters.
-    """
-
-    quantities: tuple[str, ...]
-    changed: tuple[Changed, ...]
-
-    @property
-    def solutions(self) -> int:
-        """Plans beside the one without changes."""
-        return sum(2 * len(one.plans) for one in self.changed)
-
-
-def elasticity_nodes(base: Node) -> list[Node]:
+def _variables(base: Node) -> list[Node]:
     """Nodes of the variables of one quantity."""
     found = []
     for ending, about in ENDINGS.items():
@@ -155,27 +101,55 @@ def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) ->
     ]
 
 
+def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
+    """What the steps of a parameter are fractions of, and where that is the value itself.
+
+    Only there is an elasticity; elsewhere it is a typical size.
+    """
+    relative = (values != 0.0) & (node.unit != "degree")
+    return np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0)), relative
+
+
+def changed_values(node: Node, values: Floats) -> Iterator[tuple[Floats, Booleans]]:
+    """Values of a parameter below and above its own, step by step, and where they are allowed.
+
+    Where one is not, the design stays as it is, and that side is not known.
+    """
+    unit, _ = step_unit(node, values)
+    for step in STEPS:
+        for sign in (-1.0, 1.0):
+            moved = values + sign * step * unit
+            allowed = ~outside(moved, node)
+            yield np.where(allowed, moved, values), allowed
+
+
 def plan_elasticities(
     scene: Scene,
-    dims: Mapping[str, tuple[str, ...]],
+    stages: Mapping[str, Any],
+    leaves: Mapping[str, Value],
     keys: list[str],
     make_plan: Callable[[Scene], Any],
     name: str,
-) -> Elasticities:
+) -> Variation:
     """Plan the changed scenes of a scene.
 
     Parameters
     ----------
     scene : Scene
         What asks for elasticities.
-    dims : dict
-        Dimensions of the quantities.
+    stages, leaves : dict
+        Those of its plan.
     keys : list of str
         The parameters.
     make_plan : callable
         Plans an ordinary scene.
     name : str
         The scene as messages call it.
+
+    Returns
+    -------
+    Variation
+        Its plans are those of the first parameter, step by step below and above, then of the next.
 
     Raises
     ------
@@ -184,58 +158,19 @@ def plan_elasticities(
     """
     for quantity in scene.elasticities:
         where = f"{name}: [output] quantities: {shown(quantity + ELASTICITY)}"
-        along = [d for d in dims[quantity] if d in DIMENSIONS]
-        if along:
+        curve = [d for d in stages[quantity].dims if d in DIMENSIONS]
+        if curve:
             raise SceneError(
-                f"{where}: {quantity} is a curve over {along[0]}; elasticities exist only for "
+                f"{where}: {quantity} is a curve over {curve[0]}; elasticities exist only for "
                 "single values"
             )
         if not keys:
             raise SceneError(f"{where}: it depends on no continuous parameter that is given")
-    plain = replace(
-        scene, quantities=scene.elasticities, elasticities=(), uncertainty=None, reference=None
-    )
-    return Elasticities(scene.elasticities, tuple(_changed(plain, key, make_plan) for key in keys))
-
-
-def _changed(scene: Scene, key: str, make_plan: Callable[[Scene], Any]) -> Changed:
-    """Plan the scenes in which one parameter is changed."""
-    node = PARAMETERS[key]
-    values, dims = _given(scene, key)
-    relative = (values != 0.0) & (node.unit != "degree")
-    unit = np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0))
-    plans: list[tuple[Any, Any]] = []
-    possible: list[tuple[Value, Value]] = []
-    for step in STEPS:
-        both = [values + sign * step * unit for sign in (-1.0, 1.0)]
-        allowed: list[Booleans] = [~outside(moved, node) for moved in both]
-        down, up = (
-            # Where a value is not allowed, the design stays as it is, and the side is not known.
-            make_plan(_with(scene, key, np.where(inside, moved, values)))
-            for moved, inside in zip(both, allowed, strict=True)
-        )
-        plans.append((down, up))
-        possible.append((Value(allowed[0], dims), Value(allowed[1], dims)))
-    return Changed(
-        key, Value(values, dims), Value(unit, dims), Value(relative, dims), tuple(plans),
-        tuple(possible),
-    )  # fmt: skip
-
-
-def _given(scene: Scene, key: str) -> tuple[Floats, tuple[str, ...]]:
-    """Values of a parameter in the units of files, and their dimensions."""
-    if key in scene.axes:
-        return np.asarray(scene.axes[key], dtype=np.float64), (key,)
-    if key in scene.designs:
-        return scene.designs[key], (DESIGN,)
-    single = scene.settings.get(key, scene.engine.values.get(key, math.nan))
-    return np.asarray(single, dtype=np.float64), ()
-
-
-def _with(scene: Scene, key: str, values: Floats) -> Scene:
-    """Return the scene with other values of one parameter, in the place where it gives them."""
-    if key in scene.axes:
-        return replace(scene, axes={**scene.axes, key: values})
-    if key in scene.designs:
-        return replace(scene, designs={**scene.designs, key: values})
-    return replace(scene, settings={**scene.settings, key: float(values)})
+    plain = ordinary(scene, scene.elasticities)
+    plans = [
+        make_plan(with_values(plain, {key: values}))
+        for key in keys
+        for values, _ in changed_values(PARAMETERS[key], np.asarray(leaves[key].data))
+    ]
+    variables = [(q, node) for q in scene.elasticities for node in _variables(stages[q].node)]
+    return Variation(PARAMETER, tuple(keys), scene.elasticities, tuple(variables), tuple(plans))

@@ -21,7 +21,7 @@ from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import counted, size_text
-from sweeps.planning.blocks import block_count, cut
+from sweeps.planning.blocks import block_count, block_lengths
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
@@ -65,7 +65,7 @@ def text(plan: Plan) -> str:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
     lines += ["", *_no_cycles(plan), *_skipped(plan)]
-    pieces = block_count(plan, cut(plan))
+    pieces = block_count(plan, block_lengths(plan))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
         "",
@@ -101,7 +101,7 @@ def _text_of_several(plan: Plan) -> str:
         if lacking:
             lines.append(f"  not available, because this engine lacks input for them: "
                          f"{', '.join(lacking)}")  # fmt: skip
-    pieces = block_count(plan, cut(plan))
+    pieces = block_count(plan, block_lengths(plan))
     lines += [
         "",
         f"total: archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it "
@@ -146,20 +146,15 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
 
 def work_of(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan, by their names in `sweeps.planning.rates`."""
-    others: list[tuple[int, Plan]] = []  # all plans of a kind have the same work
-    if plan.elasticities is not None:
-        others.append((plan.elasticities.solutions, plan.elasticities.changed[0].plans[0][0]))
-    if plan.uncertainty is not None:
-        others.append((len(plan.uncertainty.plans), plan.uncertainty.plans[0]))
     found = _work_once(plan)
-    for times, other in others:
-        for name, count in _work_once(other).items():
-            found[name] = found.get(name, 0.0) + times * count
+    for variation in plan.variations:  # all its plans have the same work
+        for name, count in _work_once(variation.plans[0]).items():
+            found[name] = found.get(name, 0.0) + len(variation.plans) * count
     return found
 
 
 def _work_once(plan: Plan) -> dict[str, float]:
-    """Pieces of work of a plan without its elasticities."""
+    """Pieces of work of a plan without its variations."""
     found: defaultdict[str, float] = defaultdict(float, calls=1.0)
     if plan.scene.cycle_keys:
         found["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))

@@ -21,18 +21,13 @@ from engine_dyn.quantities.graph import DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.dimensions import DESIGN, FAILED_DRAWS, PARAMETER, UNCERTAIN
+from sweeps.dimensions import DESIGN
 from sweeps.errors import one_line, size_text
-from sweeps.planning.elasticities import (
-    Elasticities,
-    changed_parameters,
-    elasticity_nodes,
-    plan_elasticities,
-)
+from sweeps.planning.elasticities import changed_parameters, plan_elasticities
 from sweeps.planning.leaves import leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
-from sweeps.planning.uncertainty import Uncertainty, plan_uncertainty, uncertainty_nodes
-from sweeps.scene.derived_quantities import meanings_of
+from sweeps.planning.uncertainty import plan_uncertainty
+from sweeps.planning.variations import Variation
 from sweeps.scene.friction_law import friction_law
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
@@ -92,15 +87,14 @@ class Plan:
         The plan of which this is a part.
     piece : str
         Which part: JSON; see `sweeps.planning.shards`.
-    elasticities : Elasticities, optional
-        What is computed for elasticities; their variables are among stages and outputs.
     parts : tuple of Part
         Plans of the ordinary scenes that a scene of several engines consists of; empty for an
         ordinary one. Stages are then those of all parts, and it is the parts that are computed.
-    uncertainty : Uncertainty, optional
-        What is computed for bands of uncertain values; their variables are there too.
+    variations : tuple of Variation
+        Plans with other values, for elasticities and for uncertainty; the variables that are made
+        of their results are among stages and outputs.
     afterwards : frozenset of str
-        Outputs of both, which no stage computes: they follow from the results of several plans.
+        These variables, which no stage computes.
 
     Examples
     --------
@@ -123,9 +117,8 @@ class Plan:
     of_tables: frozenset[str]
     whole: Plan | None = None
     piece: str = ""
-    elasticities: Elasticities | None = None
     parts: tuple[Part, ...] = ()
-    uncertainty: Uncertainty | None = None
+    variations: tuple[Variation, ...] = ()
     afterwards: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
@@ -270,55 +263,31 @@ def make_plan(scene: Scene) -> Plan:
     stages = tuple(found.stages.values())
     plan = Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
     if scene.elasticities:
-        plan = _with_elasticities(plan, changed_parameters(scene, leaves, used))
+        keys = changed_parameters(scene, leaves, used)
+        variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
+        plan = _with_variation(plan, variation)
     if scene.uncertainty is not None:
-        plan = _with_uncertainty(plan)
+        variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
+        plan = _with_variation(plan, variation)
     return plan
 
 
-def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
-    """Add the variables of elasticities, and what is computed for them."""
-    dims = {stage.node.name: stage.dims for stage in plan.stages}
-    found = plan_elasticities(plan.scene, dims, keys, make_plan, plan.name)
-    points = {**plan.points, PARAMETER: np.array(keys, dtype=object)}
-    sizes = {**plan.sizes, PARAMETER: len(keys)}
-    nodes = {stage.node.name: stage for stage in plan.stages}
-    more = []
-    for quantity in found.quantities:
-        base = nodes[quantity]
-        for node in elasticity_nodes(base.node):
-            more.append(Stage(node, (*base.dims, PARAMETER), base.size * len(keys)))
-    return _with_more(replace(plan, points=points, sizes=sizes, elasticities=found), more)
-
-
-def _with_uncertainty(plan: Plan) -> Plan:
-    """Add the variables of bands, and what is computed for them."""
-    scene = plan.scene
-    singles = [name for name in scene.quantities if not set(plan.dims(name)) & set(DIMENSIONS)]
-    singles = [name for name in singles if name != "status" and not meanings_of(name)]
-    found = plan_uncertainty(scene, singles, make_plan, plan.name)
-    points = {**plan.points, UNCERTAIN: np.array(found.keys, dtype=object)}
-    sizes = {**plan.sizes, UNCERTAIN: len(found.keys)}
-    nodes = {stage.node.name: stage for stage in plan.stages}
-    more = []
-    for quantity in found.quantities:
-        base = nodes[quantity]
-        for node in uncertainty_nodes(base.node, len(found.plans)):
-            times = len(found.keys) if node.adds else 1
-            more.append(Stage(node, (*base.dims, *node.adds), base.size * times))
-    if "status" in nodes:
-        node = Node(FAILED_DRAWS, "", "1", "draws without a result")
-        more.append(Stage(node, nodes["status"].dims, nodes["status"].size))
-    return _with_more(replace(plan, points=points, sizes=sizes, uncertainty=found), more)
-
-
-def _with_more(plan: Plan, more: list[Stage]) -> Plan:
-    """Add variables that follow from the results of several plans."""
-    names = [stage.node.name for stage in more]
+def _with_variation(plan: Plan, variation: Variation) -> Plan:
+    """Add the variables that follow from the results of this plan and those with other values."""
+    dimension, keys = variation.dimension, variation.keys
+    sizes = {**plan.sizes, dimension: len(keys)}
+    stages = list(plan.stages)
+    for result, node in variation.variables:
+        dims = (*plan.dims(result), *node.adds)
+        stages.append(Stage(node, dims, math.prod(sizes[d] for d in dims)))
+    names = [node.name for _, node in variation.variables]
     return replace(
         plan,
-        stages=(*plan.stages, *more),
+        stages=tuple(stages),
+        points={**plan.points, dimension: np.array(keys, dtype=object)},
+        sizes=sizes,
         outputs=(*plan.outputs, *names),
+        variations=(*plan.variations, variation),
         afterwards=plan.afterwards | set(names),
     )
 

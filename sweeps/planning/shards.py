@@ -17,10 +17,7 @@ import numpy as np
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
-from sweeps.planning.elasticities import Elasticities
 from sweeps.planning.plan import Part, Plan
-from sweeps.planning.uncertainty import Uncertainty
-from sweeps.scene.known_values import Value
 
 __all__ = ["part", "shard"]
 
@@ -51,70 +48,29 @@ def shard(plan: Plan, number: int, count: int) -> Plan:
 
 def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
     """Plan of some positions along one axis; `piece` says which, for the archive."""
-
-    def taken(dims: tuple[str, ...], data: Any) -> Any:
-        return np.take(data, places, axis=dims.index(axis)) if axis in dims else data
-
     sizes = {**plan.sizes, axis: len(places)}
-    if plan.parts:
-        stages = tuple(
-            replace(stage, size=math.prod(sizes[d] for d in stage.dims)) for stage in plan.stages
-        )
-        return replace(
-            plan, scene=_scene_of(plan, axis, places), stages=stages, sizes=sizes, whole=plan,
-            piece=piece, parts=_parts_of(plan.parts, axis, places),
-        )  # fmt: skip
+    leaves = dict(plan.leaves)
+    if not plan.parts:  # else each part has its own
+        for name, value in leaves.items():
+            if axis in value.dims:
+                data = np.take(value.data, places, axis=value.dims.index(axis))
+                leaves[name] = replace(value, data=data)
     return replace(
         plan,
         scene=_scene_of(plan, axis, places),
-        leaves={
-            name: replace(value, data=taken(value.dims, value.data))
-            for name, value in plan.leaves.items()
-        },
+        leaves=leaves,
         stages=tuple(
             replace(stage, size=math.prod(sizes[d] for d in stage.dims)) for stage in plan.stages
         ),
         sizes=sizes,
         whole=plan,
         piece=piece,
-        elasticities=_elasticities_of(plan, axis, places),
-        uncertainty=_uncertainty_of(plan, axis, places),
+        parts=_parts_of(plan.parts, axis, places),
+        variations=tuple(
+            replace(one, plans=tuple(part(other, axis, places, "") for other in one.plans))
+            for one in plan.variations
+        ),
     )
-
-
-def _uncertainty_of(plan: Plan, axis: str, places: Integers) -> Uncertainty | None:
-    """What is computed for the uncertainty of a part."""
-    found = plan.uncertainty
-    if found is None:
-        return None
-    return replace(found, plans=tuple(part(one, axis, places, "") for one in found.plans))
-
-
-def _elasticities_of(plan: Plan, axis: str, places: Integers) -> Elasticities | None:
-    """What is computed for the elasticities of a part."""
-    found = plan.elasticities
-    if found is None:
-        return None
-
-    def taken(value: Value) -> Value:
-        if axis not in value.dims:
-            return value
-        return replace(value, data=np.take(value.data, places, axis=value.dims.index(axis)))
-
-    changed = (
-        replace(
-            one,
-            value=taken(one.value),
-            unit=taken(one.unit),
-            relative=taken(one.relative),
-            plans=tuple(
-                (part(down, axis, places, ""), part(up, axis, places, "")) for down, up in one.plans
-            ),
-            possible=tuple((taken(down), taken(up)) for down, up in one.possible),
-        )
-        for one in found.changed
-    )
-    return replace(found, changed=tuple(changed))
 
 
 def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:

@@ -1,60 +1,35 @@
 """Uncertainty: how much results change where values are not well known.
 
-A scene with [uncertainty] is planned once as it is, and once for each draw of the uncertain values;
+A scene with [uncertainty] is planned again for each draw of the uncertain values;
 `sweeps.running.uncertainty` makes bands of the results. Draws are the same for all designs, so that
 what designs share they share in each draw, and differences between designs keep their meaning.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
-from engine_dyn.types import Floats
-from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE, UNCERTAIN
+from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, HIGH, LOW, SHARE, UNCERTAIN
 from sweeps.errors import SceneError
+from sweeps.planning.variations import Variation, ordinary, with_values
 from sweeps.scene.consistency.whole import check_scene
+from sweeps.scene.derived_quantities import meanings_of
 from sweeps.scene.model import Scene
 from sweeps.scene.sample import drawn
 
-__all__ = [
-    "QUANTILES",
-    "Uncertainty",
-    "plan_uncertainty",
-    "uncertainty_nodes",
-]
+__all__ = ["QUANTILES", "plan_uncertainty"]
 
 QUANTILES = (0.025, 0.975)
 """Ends of the bands."""
 
 
-@dataclass(frozen=True, eq=False)
-class Uncertainty:
-    """What is computed for the uncertainty of a plan.
-
-    Attributes
-    ----------
-    quantities : tuple of str
-        Of which.
-    keys : tuple of str
-        The uncertain parameters on which they depend.
-    draws : ndarray, shape (number, key)
-        Their values in the units of files.
-    plans : tuple of Plan
-        One for each draw.
-    """
-
-    quantities: tuple[str, ...]
-    keys: tuple[str, ...]
-    draws: Floats
-    plans: tuple[Any, ...]
-
-
-def uncertainty_nodes(base: Node, number: int) -> list[Node]:
+def _variables(base: Node, number: int) -> list[Node]:
     """Nodes of the variables of one quantity; `number` draws of it exist at a time."""
     low, high = (f"{100 * q:g} % quantile" for q in QUANTILES)
     band = replace(
@@ -78,16 +53,16 @@ def uncertainty_nodes(base: Node, number: int) -> list[Node]:
 
 
 def plan_uncertainty(
-    scene: Scene, quantities: list[str], make_plan: Callable[[Scene], Any], name: str
-) -> Uncertainty:
+    scene: Scene, stages: Mapping[str, Any], make_plan: Callable[[Scene], Any], name: str
+) -> Variation:
     """Plan the draws of a scene.
 
     Parameters
     ----------
     scene : Scene
         Its [uncertainty] is given.
-    quantities : list of str
-        Those with one number for each design.
+    stages : dict
+        Those of its plan.
     make_plan : callable
         Plans an ordinary scene.
     name : str
@@ -100,29 +75,40 @@ def plan_uncertainty(
         a draw is one that the engine cannot have.
     """
     assert scene.uncertainty is not None
+    quantities = tuple(
+        quantity
+        for quantity in scene.quantities
+        if not set(stages[quantity].dims) & set(DIMENSIONS)
+        and quantity != "status"
+        and not meanings_of(quantity)
+    )
     if not quantities:
         raise SceneError(
             f"{name}: [uncertainty]: no quantity with one number per design is requested"
         )
-    plain = replace(
-        scene, quantities=tuple(quantities), elasticities=(), uncertainty=None, reference=None
-    )
-    known = drawn(scene.uncertainty)
-    for draw in range(scene.uncertainty.number):
-        _check(_with(plain, known, draw), known, name)
-    unused = make_plan(_with(plain, known, 0)).unused_settings
-    columns = {key: values for key, values in known.items() if key not in unused}
-    if not columns:
+    plain = ordinary(scene, quantities)
+    columns = drawn(scene.uncertainty)
+    scenes = [
+        with_values(plain, {key: column[draw] for key, column in columns.items()})
+        for draw in range(scene.uncertainty.number)
+    ]
+    for one in scenes:
+        _check(one, columns, name)
+    unused = make_plan(scenes[0]).unused_settings
+    keys = tuple(key for key in columns if key not in unused)
+    if not keys:
         raise SceneError(
-            f"{name}: [uncertainty]: no requested quantity depends on {', '.join(known)}"
+            f"{name}: [uncertainty]: no requested quantity depends on {', '.join(columns)}"
         )
-    number = scene.uncertainty.number
-    plans = tuple(make_plan(_with(plain, columns, draw)) for draw in range(number))
-    draws = np.column_stack([*columns.values()])
-    return Uncertainty(tuple(quantities), tuple(columns), draws, plans)
+    plans = tuple(make_plan(one) for one in scenes)
+    draws = np.column_stack([columns[key] for key in keys])
+    variables = [(q, node) for q in quantities for node in _variables(stages[q].node, len(plans))]
+    if "status" in stages:
+        variables.append(("status", Node(FAILED_DRAWS, "", "1", "draws without a result")))
+    return Variation(UNCERTAIN, keys, quantities, tuple(variables), plans, draws)
 
 
-def _check(scene: Scene, uncertain: Mapping[str, Floats], name: str) -> None:
+def _check(scene: Scene, uncertain: Iterable[str], name: str) -> None:
     """Check a draw as a scene with the same values in [set] is."""
     try:
         check_scene(scene, name)
@@ -131,9 +117,3 @@ def _check(scene: Scene, uncertain: Mapping[str, Floats], name: str) -> None:
         for key in uncertain:
             text = text.replace(f"[set] {key}", f"[uncertainty] {key}")
         raise SceneError(text) from None
-
-
-def _with(scene: Scene, columns: Mapping[str, Floats], draw: int) -> Scene:
-    """Return the scene with the values of one draw."""
-    values = {key: float(column[draw]) for key, column in columns.items()}
-    return replace(scene, settings={**scene.settings, **values})

@@ -6,16 +6,18 @@ to the step zero (L. F. Richardson 1911): D(h) = D + a h^2 gives D = D(h/4) + (D
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.dimensions import ELASTICITY
-from sweeps.planning.blocks import Block, along
+from sweeps.planning.blocks import Block, Results, index_of
 from sweeps.planning.elasticities import (
     AGREE,
     DIFFER,
@@ -25,14 +27,14 @@ from sweeps.planning.elasticities import (
     RATIO,
     STEPS,
     UNKNOWN,
-    Changed,
+    changed_values,
+    step_unit,
 )
 from sweeps.planning.plan import Plan
+from sweeps.planning.variations import Variation
 from sweeps.scene.known_values import Value
 
-__all__ = ["Derivative", "Results", "derivative", "differences"]
-
-Results = dict[str, npt.NDArray[Any]]
+__all__ = ["Derivative", "derivative", "elasticities_of"]
 
 NOISE = 1e-9
 """Relative errors of results that do not vary smoothly from one design to the next."""
@@ -113,98 +115,62 @@ def _extrapolated(coarse: Floats, fine: Floats, order: int) -> Floats:
     return fine + (fine - coarse) / (RATIO**order - 1.0)
 
 
-def differences(
-    plan: Plan,
-    chosen: Sequence[Block],
-    computed: Callable[[Plan], Iterator[tuple[Block, Results]]],
-) -> Iterator[Callable[[Results], Results]]:
-    """Yield, for each block, a function that returns its elasticities, given its results.
-
-    `computed` computes the chosen blocks of a plan. Those of all changed plans are computed side by
-    side, so that no more than a block of any exists at a time.
-    """
-    assert plan.elasticities is not None
-    running = [
-        (one, [tuple(computed(side) for side in pair) for pair in one.plans])
-        for one in plan.elasticities.changed
-    ]
-    for block in chosen:
-
-        def of_block(results: Results, block: Block = block) -> Results:
-            changed = [
-                (one, [tuple(next(side)[1] for side in pair) for pair in pairs])
-                for one, pairs in running
-            ]
-            return _of_block(plan, block, results, changed)
-
-        yield of_block
-
-
-def _of_block(
-    plan: Plan,
-    block: Block,
-    results: Results,
-    changed: Sequence[tuple[Changed, list[tuple[Results, ...]]]],
+def elasticities_of(
+    plan: Plan, variation: Variation, block: Block, results: Results, others: Sequence[Results]
 ) -> Results:
-    """All variables of the elasticities in a block."""
-    assert plan.elasticities is not None
+    """All variables of elasticities in a block, from its results and those of the changed plans."""
     found: Results = {}
-    for quantity in plan.elasticities.quantities:
-        if quantity not in results:  # it depends on no axis that is cut: the first block has it
+    count = 2 * len(STEPS)
+    for quantity in variation.quantities:
+        if quantity not in results:  # it depends on no axis that is divided: the first block has it
             continue
-        dims, middle = plan.dims(quantity), results[quantity]
+        middle = results[quantity]
         for ending in ENDINGS:
             kind = np.int8 if ending == KIND else np.float64
-            found[quantity + ending] = np.empty((*middle.shape, len(changed)), dtype=kind)
-        for place, (one, pairs) in enumerate(changed):
-            if not set(one.value.dims) <= set(dims):
-                # The parameter varies along an axis on which this result does not depend.
-                for ending in ENDINGS:
-                    found[quantity + ending][..., place] = 0
-                continue
-            sides = [
-                tuple(
-                    np.where(_aligned(possible, dims, block), side[quantity], np.nan)
-                    for side, possible in zip(pair, one.possible[step], strict=True)
-                )
-                for step, pair in enumerate(pairs)
-            ]
-            here = _variables(plan, quantity, middle, sides, one, block)
-            for ending, values in here.items():
-                found[quantity + ending][..., place] = values
+            found[quantity + ending] = np.zeros((*middle.shape, len(variation.keys)), dtype=kind)
+        for place, key in enumerate(variation.keys):
+            leaf, dims = plan.leaves[key], plan.dims(quantity)
+            if not set(leaf.dims) <= set(dims):
+                continue  # it varies along an axis on which this result does not depend
+            changed = [other[quantity] for other in others[place * count : (place + 1) * count]]
+            values = _aligned(leaf, dims, block)
+            here = _of_parameter(PARAMETERS[key], values, middle, changed)
+            here["_derivative"] /= plan.computed[quantity].node.si
+            for ending, one in here.items():
+                found[quantity + ending][..., place] = one
     return found
 
 
-def _variables(
-    plan: Plan, quantity: str, middle: Floats, sides: Sequence[tuple[Floats, ...]], one: Changed,
-    block: Block,
-) -> dict[str, npt.NDArray[Any]]:  # fmt: skip
-    """Variables of one quantity by one parameter, by their endings."""
-    dims = plan.dims(quantity)
-    unit = _aligned(one.unit, dims, block)
+def _of_parameter(
+    node: Node, values: Floats, middle: Floats, changed: Sequence[Floats]
+) -> dict[str, npt.NDArray[Any]]:
+    """Variables of one quantity by one parameter, by their endings.
+
+    `changed` are the results at the changed values, in the order of `changed_values`.
+    """
+    unit, relative = step_unit(node, values)
     steps = [np.broadcast_to(step * unit, middle.shape) for step in STEPS]
-    got = derivative(middle, [(pair[0], pair[1]) for pair in sides], steps)
+    sides = [
+        np.where(allowed, result, np.nan)
+        for (_, allowed), result in zip(changed_values(node, values), changed, strict=True)
+    ]
+    got = derivative(middle, list(zip(sides[::2], sides[1::2], strict=True)), steps)
     with np.errstate(divide="ignore", invalid="ignore"):
-        scale = np.where(
-            _aligned(one.relative, dims, block) & (middle != 0.0),
-            _aligned(one.value, dims, block) / middle,
-            np.nan,
-        )
-    (si,) = (stage.node.si for stage in plan.stages if stage.node.name == quantity)
+        scale = np.where(relative & (middle != 0.0), values / middle, np.nan)
     return {
         ELASTICITY: got.value * scale,
         f"{ELASTICITY}_error": got.error * np.abs(scale),
         f"{ELASTICITY}_below": got.below * scale,
         f"{ELASTICITY}_above": got.above * scale,
         KIND: got.kind,
-        "_derivative": got.value / si,
+        "_derivative": got.value,
     }
 
 
-def _aligned(value: Value, dims: tuple[str, ...], block: Block) -> npt.NDArray[Any]:
+def _aligned(value: Value, dims: tuple[str, ...], block: Block) -> Floats:
     """Values of a block, with one axis for each of `dims`."""
-    data = np.asarray(value.data)[along(value.dims, block)] if value.dims else value.data
+    data = np.asarray(value.data)[index_of(value.dims, block)]
     shape = [1] * len(dims)
-    for dimension, size in zip(value.dims, np.shape(data), strict=True):
+    for dimension, size in zip(value.dims, data.shape, strict=True):
         shape[dims.index(dimension)] = size
-    return np.reshape(data, shape)
+    return data.reshape(shape)

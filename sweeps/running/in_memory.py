@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -18,14 +17,23 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import thread_count
+from sweeps.dimensions import PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError
-from sweeps.planning.blocks import Block, along, blocks, cut, holds
+from sweeps.planning.blocks import (
+    Block,
+    Results,
+    belongs,
+    block_lengths,
+    blocks,
+    index_of,
+    shape_in,
+)
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
-from sweeps.running.elasticities import Results, differences
+from sweeps.running.elasticities import elasticities_of
 from sweeps.running.progress import progress_bar
-from sweeps.running.side_by_side import computed_side_by_side
-from sweeps.running.uncertainty import bands
+from sweeps.running.side_by_side import side_by_side
+from sweeps.running.uncertainty import bands_of
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
@@ -34,7 +42,10 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["compute", "computed", "run"]
+__all__ = ["Computation", "compute", "run"]
+
+_COMBINE = {PARAMETER: elasticities_of, UNCERTAIN: bands_of}
+"""What follows from the results of a plan and of plans with other values."""
 
 
 @tables_in_signature
@@ -112,115 +123,132 @@ def compute(
     No other array as large as an output exists at any time: see `sweeps.planning.blocks`.
     """
     results: dict[str, npt.NDArray[Any]] = {}
-    lengths = cut(plan)
-    for block, found in computed(
-        plan, lengths, blocks(plan, lengths), progress=progress, threads=threads
-    ):
-        for name, values in found.items():
-            dims = plan.dims(name)
-            shape = tuple(plan.sizes[d] for d in dims)
-            if values.shape == shape:
-                results[name] = values
-                continue
-            if name not in results:
-                results[name] = np.empty(shape, dtype=values.dtype)
-            results[name][along(dims, block)] = values
+    lengths = block_lengths(plan)
+    with Computation(plan, lengths, progress=progress, threads=threads) as computation:
+        for block in blocks(plan, lengths):
+            for name, values in computation.results(block).items():
+                dims = plan.dims(name)
+                shape = shape_in(plan, dims, {})
+                if values.shape == shape:
+                    results[name] = values
+                    continue
+                if name not in results:
+                    results[name] = np.empty(shape, dtype=values.dtype)
+                results[name][index_of(dims, block)] = values
     return {name: results[name] for name in plan.outputs}
 
 
-def computed(
-    plan: Plan,
-    lengths: Mapping[str, int],
-    chosen: Iterable[Block],
-    *,
-    progress: bool = False,
-    threads: int | None = None,
-    all_in_each: bool = False,
-) -> Iterator[tuple[Block, dict[str, npt.NDArray[Any]]]]:
-    """Compute some blocks of a plan, one after the other.
+class Computation:
+    """A plan while its blocks are computed, in any order; a context that closes its progress bars.
+
+    What no block changes is computed once. The plans of several engines, and plans with other
+    values, are computations too, which go block by block with this one: no more than a block of
+    any exists at a time. The numbers are the same bits however the plan is divided.
 
     Parameters
     ----------
     plan : Plan
         What is computed.
     lengths : mapping
-        How the plan is cut: see `sweeps.planning.blocks`. What depends on none of these axes is
-        computed once, whatever blocks are chosen.
-    chosen : iterable of blocks
-        Which of its blocks.
+        How the plan is divided into blocks: see `sweeps.planning.blocks`.
     progress : bool
         Show a progress bar.
     threads : int, optional
         As many as the machine has processors, unless given.
     all_in_each : bool
         Whether every block has all outputs, also those that are the same in several blocks.
-
-    Yields
-    ------
-    block, results
-        The block, and the outputs that it contains (see `blocks.holds`), in SI units: the same
-        bits however the plan is cut.
     """
-    if plan.parts:
-        compute_part = partial(computed, progress=progress, threads=threads, all_in_each=True)
-        yield from computed_side_by_side(plan, lengths, chosen, compute_part)
-        return
-    family = plan.leaves["family"].data
-    if isinstance(family, CycleTable):
-        family.use_threads(threads)
-    of_stages = [stage for stage in plan.stages if stage.node.name not in plan.afterwards]
-    once = tuple(stage for stage in of_stages if not lengths.keys() & set(stage.dims))
-    each = tuple(stage for stage in of_stages if lengths.keys() & set(stage.dims))
-    outputs = [name for name in plan.outputs if name not in plan.afterwards]
-    dims = {name: plan.dims(name) for name in outputs}
-    afterwards = []
-    if plan.afterwards:
-        chosen = list(chosen)
-        afterwards = _afterwards(plan, lengths, chosen, threads)
-    with _Bars(progress) as bars:
-        values = _computed(plan, once, plan.leaves, {}, bars, threads)
-        for block in chosen:
-            here = _computed(plan, each, values, block, bars, threads)
-            if not (each or all_in_each):
-                values = {}
-            results = {
-                name: _filled(here.pop(name).si, dims[name], block, plan)
-                for name in outputs
-                if all_in_each or holds(block, dims[name])
-            }
-            here = {}  # only the outputs stay in memory while the caller uses them
-            for more in afterwards:
-                results |= next(more)(results)
-            yield block, results
+
+    def __init__(
+        self, plan: Plan, lengths: Mapping[str, int], *, progress: bool = False,
+        threads: int | None = None, all_in_each: bool = False,
+    ) -> None:  # fmt: skip
+        self.plan = plan
+        self.threads = threads
+        self.all_in_each = all_in_each
+        self.bars = _Bars(progress)
+        self.dims = {n: plan.dims(n) for n in plan.outputs if n not in plan.afterwards}
+        self.engines = [
+            Computation(
+                part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
+                progress=progress, threads=threads, all_in_each=True,
+            )
+            for part in plan.parts
+        ]  # fmt: skip
+        self.varied = [
+            [Computation(other, lengths, threads=threads) for other in variation.plans]
+            for variation in plan.variations
+        ]
+        of_stages = [stage for stage in plan.stages if stage.node.name not in plan.afterwards]
+        self.once = tuple(s for s in of_stages if not lengths.keys() & set(s.dims))
+        self.each = tuple(s for s in of_stages if lengths.keys() & set(s.dims))
+        self.common: dict[str, Value] | None = None
+        family = plan.leaves["family"].data
+        if isinstance(family, CycleTable):
+            family.use_threads(threads)
+
+    def __enter__(self) -> Computation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for one in (self, *self.engines):
+            one.bars.close()
+
+    def results(self, block: Block) -> Results:
+        """Outputs of a block that belong to it (see `blocks.belongs`), in SI units.
+
+        They are the caller's, who may change them.
+        """
+        if self.plan.parts:
+            each = [engine.results for engine in self.engines]
+            return side_by_side(self.plan, block, each)
+        found = self._own_results(block)
+        for variation, others in zip(self.plan.variations, self.varied, strict=True):
+            combine = _COMBINE[variation.dimension]
+            found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
+        return found
+
+    def _own_results(self, block: Block) -> Results:
+        """Outputs that follow from the given values of this plan alone."""
+        if self.common is None:
+            common = self._values(self.once, self.plan.leaves, {})
+            self.common = {name: _read_only(value) for name, value in common.items()}
+        here = self._values(self.each, self.common, block)
+        if not (self.each or self.all_in_each):
+            self.common = None  # there is one block, and only the outputs stay in memory
+        found = {}
+        for name, dims in self.dims.items():
+            if self.all_in_each or belongs(block, dims):
+                array = _filled(here.pop(name).si, dims, shape_in(self.plan, dims, block))
+                found[name] = array if array.flags.writeable else array.copy()
+        return found
+
+    def _values(
+        self, stages: tuple[Stage, ...], given: Mapping[str, Value], block: Block
+    ) -> dict[str, Value]:
+        return _computed(self.plan, stages, given, block, self.bars, self.threads)
 
 
-def _afterwards(
-    plan: Plan, lengths: Mapping[str, int], chosen: list[Block], threads: int | None
-) -> list[Iterator[Callable[[Results], Results]]]:
-    """For each block, what follows from its results and those of plans with other values."""
-
-    def of_plan(other: Plan) -> Iterator[tuple[Block, Results]]:
-        return computed(other, lengths, chosen, threads=threads)
-
-    found = []
-    if plan.elasticities is not None:
-        found.append(differences(plan, chosen, of_plan))
-    if plan.uncertainty is not None:
-        found.append(bands(plan, chosen, of_plan))
-    return found
+def _read_only(value: Value) -> Value:
+    """A value that stays as it is, whatever is done to results: later blocks need it again."""
+    if not isinstance(value.data, np.ndarray):
+        return value
+    data = value.data.view()
+    data.flags.writeable = False
+    return replace(value, data=data)
 
 
 def _computed(
     plan: Plan,
     stages: tuple[Stage, ...],
     given: Mapping[str, Value],
-    block: Mapping[str, slice],
+    block: Block,
     bars: _Bars,
     threads: int | None,
 ) -> dict[str, Value]:
     """Values of some stages for one block, and the given values that are still needed."""
     values = {
-        name: replace(value, data=value.data[along(value.dims, block)]) if value.dims else value
+        name: replace(value, data=value.data[index_of(value.dims, block)]) if value.dims else value
         for name, value in given.items()
     }
     waiting = _uses(plan.stages)
@@ -267,12 +295,10 @@ def _dims_of_needs(plan: Plan, stage: Stage) -> tuple[str, ...]:
 
 
 def _filled(
-    data: npt.NDArray[Any], dims: tuple[str, ...], block: Block, plan: Plan
+    data: npt.NDArray[Any], dims: tuple[str, ...], shape: tuple[int, ...]
 ) -> npt.NDArray[Any]:
     """Array of the full shape of a block; copied only where it was broadcast or is padded."""
     array = np.asarray(data)
-    places = [block.get(d, slice(0, plan.sizes[d])) for d in dims]
-    shape = tuple(place.stop - place.start for place in places)
     if array.shape == shape:
         return array
     short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
@@ -280,7 +306,7 @@ def _filled(
         # A block may lack the engines with most cylinders, and so the last throws.
         padded = np.full(shape, np.nan)
         ends = zip(short, array.shape, strict=True)
-        padded[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
+        padded[tuple(slice(n) if fewer else slice(None) for fewer, n in ends)] = array
         return padded
     return np.array(np.broadcast_to(array, shape))
 
@@ -330,9 +356,7 @@ class _Bars:
         update: Callable[[int], None] = self.bars[name].update
         return update
 
-    def __enter__(self) -> _Bars:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Remove them from the terminal."""
         for bar in self.bars.values():
             bar.close()

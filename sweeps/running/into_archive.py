@@ -47,10 +47,18 @@ from sweeps.errors import (
     shown,
     size_text,
 )
-from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
+from sweeps.planning.blocks import (
+    Block,
+    belongs,
+    block_count,
+    blocks,
+    index_of,
+    lengths_within,
+    shape_in,
+)
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import DAMAGE, opened_archive
-from sweeps.running.in_memory import computed
+from sweeps.running.in_memory import Computation
 from sweeps.running.limits import block_bytes, check_disk
 from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
 from sweeps.running.progress import progress_bar
@@ -230,7 +238,7 @@ class _Run:
             self.partial.clear()
             if self.workers is not None:
                 limit = self.workers.block_bytes(self.plan, limit)
-            return cut_to(self.plan, limit), limit
+            return lengths_within(self.plan, limit), limit
         self.partial.tidy()
         if options.memory is not None and header["block_bytes"] > limit:
             raise SceneError(
@@ -287,12 +295,16 @@ class _Run:
             full_paths=self.options.full_paths,
         )  # fmt: skip
 
+    def _computation(self, lengths: Mapping[str, int]) -> Computation:
+        return Computation(
+            self.plan, lengths, progress=self.options.progress, threads=self.options.threads
+        )
+
     def _in_one_piece(self, done: Finished) -> None:
         """Compute everything, straight into the file."""
         began = time.perf_counter()
-        ((_, results),) = computed(
-            self.plan, {}, [{}], progress=self.options.progress, threads=self.options.threads
-        )
+        with self._computation({}) as computation:
+            results = computation.results({})
         done.computing = time.perf_counter() - began
         labels = self._labels(done.computing)
         with netcdf.new(self.partial.archive, labels, {}, level=self.options.level or 0) as file:
@@ -339,14 +351,11 @@ class _Run:
     def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
         """Compute blocks; each is written while the next is computed."""
         labels = self._labels(0.0)
-        results = computed(
-            self.plan, lengths, missing.values(),
-            progress=self.options.progress, threads=self.options.threads,
-        )  # fmt: skip
-        with ThreadPoolExecutor(1) as pool:
+        with ThreadPoolExecutor(1) as pool, self._computation(lengths) as computation:
             # One thread, one block: the next one waits, whether the disk or the processor is slow.
             written: Future[int] | None = None
-            for number, (_, found) in zip(missing, results, strict=True):
+            for number, block in missing.items():
+                found = computation.results(block)
                 arrays = {name: as_stored(labels, name, found.pop(name)) for name in list(found)}
                 if written is not None:
                     written.result()
@@ -356,14 +365,8 @@ class _Run:
 
     def _compute_by(self, workers: Workers, missing: Mapping[int, Block]) -> None:
         """Have blocks computed and written by workers."""
-        sizes = self.plan.sizes
-        designs = {
-            number: math.prod(
-                len(range(*block[d].indices(sizes[d]))) if d in block else sizes[d]
-                for d in self.plan.scene.dimensions
-            )
-            for number, block in missing.items()
-        }
+        dims = self.plan.scene.dimensions
+        designs = {n: math.prod(shape_in(self.plan, dims, b)) for n, b in missing.items()}
         with ExitStack() as stack:
             bar: Any = None
             if self.options.progress:
@@ -396,7 +399,7 @@ class _Run:
                 if damaged:
                     continue  # the file is useless by now, but the other damaged blocks are sought
                 for name, values in arrays.items():
-                    file.put(name, along(labels.variables[name].dims, block), values)
+                    file.put(name, index_of(labels.variables[name].dims, block), values)
                 if "status" in arrays:
                     done.count(arrays["status"])
                 if discard:
@@ -430,10 +433,8 @@ class _Run:
         found = {}
         for name in self.plan.outputs:
             dims = self.plan.dims(name)
-            if holds(block, dims):
-                places = (block.get(d, slice(0, self.plan.sizes[d])) for d in dims)
-                shape = tuple(place.stop - place.start for place in places)
-                found[name] = shape, labels.variables[name].kind
+            if belongs(block, dims):
+                found[name] = shape_in(self.plan, dims, block), labels.variables[name].kind
         return found
 
     def _publish(self) -> None:

@@ -2,59 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.types import Floats
 from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, HIGH, LOW, SHARE
-from sweeps.planning.blocks import Block
+from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import Plan
 from sweeps.planning.uncertainty import QUANTILES
+from sweeps.planning.variations import Variation
 
-__all__ = ["bands", "shares"]
-
-Results = dict[str, npt.NDArray[Any]]
+__all__ = ["bands_of", "shares"]
 
 
-def bands(
-    plan: Plan,
-    chosen: Sequence[Block],
-    computed: Callable[[Plan], Iterator[tuple[Block, Results]]],
-) -> Iterator[Callable[[Results], Results]]:
-    """Yield, for each block, a function that returns its bands, given its results.
-
-    `computed` computes the chosen blocks of a plan. All draws are computed side by side, so that
-    no more than a block of any exists at a time.
-    """
-    assert plan.uncertainty is not None
-    found = plan.uncertainty
-    running = [computed(one) for one in found.plans]
-    for _ in chosen:
-
-        def of_block(results: Results) -> Results:
-            draws = [next(one)[1] for one in running]
-            made: Results = {}
-            for name in found.quantities:
-                if name not in results:  # it depends on no axis that is cut
-                    continue
-                values = np.stack([draw[name] for draw in draws])
-                low, high = _quantiles(values)
-                explained, share = shares(found.draws, values)
-                made |= {
-                    name + LOW: low, name + HIGH: high, name + EXPLAINED: explained,
-                    name + SHARE: share,
-                }  # fmt: skip
-            if "status" in results:
-                made[FAILED_DRAWS] = np.sum(
-                    [~np.isin(draw["status"], status.WITH_NUMBERS) for draw in draws], axis=0
-                ).astype(float)
-            return made
-
-        yield of_block
+def bands_of(
+    plan: Plan, variation: Variation, block: Block, results: Results, others: Sequence[Results]
+) -> Results:
+    """All variables of bands in a block, from the results of its draws."""
+    del plan, block  # as for elasticities, which need them
+    assert variation.draws is not None
+    found: Results = {}
+    for name in variation.quantities:
+        if name not in results:  # it depends on no axis that is divided: the first block has it
+            continue
+        values = np.stack([draw[name] for draw in others])
+        found[name + LOW], found[name + HIGH] = _quantiles(values)
+        found[name + EXPLAINED], found[name + SHARE] = shares(variation.draws, values)
+    if "status" in results:
+        failed = [~np.isin(draw["status"], status.WITH_NUMBERS) for draw in others]
+        found[FAILED_DRAWS] = np.sum(failed, axis=0).astype(float)
+    return found
 
 
 def _quantiles(values: Floats) -> tuple[Floats, Floats]:

@@ -12,8 +12,7 @@ import json
 import os
 import platform
 import signal
-from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +32,11 @@ from sweeps.archive.provenance import (
     versions,
 )
 from sweeps.errors import SceneError, one_line
-from sweeps.planning.blocks import Block, blocks
+from sweeps.planning.blocks import blocks
 from sweeps.planning.plan import Plan
 from sweeps.planning.shards import shard
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
-from sweeps.running.in_memory import computed
+from sweeps.running.in_memory import Computation
 
 __all__ = ["about", "block", "hand_over", "look"]
 
@@ -148,11 +147,7 @@ def _work_of(folder: str, key: str) -> _Work:
 
 
 class _Work:
-    """A run as seen by one worker.
-
-    What no block changes is computed once, as in a run of one process: `in_memory.computed` goes
-    on with one block after the other, as they come.
-    """
+    """A run as seen by one worker: its plan, whose blocks are computed as they come."""
 
     def __init__(self, folder: str, key: str) -> None:
         from distributed import get_worker
@@ -173,13 +168,7 @@ class _Work:
         self.labels = describe(self.plan, single=wanted["numbers"] == "float32")
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         self.blocks = list(blocks(self.plan, lengths))
-        self.lengths = lengths
-        self.next: deque[Block] = deque()
-        self.results = computed(self.plan, lengths, self._chosen(), threads=1)
-
-    def _chosen(self) -> Iterator[Block]:
-        while True:
-            yield self.next.popleft()
+        self.computation = Computation(self.plan, lengths, threads=1)
 
     def do(self, number: int) -> int:
         """Compute a block and write it, unless a worker that died meanwhile has done so."""
@@ -187,10 +176,6 @@ class _Work:
             return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
-        if not self.plan.afterwards:
-            self.next.append(self.blocks[number])
-            _, found = next(self.results)
-        else:  # they need to know beforehand which blocks there are
-            _, found = next(computed(self.plan, self.lengths, [self.blocks[number]], threads=1))
+        found = self.computation.results(self.blocks[number])
         arrays = {name: as_stored(self.labels, name, found.pop(name)) for name in list(found)}
         return self.partial.write(number, arrays)

@@ -67,9 +67,13 @@ IN_BLOCKS: dict[str, dict[str, Any]] = {
         "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
         "output": {"quantities": ["delta", "load_torque_nominal"]},
     },
+    "results that all blocks share and use, in other units than SI": {
+        "axes": {"speed": np.linspace(900, 2000, 300).tolist()},
+        "output": {"quantities": ["imep", "bmep", "mechanical_efficiency"]},
+    },
     "one design": {"output": {"quantities": ["delta", "fmep"]}},
 }
-"""Scenes of every shape, which blocks may cut in many ways; `engine` is left out."""
+"""Scenes of every shape, which blocks may divide in many ways; `engine` is left out."""
 
 MAP = """\
 title = "A map"
