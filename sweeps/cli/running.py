@@ -128,7 +128,7 @@ def run(
     from sweeps.planning.plan import make_plan
     from sweeps.planning.plausibility import plausibility_warnings
     from sweeps.planning.shards import shard as shard_of
-    from sweeps.running import streaming
+    from sweeps.running import into_archive
     from sweeps.running.options import Options
 
     announce_compiling(quiet)
@@ -161,7 +161,7 @@ def run(
     if read.measured is not None:
         tell(f"[measured] is not compared here: engine-dyn measured {scene} -o OUT.nc")
     with writing(output):
-        done = streaming.run(plan, output, options, scheduler or "", tell)
+        done = into_archive.run(plan, output, options, scheduler or "", tell)
     if not quiet:
         warn(line for line in done.warnings if line not in before)
         _print_published(plan, output)

@@ -20,8 +20,8 @@ from sweeps.archive.partial import Partial
 from sweeps.errors import SceneError, counted
 from sweeps.joining.places import Joined
 from sweeps.reading.netcdf_files import damaged_values, opened_archive
-from sweeps.running.into_archive import stopped
-from sweeps.running.options import Options, Stopped
+from sweeps.running.into_archive import stopped_by_failures
+from sweeps.running.options import Options
 
 __all__ = ["write_joined"]
 
@@ -53,7 +53,7 @@ def write_joined(
     """
     labels = joined.labels(options.command)
     level = joined.archives[0].level if options.level is None else options.level
-    try:
+    with stopped_by_failures(output, lambda: "nothing written"):
         with ExitStack() as stack, netcdf.new(partial.archive, labels, {}, level=level) as new:
             sources = [
                 _Source(archive, stack.enter_context(opened_archive(archive.path)), places)
@@ -62,10 +62,6 @@ def write_joined(
             for name in joined.plan.outputs:
                 _copy(name, joined.axis, labels, sources, new, tolerance)
         netcdf.publish(partial.archive, output)
-    except KeyboardInterrupt:
-        raise Stopped("interrupted; nothing written") from None
-    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
-        raise stopped(error, output, "nothing written") from None
 
 
 @dataclass(frozen=True)

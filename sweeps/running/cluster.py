@@ -35,9 +35,8 @@ from sweeps.planning.blocks import passing_bytes
 from sweeps.planning.plan import Plan
 from sweeps.running import worker
 from sweeps.running.limits import AT_ONCE, SMALLEST_BLOCK
-from sweeps.running.options import Lost
 
-__all__ = ["DaskWorkers", "check_address", "connected"]
+__all__ = ["DaskWorkers", "Lost", "check_address", "connected"]
 
 LOCAL = "local:"
 
@@ -60,6 +59,10 @@ _TICK = 0.05
 
 _QUIET = 5.0
 """Seconds between two checks that there are workers."""
+
+
+class Lost(Exception):
+    """The workers cannot go on; the message says why."""
 
 
 def check_address(text: str) -> int:
@@ -226,7 +229,7 @@ def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: 
 
 @dataclass(frozen=True)
 class DaskWorkers:
-    """Workers of a dask scheduler: see `sweeps.running.options.Workers`.
+    """Workers of a dask scheduler, which write blocks into the folder of an unfinished archive.
 
     Attributes
     ----------

@@ -14,15 +14,15 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import seconds_compiling
 from sweeps.archive import netcdf
@@ -49,6 +49,7 @@ from sweeps.errors import (
 )
 from sweeps.planning.blocks import (
     Block,
+    Results,
     belongs,
     block_count,
     blocks,
@@ -58,12 +59,15 @@ from sweeps.planning.blocks import (
 )
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import DAMAGE, opened_archive
+from sweeps.running.cluster import DaskWorkers, Lost, connected
 from sweeps.running.in_memory import Computation
 from sweeps.running.limits import block_bytes, check_disk
-from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
+from sweeps.running.options import Finished, Options, Stopped
 from sweeps.running.progress import progress_bar
 
-__all__ = ["remove_folder", "run", "stopped"]
+__all__ = ["remove_folder", "run", "stopped_by_failures"]
+
+T = TypeVar("T")
 
 TRIES = 3
 """How often blocks that turn out to be damaged are computed again."""
@@ -73,11 +77,9 @@ _COUNTED = 1_000_000
 
 
 def run(
-    plan: Plan,
-    output: Path,
-    options: Options,
-    workers: Callable[[], AbstractContextManager[Workers]] | None = None,
-) -> Finished:
+    plan: Plan, output: Path, options: Options, scheduler: str = "",
+    tell: Callable[[str], None] = lambda _: None,
+) -> Finished:  # fmt: skip
     """Compute a plan into an archive, in bounded memory.
 
     Parameters
@@ -88,9 +90,11 @@ def run(
         The archive to write.
     options : Options
         How it is written.
-    workers : callable, optional
-        Gives a context with the workers that compute the blocks; it is called when the output has
-        been checked. Without it, this process computes them.
+    scheduler : str
+        Address of a dask scheduler whose workers compute the blocks, or `local:N` for N processes
+        of this machine; empty for this process alone.
+    tell : callable
+        Gets a line where one has to wait for workers.
 
     Raises
     ------
@@ -104,28 +108,27 @@ def run(
         Where nothing can be written at all.
     """
     made_folder(output.parent)
-    partial = Partial.of(output)
+    folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
-    with partial.locked(output):
+    with folder.locked(output):
         try:
             if options.resume and not options.overwrite and output.exists():
                 done = _already(output, now)
-                if not partial.adds():
-                    remove_folder(partial, output)
+                if not folder.adds():
+                    remove_folder(folder, output)
                 return done
             if output.exists() and not options.overwrite:
                 raise SceneError(f"{output}: exists; use --overwrite to replace it")
-            with ExitStack() as stack:
-                used = None if workers is None else stack.enter_context(workers())
-                return _Run(plan, output, options, partial, used).complete(now)
+            with connected(scheduler, tell) if scheduler else nullcontext() as workers:
+                return _Run(plan, output, options, folder, workers).complete(now)
         except BaseException:
             with suppress(OSError):
-                if not partial.finished() and not partial.adds():
-                    partial.remove()
+                if not folder.finished() and not folder.adds():
+                    folder.remove()
             raise
 
 
-def remove_folder(partial: Partial, output: Path) -> None:
+def remove_folder(folder: Partial, output: Path) -> None:
     """Remove the folder of an archive that is finished.
 
     Raises
@@ -134,25 +137,33 @@ def remove_folder(partial: Partial, output: Path) -> None:
         Where that is not possible.
     """
     try:
-        partial.remove()
+        folder.remove()
     except OSError as error:
         raise Stopped(
-            f"{output}: is complete, but {partial.path} cannot be removed "
+            f"{output}: is complete, but {folder.path} cannot be removed "
             f"({one_line(error.strerror or error, 200)})"
         ) from None
 
 
-def stopped(error: Exception, output: Path, remains: str) -> Exception:
-    """What to raise for an error of a run: `Stopped`, where the disk is to blame.
+@contextmanager
+def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[None]:
+    """Raise `Stopped` where what is done here is interrupted, or the disk or the workers fail.
 
     `remains` says what is left of the run, and how to go on.
     """
-    if not _about_disk(error):
-        return error
-    reason = one_line(getattr(error, "strerror", None) or error, 200)
-    with suppress(OSError):
-        reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
-    return Stopped(f"{output}: cannot be written ({reason}); {remains}")
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Stopped(f"interrupted; {remains()}") from None
+    except Lost as error:
+        raise Stopped(f"{error}; {remains()}") from None
+    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
+        if not _about_disk(error):
+            raise
+        reason = one_line(getattr(error, "strerror", None) or error, 200)
+        with suppress(OSError):
+            reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
+        raise Stopped(f"{output}: cannot be written ({reason}); {remains()}") from None
 
 
 def _about_disk(error: BaseException) -> bool:
@@ -170,7 +181,7 @@ class _Run:
     output: Path
     options: Options
     partial: Partial
-    workers: Workers | None
+    workers: DaskWorkers | None
 
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
@@ -185,16 +196,11 @@ class _Run:
         if header is None and not one_piece:
             self._begin(now, kind, lengths, limit)
         try:
-            if one_piece:
-                self._in_one_piece(done)
-            else:
-                self._in_blocks(lengths, done, discard=discard)
-        except KeyboardInterrupt:
-            raise Stopped(f"interrupted; {self._remains(count)}") from None
-        except Lost as error:
-            raise Stopped(f"{error}; {self._remains(count)}") from None
-        except (OSError, RuntimeError) as error:
-            raise stopped(error, self.output, self._remains(count)) from None
+            with stopped_by_failures(self.output, partial(self._remains, count)):
+                if one_piece:
+                    self._in_one_piece(done)
+                else:
+                    self._in_blocks(lengths, done, discard=discard)
         finally:
             with suppress(OSError):  # the next run does it
                 self.partial.archive.unlink(missing_ok=True)
@@ -351,19 +357,19 @@ class _Run:
     def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
         """Compute blocks; each is written while the next is computed."""
         labels = self._labels(0.0)
-        with ThreadPoolExecutor(1) as pool, self._computation(lengths) as computation:
-            # One thread, one block: the next one waits, whether the disk or the processor is slow.
-            written: Future[int] | None = None
-            for number, block in missing.items():
-                found = computation.results(block)
-                arrays = {name: as_stored(labels, name, found.pop(name)) for name in list(found)}
-                if written is not None:
-                    written.result()
-                written = pool.submit(self.partial.write, number, arrays)
-            if written is not None:
-                written.result()
 
-    def _compute_by(self, workers: Workers, missing: Mapping[int, Block]) -> None:
+        def computed() -> Iterator[Callable[[], int]]:
+            """Compute one block after the other; each gives what writes it."""
+            with self._computation(lengths) as computation:
+                for number, block in missing.items():
+                    found = computation.results(block)
+                    arrays = {n: as_stored(labels, n, found.pop(n)) for n in list(found)}
+                    yield partial(self.partial.write, number, arrays)
+
+        for _ in _one_ahead(computed()):
+            pass
+
+    def _compute_by(self, workers: DaskWorkers, missing: Mapping[int, Block]) -> None:
         """Have blocks computed and written by workers."""
         dims = self.plan.scene.dimensions
         designs = {n: math.prod(shape_in(self.plan, dims, b)) for n, b in missing.items()}
@@ -392,7 +398,10 @@ class _Run:
         damaged: list[int] = []
         level = self.options.level or 0
         with netcdf.new(self.partial.archive, labels, lengths, level=level) as file:
-            for number, block, arrays in self._read_ahead(lengths, labels):
+            for number, block, arrays in _one_ahead(
+                partial(self._read, number, block, labels)
+                for number, block in enumerate(blocks(self.plan, lengths))
+            ):
                 if arrays is None:
                     damaged.append(number)
                     continue
@@ -407,35 +416,23 @@ class _Run:
             done.warnings = tuple(file.warnings.splitlines())
         return damaged
 
-    def _read_ahead(
-        self, lengths: Mapping[str, int], labels: Labels
-    ) -> Iterator[tuple[int, Block, dict[str, npt.NDArray[Any]] | None]]:
-        """All blocks in turn and their arrays, None if damaged; the next is read meanwhile."""
+    def _read(self, number: int, block: Block, labels: Labels) -> tuple[int, Block, Results | None]:
+        """Read the arrays of a block; None where they are damaged, or not those that it must have.
 
-        def read(number: int, block: Block) -> dict[str, npt.NDArray[Any]] | None:
-            try:
-                return _read(self.partial, number, self._expected(labels, block))
-            except Damaged:
-                return None
-
-        with ThreadPoolExecutor(1) as reader:
-            before: tuple[int, Block, Future[dict[str, npt.NDArray[Any]] | None]] | None = None
-            for number, block in enumerate(blocks(self.plan, dict(lengths))):
-                this = number, block, reader.submit(read, number, block)
-                if before is not None:
-                    yield before[0], before[1], before[2].result()
-                before = this
-            if before is not None:
-                yield before[0], before[1], before[2].result()
-
-    def _expected(self, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
-        """Shape and kind of number of each array that a block must hold."""
-        found = {}
-        for name in self.plan.outputs:
-            dims = self.plan.dims(name)
-            if belongs(block, dims):
-                found[name] = shape_in(self.plan, dims, block), labels.variables[name].kind
-        return found
+        The hash of a block is right too where another program has written something else.
+        """
+        expected = {
+            name: (shape_in(self.plan, dims, block), labels.variables[name].kind)
+            for name, dims in ((name, self.plan.dims(name)) for name in self.plan.outputs)
+            if belongs(block, dims)
+        }
+        size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
+        try:
+            arrays = self.partial.read(number, size)
+        except Damaged:
+            return number, block, None
+        found = {name: (array.shape, array.dtype.str[1:]) for name, array in arrays.items()}
+        return number, block, arrays if found == expected else None
 
     def _publish(self) -> None:
         """Give the archive its name, unless somebody else has taken it meanwhile."""
@@ -447,21 +444,20 @@ class _Run:
         netcdf.publish(self.partial.archive, self.output)
 
 
-def _read(
-    partial: Partial, number: int, expected: Mapping[str, tuple[tuple[int, ...], str]]
-) -> dict[str, npt.NDArray[Any]]:
-    """Read a block, and check that it holds the arrays that it must hold.
+def _one_ahead(jobs: Iterable[Callable[[], T]]) -> Iterator[T]:
+    """Results of jobs in their order; a thread does each while the one before it is used.
 
-    Raises
-    ------
-    Damaged
-        Where it does not, though its hash is right.
+    One thread, one job: the next one waits, whether the disk or the processor is slow.
     """
-    size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
-    arrays = partial.read(number, size)
-    if {n: (a.shape, a.dtype.str[1:]) for n, a in arrays.items()} != dict(expected):
-        raise Damaged(f"block {number} of {partial.path}: has unexpected contents")
-    return arrays
+    with ThreadPoolExecutor(1) as pool:
+        before: Future[T] | None = None
+        for job in jobs:
+            this = pool.submit(job)
+            if before is not None:
+                yield before.result()
+            before = this
+        if before is not None:
+            yield before.result()
 
 
 def _already(output: Path, now: dict[str, Any]) -> Finished:

@@ -1,10 +1,9 @@
-"""What those who run a plan into an archive agree on: options, the outcome, failures, workers."""
+"""What a run into an archive is asked for, what it did, and how it stops."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +12,7 @@ from engine_dyn.status import MEANINGS
 from engine_dyn.types import Integers
 from sweeps.errors import counted
 
-if TYPE_CHECKING:  # what only words failures stays light
-    from sweeps.archive.partial import Partial
-    from sweeps.planning.plan import Plan
-
-__all__ = ["Finished", "Lost", "Options", "Stopped", "Workers"]
+__all__ = ["Finished", "Options", "Stopped"]
 
 _COUNTED = 1_000_000
 """Outcomes that are counted at a time."""
@@ -25,10 +20,6 @@ _COUNTED = 1_000_000
 
 class Stopped(Exception):
     """A run that did not come to its end; the message says how to go on."""
-
-
-class Lost(Exception):
-    """The workers cannot go on; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +72,7 @@ class Finished:
     codes : ndarray of int
         Number of designs of each outcome, by its code.
     blocks : int
-        Number of blocks that the run was cut into.
+        Number of blocks that the run was divided into.
     before : int
         How many of them an interrupted run had finished before, without the damaged ones.
     damaged : int
@@ -127,33 +118,3 @@ class Finished:
         for begin in range(0, codes.size, _COUNTED):
             # Piece by piece: counting makes an index of eight bytes out of each code.
             self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
-
-
-class Workers(Protocol):
-    """Processes that compute blocks and write them into the folder of an unfinished archive."""
-
-    @property
-    def kind(self) -> Mapping[str, str]:
-        """Kind of their machines, the same for all: see `provenance.machine_kind`."""
-
-    @property
-    def text(self) -> str:
-        """Their machines, for the archive."""
-
-    def block_bytes(self, plan: Plan, limit: float) -> float:
-        """Bytes of a block, at most `limit`, so that all workers have blocks and memory enough."""
-
-    def compute(
-        self, partial: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
-    ) -> None:
-        """Have blocks computed and written; `done` is called with the number of each.
-
-        Raises
-        ------
-        SceneError
-            Where a worker cannot be used for this run.
-        OSError
-            Where a worker cannot write.
-        Lost
-            Where the workers cannot go on.
-        """

@@ -1,25 +1,23 @@
-"""Runs into an archive as users ask for them: here the text of a scheduler becomes its workers."""
+"""Runs into an archive as programs ask for them."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from sweeps.checks import a_path, thread_count
 from sweeps.errors import SceneError, shown
-from sweeps.planning.plan import Plan, make_plan
-from sweeps.running import into_archive
-from sweeps.running.cluster import connected
+from sweeps.planning.plan import make_plan
+from sweeps.running.into_archive import run
 from sweeps.running.options import Finished, Options
 from sweeps.scene.keywords import TablesButOutput, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
-__all__ = ["run", "stream"]
+__all__ = ["stream"]
 
 
 @tables_in_signature
@@ -119,31 +117,3 @@ def stream(
     for line in done.warnings:
         warnings.warn(line, ImplausibleWarning, stacklevel=2)
     return done
-
-
-def run(
-    plan: Plan, output: Path, options: Options, scheduler: str = "",
-    tell: Callable[[str], None] = lambda _: None,
-) -> Finished:  # fmt: skip
-    """Run a plan into an archive, by this process or by the workers of a scheduler.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is computed.
-    output : Path
-        The archive to write.
-    options : Options
-        How it is written.
-    scheduler : str
-        Address of a dask scheduler, or `local:N` for N processes; empty for this process alone.
-    tell : callable
-        Gets a line where one has to wait for workers.
-
-    Raises
-    ------
-    SceneError, Stopped, OSError
-        See `sweeps.running.into_archive.run`.
-    """
-    workers = partial(connected, scheduler, tell) if scheduler else None
-    return into_archive.run(plan, output, options, workers)

@@ -17,9 +17,11 @@ import xarray as xr
 from sweeps.archive import netcdf
 from sweeps.archive.labels import label
 from sweeps.archive.partial import Partial
+from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive, limits
+from sweeps.running.in_memory import Computation
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 
@@ -68,6 +70,19 @@ def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseExceptio
         return write(self, *arguments)
 
     monkeypatch.setattr(Partial, "write", counted)
+
+
+def watch_blocks(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Plan, Block]]:
+    """Blocks that are computed from now on, each with its plan; the list grows."""
+    seen: list[tuple[Plan, Block]] = []
+    results = Computation.results
+
+    def watched(self: Computation, block: Block) -> Results:
+        seen.append((self.plan, block))
+        return results(self, block)
+
+    monkeypatch.setattr(Computation, "results", watched)
+    return seen
 
 
 def interrupted(plan: Plan, output: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> None:

@@ -27,6 +27,7 @@ from tests.support.archives import (
     run,
     sound_archive,
     stop_after,
+    watch_blocks,
 )
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
@@ -221,18 +222,13 @@ def test_extend_computes_only_what_is_new(
     path = tmp_path / "out.nc"
     run(tmp_path / "scene.toml", path, level=1)
     before = sweeps.run(tmp_path / "scene.toml")
-    computed: list[int] = []
-    original = into_archive.computed
-
-    def watched(plan: Any, *arguments: Any, **more: Any) -> Any:
-        computed.append(plan.designs)
-        return original(plan, *arguments, **more)
-
-    monkeypatch.setattr(into_archive, "computed", watched)
+    computed = watch_blocks(monkeypatch)
     (tmp_path / "scene.toml").unlink()
     assert f"of {axis}" in ok("extend", path, "--axis", f"{axis}={values}")
     new = [float(v) for v in values.split(",")]
-    assert computed == [before["delta"].size // before.sizes[axis] * len(new)]
+    assert [plan.designs for plan, _ in computed] == [
+        before["delta"].size // before.sizes[axis] * len(new)
+    ]
     union = np.sort(np.concatenate([before[axis].values, new]))
     axes = {
         "speed": [1000, 1200, 1500, 1600],
@@ -351,18 +347,6 @@ def extended(folder: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> 
 EXTENSION = "speed=" + ",".join(str(1900 + 10 * i) for i in range(40))
 
 
-def counting_blocks(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    seen: list[Any] = []
-    original = into_archive.computed
-
-    def watched(plan: Any, lengths: Any, chosen: Any, **more: Any) -> Any:
-        seen.extend(chosen := list(chosen))
-        return original(plan, lengths, chosen, **more)
-
-    monkeypatch.setattr(into_archive, "computed", watched)
-    return seen
-
-
 def assert_extended(path: Path) -> None:
     with open_archive(path) as found:
         speeds = found["speed"].values
@@ -391,7 +375,7 @@ def test_the_same_command_goes_on_with_an_extension(
     assert "already on the axis" in refused("extend", path, "--axis", "speed=1000")
     text = refused("extend", path, "--axis", "speed=1950")
     assert "contains another interrupted extension" in text and "--overwrite" in text
-    seen = counting_blocks(monkeypatch)
+    seen = watch_blocks(monkeypatch)
     ok("extend", path, "--axis", EXTENSION)
     count = len(seen) + 3
     assert_extended(path)
@@ -436,7 +420,7 @@ def test_an_extension_killed_at_its_last_moments(
 
     with monkeypatch.context() as patch:
         patch.setattr(Partial, "remove", stop_here)
-        seen = counting_blocks(patch)
+        seen = watch_blocks(patch)
         assert invoke("extend", path, "--axis", EXTENSION).exit_code == 1
     assert seen == []
     assert_extended(path)

@@ -25,11 +25,11 @@ import sweeps
 from engine_dyn.compilation import COMPILING
 from sweeps.archive import netcdf, partial
 from sweeps.archive.partial import Partial
-from sweeps.planning.plan import Plan, make_plan
+from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted, plan_of, stop_after
+from tests.support.archives import assert_same, interrupted, plan_of, stop_after, watch_blocks
 from tests.support.commands import invoke, ok
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import IN_BLOCKS, LARGE_MAP, MAP
@@ -192,7 +192,7 @@ def test_an_archive_larger_than_the_disk_is_refused_before_computing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     plan_of(tmp_path)
-    monkeypatch.setattr(into_archive, "computed", None)
+    monkeypatch.setattr(into_archive, "Computation", None)
     real = limits.shutil.disk_usage(tmp_path)
     monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: real._replace(free=100_000))
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
@@ -257,14 +257,7 @@ def test_resume_computes_nothing_but_what_is_missing(
     assert re.search(r"A map\n.*6000\n.*5 of \d+ blocks\n", told.stdout)
     refused = invoke("run", tmp_path / "scene.toml", "-o", output)
     assert refused.exit_code == 2 and "use --resume to complete it" in refused.stderr
-    seen: list[Any] = []
-    original = into_archive.computed
-
-    def watched(plan: Plan, lengths: Any, chosen: Any, **more: Any) -> Any:
-        seen.extend(chosen := list(chosen))
-        return original(plan, lengths, chosen, **more)
-
-    monkeypatch.setattr(into_archive, "computed", watched)
+    seen = watch_blocks(monkeypatch)
     header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
     assert header["block_bytes"] == SMALL
     (tmp_path / "out.nc.partial" / "run.json").write_text(
