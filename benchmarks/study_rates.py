@@ -3,17 +3,19 @@
 python -m benchmarks rates [--part FRACTION] [--runs N] [-o FILE]
 
 Times studies of `benchmarks.studies` at two sizes, by the processor time of one thread, so that a
-busy machine counts little; fits the seconds of each piece of work (see
-`sweeps.planning.forecast.work_of`) so that relative errors are least, and writes
-`sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
+busy machine counts little; writes them into `benchmarks/recorded_times.csv`, fits the seconds of
+each piece of work (see `sweeps.planning.forecast.work_of`) so that relative errors are least, and
+writes `sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 from unittest import mock
 from weakref import WeakKeyDictionary
 
@@ -26,15 +28,41 @@ from engine_dyn.pressure import memory
 from sweeps.planning import rates
 from sweeps.planning.forecast import seconds_of_computing, work_of
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.rates import Recorded
 from sweeps.scene.reading import read_scene
 
-__all__ = ["fitted", "plan_of", "written"]
+__all__ = ["FILE", "Recorded", "fitted", "plan_of", "recorded_times", "written"]
 
 SHARES = (0.05, 1.0)
 """Parts of a study's designs that are timed."""
 
 FILE = Path(rates.__file__)
+
+TIMES = Path(__file__).with_name("recorded_times.csv")
+
+
+class Recorded(NamedTuple):
+    """A study of `benchmarks.studies` that was timed for the calibration."""
+
+    study: str
+    designs: int
+    cores: int
+    seconds: float
+
+
+def recorded_times() -> list[Recorded]:
+    """What the seconds were fitted to."""
+    with TIMES.open(encoding="utf-8", newline="") as stream:
+        return [
+            Recorded(row["study"], int(row["designs"]), int(row["cores"]), float(row["seconds"]))
+            for row in csv.DictReader(stream)
+        ]
+
+
+def _write_times(recorded: Sequence[Recorded]) -> None:
+    with TIMES.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(Recorded._fields)
+        writer.writerows((r.study, r.designs, r.cores, f"{r.seconds:.4g}") for r in recorded)
 
 
 def plan_of(recorded: Recorded) -> Plan:
@@ -93,19 +121,12 @@ def fitted(recorded: Sequence[Recorded]) -> dict[str, float]:
     return seconds
 
 
-def written(text: str, seconds: Mapping[str, float], recorded: Sequence[Recorded]) -> str:
+def written(text: str, seconds: Mapping[str, float]) -> str:
     """Text of `rates.py` with other numbers."""
     before, rest = text.split("SECONDS: dict[str, float] = {\n", 1)
-    middle = rest[rest.index("}\n") : rest.index("RECORDED: tuple")]
-    after = rest[rest.index('"""What the seconds were fitted to') :]
     lines = [f'    "{name}": {value:.3g},\n' for name, value in seconds.items()]
-    rows = [
-        f'    Recorded("{r.study}", {r.designs}, {r.cores}, {r.seconds:.4g}),\n' for r in recorded
-    ]
-    return (
-        f"{before}SECONDS: dict[str, float] = {{\n{''.join(lines)}{middle}"
-        f"RECORDED: tuple[Recorded, ...] = (\n{''.join(rows)})\n{after}"
-    )
+    after = rest[rest.index("}\n") :]
+    return f"{before}SECONDS: dict[str, float] = {{\n{''.join(lines)}{after}"
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -117,9 +138,8 @@ def main(arguments: Sequence[str]) -> None:
     options = parser.parse_args(arguments)
     recorded = timed(options.runs, options.part)
     seconds = fitted(recorded)
-    options.output.write_text(
-        written(FILE.read_text(encoding="utf-8"), seconds, recorded), encoding="utf-8"
-    )
+    _write_times(recorded)
+    options.output.write_text(written(FILE.read_text(encoding="utf-8"), seconds), encoding="utf-8")
     rates.SECONDS.update(seconds)
     for each in recorded:
         estimated = seconds_of_computing(plan_of(each), each.cores)

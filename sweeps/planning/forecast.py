@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import psutil
 
-from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
-from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
@@ -29,12 +26,6 @@ from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
 
 __all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "text", "work_of"]
 
-GROUPED_BY = ("row", "cylinder_set")
-"""Designs that agree in these are solved one after the other."""
-
-RUBBED_BY = ("row", "pressure_scale", "crankcase_pressure")
-"""What columns of friction over the stroke depend on, besides crank ratio and offset."""
-
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
@@ -44,7 +35,7 @@ SEARCH_STEPS = 5
 ERROR_COST = 2.0
 """Work of the second solution, from which `delta_error` follows, over that of the first."""
 
-WIDTH = 100
+WIDTH = 99
 
 
 def text(plan: Plan) -> str:
@@ -65,20 +56,18 @@ def text(plan: Plan) -> str:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
     lines += ["", *_no_cycles(plan), *_skipped(plan)]
+    return "\n".join([*lines, "", _room_and_time(plan)])
+
+
+def _room_and_time(plan: Plan) -> str:
+    """What a plan takes; the seconds have one significant digit: 10, not 1e+01."""
     pieces = block_count(plan, block_lengths(plan))
-    block = f" in {pieces} blocks" if pieces > 1 else ""
-    lines += [
-        "",
+    in_blocks = f" in {pieces} blocks" if pieces > 1 else ""
+    return (
         f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
-        f"about {size_text(memory_bytes(plan))}{block}, time about {_seconds_text(plan)} s (plus "
-        "compilation on the first run of this kind)",
-    ]
-    return "\n".join(lines)
-
-
-def _seconds_text(plan: Plan) -> str:
-    """Seconds that a plan takes, with one significant digit: 10, not 1e+01."""
-    return f"{float(f'{seconds(plan):.1g}'):.12g}"
+        f"about {size_text(memory_bytes(plan))}{in_blocks}, time about "
+        f"{float(f'{seconds(plan):.1g}'):.12g} s (plus compilation on the first run of this kind)"
+    )
 
 
 def _text_of_several(plan: Plan) -> str:
@@ -101,15 +90,7 @@ def _text_of_several(plan: Plan) -> str:
         if lacking:
             lines.append(f"  not available, because this engine lacks input for them: "
                          f"{', '.join(lacking)}")  # fmt: skip
-    pieces = block_count(plan, block_lengths(plan))
-    lines += [
-        "",
-        f"total: archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it "
-        "at once about "
-        f"{size_text(memory_bytes(plan))}{f' in {pieces} blocks' if pieces > 1 else ''}, time "
-        f"about {_seconds_text(plan)} s (plus compilation on the first run of this kind)",
-    ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", f"total: {_room_and_time(plan)}"])
 
 
 def _no_cycles(plan: Plan) -> list[str]:
@@ -159,23 +140,24 @@ def _work_once(plan: Plan) -> dict[str, float]:
     if plan.scene.cycle_keys:
         found["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))
     for stage in plan.stages:
-        name = stage.node.name
         if stage.node.kind == "stage":
-            times = float(SEARCH_STEPS if name == "inertia_search" else 1)
+            times = float(SEARCH_STEPS if stage.node.name == "inertia_search" else 1)
             if "delta_error" in plan.wanted(stage):
                 times *= 1.0 + ERROR_COST
-            work = _solution_work(plan, stage) if stage.node.can_fail else _torque_work(plan, stage)
-            for piece, count in work:
+            found["columns of diagrams"] += times * _cylinders(plan) * diagram_count(plan)
+            for piece, count in _designs(plan, stage):
                 found[piece] += times * count
-        elif "crank_angle" in stage.dims:
-            found["points of curves"] += stage.size
         elif stage.node.throws:
             found["revolutions"] += stage.size
-        elif name == "mean_gas":
-            found["mean torques"] += stage.size
         elif stage.node.make is not None:  # else a stage has given it
             found["values"] += stage.size
     return {name: count for name, count in found.items() if count}
+
+
+def _cylinders(plan: Plan) -> int:
+    """Cylinders that are no copies of each other, of all sets of them."""
+    sets = plan.leaves["cylinders_by_count"].data.values()
+    return sum(len(cylinders.representatives) for cylinders in sets)
 
 
 def mechanism(method: str) -> str:
@@ -185,91 +167,24 @@ def mechanism(method: str) -> str:
 
 def diagram_count(plan: Plan) -> int:
     """Diagrams that designs need, at most: each lies on one row of the family, or between two."""
-    needed, load = 2 * _combinations(plan, ("row",)), plan.leaves.get("load")
+    needed = 2 * math.prod(plan.sizes[d] for d in plan.dims("row"))
+    load = plan.leaves.get("load")
     if load is not None and plan.dims("row") == load.dims and plan.scene.characteristic is None:
         needed = 2 * np.unique(load.data).size
     return int(min(plan.leaves["family"].data.row_count, needed))
 
 
-def _combinations(plan: Plan, names: tuple[str, ...]) -> int:
-    """Combinations of points of the axes that any of some quantities depends on."""
-    return math.prod(plan.sizes[d] for d in {d for name in names for d in plan.dims(name)})
-
-
-def _table_count(plan: Plan, stage: Stage) -> float:
-    """Work tables that are added up of columns: one wherever a design's is not that of the last."""
-    sorted_by = {d for name in GROUPED_BY for d in plan.dims(name)}
-    others = {d for n in TABLE_QUANTITIES if n in stage.node.needs and n != "row"
-              for d in plan.dims(n)}  # fmt: skip
-    alike = 1
-    for d in reversed(stage.dims):
-        if d in others:
-            break
-        alike *= 1 if d in sorted_by else plan.sizes[d]
-    return stage.size / alike
-
-
-def _work_of_columns(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
-    """Work of making columns, and of adding them up to the tables of designs."""
-    words = plan.scene.words
-    engines = list(plan.leaves["cylinders_by_count"].data.values())
-    # Columns are sums over the cylinders that are no copies of each other.
-    cylinders = sum(len(engine.representatives) * _cycle_nodes(engine) for engine in engines)
-    boxes, terms = _columns_of_box(plan)
-    yield "groups of designs", float(len(engines) * boxes)
-    yield "columns of diagrams", float(cylinders * diagram_count(plan) * boxes)
-    if "uniform_friction" not in words:
-        yield "columns of friction", float(cylinders * _combinations(plan, RUBBED_BY) * boxes)
-    # Two diagrams, what all pressures have in common, the squared velocity, and friction in parts.
-    pieces = 4 if "uniform_friction" in words else 8
-    yield "columns added up", _table_count(plan, stage) * pieces * terms
-
-
-def _cycle_nodes(engine: Cylinders) -> float:
-    """Nodes of a cycle over the fewest: a short period of the torque gets more of them."""
-    from engine_dyn.speed.work.columns import FEWEST_NODES, nodes_of
-
-    nodes = nodes_of(engine.symmetry, FEWEST_NODES)
-    return nodes.number * nodes.times / FEWEST_NODES
-
-
-def _columns_of_box(plan: Plan) -> tuple[int, int]:
-    """How many boxes of crank ratio and offset there are, and how many columns most have."""
-    from engine_dyn.speed.work.boxes import box_of, boxes_of
-
-    def given(*names: str) -> npt.NDArray[Any]:
-        """Sum of some leaves over the axes of the scene."""
-        values = [(plan.leaves[n].si, plan.leaves[n].dims) for n in names if n in plan.leaves]
-        shaped = [np.reshape(v, [-1 if d in dims else 1 for d in plan.scene.dimensions])
-                  for v, dims in values]  # fmt: skip
-        return np.asarray(sum(shaped))
-
-    half, offset = 0.5 * given("stroke"), given("pin_offset", "crank_offset")
-    known = "crank_ratio" in plan.leaves
-    rod = half / given("crank_ratio") if known else given("rod_length")
-    # docs/method.md (13). Of cranks that cannot turn, any number will do.
-    rest = np.maximum(rod * rod - half * half, 1e-12)
-    radius = half * np.sqrt(np.maximum(1.0 - offset * offset / rest, 1e-12))
-    ratio, offset = given("crank_ratio") if known else radius / rod, offset / radius
-    numbers = np.unique(boxes_of(ratio, offset)).tolist()
-    return len(numbers), max(len(box_of(number, 0.0, 0.0).degrees) for number in numbers)
-
-
-def _torque_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
-    """Work of the extremes of torque and work at nominal speed."""
-    yield from _work_of_columns(plan, stage)
-    yield "torques", float(stage.size)
-
-
-def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
-    """Work of the periodic speed of all designs of a stage."""
+def _designs(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
+    """Designs that a stage of torques or of the periodic speed solves, by what they cost."""
+    if not stage.node.can_fail:
+        yield "torques", float(stage.size)
+        return
     scene = plan.scene
     linear = 0.0
     if "power_law" in scene.words and scene.closure == "power_mean":
         linear = float(np.mean(np.isin(plan.leaves["load_exponent"].data, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
-    yield from _work_of_columns(plan, stage)
     for method in scene.methods:
         for model in scene.inertia_models:
             if method in STEPPING:
@@ -391,17 +306,8 @@ def _skipped(plan: Plan) -> list[str]:
         lines.append(f"skipped: extremes of torque and work, {nothing} them")
     names = [name for name in QUANTITIES if name not in plan.computed]
     if names:
-        lines += _wrapped("skipped, because not requested: ", names)
+        text = f"skipped, because not requested: {', '.join(names)}"
+        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
     lines += [f"[set] {n}: no requested quantity depends on it" for n in plan.unused_settings]
     return lines
-
-
-def _wrapped(start: str, names: list[str]) -> list[str]:
-    lines = [start]
-    for i, name in enumerate(names):
-        word = name + (", " if i < len(names) - 1 else "")
-        if len(lines[-1]) + len(word) > WIDTH:
-            lines.append("  ")
-        lines[-1] += word
-    return [line.rstrip() for line in lines]

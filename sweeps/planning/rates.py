@@ -1,13 +1,12 @@
 """Seconds behind the estimated time of `engine-dyn plan`, and nothing else.
 
-Written by `python -m benchmarks rates`; change that, not this.
+Written by `python -m benchmarks rates`, which fits it to `benchmarks/recorded_times.csv`; change
+that, not this.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-__all__ = ["RECORDED", "SECONDS", "SERIAL", "START", "WRITING", "Recorded"]
+__all__ = ["SECONDS", "SERIAL", "START", "WRITING"]
 
 START = 1.0
 """Seconds to load what a command needs."""
@@ -16,18 +15,13 @@ WRITING = 3e-9
 """Seconds to write a byte of an archive."""
 
 SECONDS: dict[str, float] = {
-    "calls": 0.00588,
-    "values": 4.62e-08,
-    "points of curves": 5e-08,
+    "calls": 0.00872,
+    "values": 5.62e-08,
     "revolutions": 0.0001,
-    "modelled cycles": 7.33e-05,
-    "mean torques": 1.2e-08,
-    "groups of designs": 0.0007,
-    "columns of diagrams": 4.01e-05,
-    "columns of friction": 0.00382,
-    "columns added up": 3.76e-09,
+    "modelled cycles": 8.92e-05,
+    "columns of diagrams": 4.38e-05,
     "torques": 6.6e-06,
-    "batch solver: designs of exponent 2": 3.83e-07,
+    "batch solver: designs of exponent 2": 4.22e-07,
     "batch solver: designs that iterate": 1.17e-06,
     "batch solver: designs with curves": 3.2e-05,
     "general solver: designs": 0.0001,
@@ -35,59 +29,5 @@ SECONDS: dict[str, float] = {
 }
 """Seconds that one core takes for one piece of work, by its name."""
 
-SERIAL = frozenset(("calls", "values", "points of curves", "revolutions", "groups of designs",
-                    "columns of diagrams", "columns of friction",
-                    "mean torques"))  # fmt: skip
+SERIAL = frozenset(("calls", "values", "revolutions", "columns of diagrams"))
 """Work that is not shared by threads."""
-
-
-class Recorded(NamedTuple):
-    """A study of `benchmarks.studies` that was timed for the calibration."""
-
-    study: str
-    designs: int
-    cores: int
-    seconds: float
-
-
-RECORDED: tuple[Recorded, ...] = (
-    Recorded("one_table", 50000, 1, 0.02269),
-    Recorded("one_table", 1000000, 1, 0.3302),
-    Recorded("grid_alpha_0", 40000, 1, 0.05567),
-    Recorded("grid_alpha_0", 800000, 1, 0.958),
-    Recorded("grid_alpha_1", 40000, 1, 0.04117),
-    Recorded("grid_alpha_1", 800000, 1, 0.9798),
-    Recorded("grid_alpha_2", 40000, 1, 0.02731),
-    Recorded("grid_alpha_2", 800000, 1, 0.5751),
-    Recorded("small_grid", 3110, 1, 0.01582),
-    Recorded("small_grid", 62208, 1, 0.04816),
-    Recorded("sampled", 50000, 1, 0.174),
-    Recorded("sampled", 1000000, 1, 1.799),
-    Recorded("sampled_four", 50000, 1, 0.04091),
-    Recorded("sampled_four", 1000000, 1, 0.7043),
-    Recorded("any_exponent", 25000, 1, 0.0404),
-    Recorded("any_exponent", 500000, 1, 0.8361),
-    Recorded("variable", 25000, 1, 0.041),
-    Recorded("variable", 500000, 1, 0.7315),
-    Recorded("cycle_time", 2500, 1, 0.009082),
-    Recorded("cycle_time", 50000, 1, 0.09906),
-    Recorded("pin_offset", 2500, 1, 0.01954),
-    Recorded("pin_offset", 50000, 1, 0.08312),
-    Recorded("stroke_friction", 2500, 1, 0.01001),
-    Recorded("stroke_friction", 50000, 1, 0.06218),
-    Recorded("v6_load", 5000, 1, 0.02844),
-    Recorded("v6_load", 100000, 1, 0.09285),
-    Recorded("v6_misfire", 500, 1, 0.179),
-    Recorded("v6_misfire", 10000, 1, 0.294),
-    Recorded("driven", 2500, 1, 0.01679),
-    Recorded("driven", 50000, 1, 0.1673),
-    Recorded("angle_load", 2500, 1, 0.01194),
-    Recorded("angle_load", 50000, 1, 0.05074),
-    Recorded("wanted_delta", 2500, 1, 0.01597),
-    Recorded("wanted_delta", 50000, 1, 0.176),
-    Recorded("modelled", 300, 1, 0.06241),
-    Recorded("modelled", 5000, 1, 0.8939),
-    Recorded("grid_errors", 40000, 1, 0.06844),
-    Recorded("grid_errors", 800000, 1, 1.558),
-)
-"""What the seconds were fitted to."""
