@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:  # archives are opened without the planner
@@ -22,6 +23,7 @@ __all__ = [
     "LIMIT",
     "Block",
     "Results",
+    "aligned",
     "belongs",
     "block_count",
     "block_lengths",
@@ -100,6 +102,14 @@ def index_of(dims: tuple[str, ...], block: Block) -> tuple[slice, ...]:
 def shape_in(plan: Plan, dims: tuple[str, ...], block: Block) -> tuple[int, ...]:
     """Shape of the part of an array with these dimensions that lies in a block."""
     return tuple(block[d].stop - block[d].start if d in block else plan.sizes[d] for d in dims)
+
+
+def aligned(array: Any, own: tuple[str, ...], dims: tuple[str, ...]) -> npt.NDArray[Any]:
+    """Array with one axis for each of `dims`, of size 1 along those that are not its own.
+
+    Its own dimensions are some of `dims`, in the same order.
+    """
+    return np.expand_dims(array, tuple(i for i, d in enumerate(dims) if d not in own))
 
 
 def belongs(block: Block, dims: tuple[str, ...]) -> bool:

@@ -17,7 +17,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.dimensions import ELASTICITY
-from sweeps.planning.blocks import Block, Results, index_of
+from sweeps.planning.blocks import Block, Results, aligned, index_of
 from sweeps.planning.elasticities import (
     AGREE,
     DIFFER,
@@ -133,7 +133,7 @@ def elasticities_of(
             if not set(leaf.dims) <= set(dims):
                 continue  # it varies along an axis on which this result does not depend
             changed = [other[quantity] for other in others[place * count : (place + 1) * count]]
-            values = _aligned(leaf, dims, block)
+            values = aligned(np.asarray(leaf.data)[index_of(leaf.dims, block)], leaf.dims, dims)
             here = _of_parameter(PARAMETERS[key], values, middle, changed)
             here["_derivative"] /= plan.computed[quantity].node.si
             for ending, one in here.items():
@@ -165,12 +165,3 @@ def _of_parameter(
         KIND: got.kind,
         "_derivative": got.value,
     }
-
-
-def _aligned(value: Value, dims: tuple[str, ...], block: Block) -> Floats:
-    """Values of a block, with one axis for each of `dims`."""
-    data = np.asarray(value.data)[index_of(value.dims, block)]
-    shape = [1] * len(dims)
-    for dimension, size in zip(value.dims, data.shape, strict=True):
-        shape[dims.index(dimension)] = size
-    return data.reshape(shape)

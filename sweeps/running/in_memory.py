@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from sweeps.errors import SceneError
 from sweeps.planning.blocks import (
     Block,
     Results,
+    aligned,
     belongs,
     block_lengths,
     blocks,
@@ -251,7 +253,7 @@ def _computed(
         name: replace(value, data=value.data[index_of(value.dims, block)]) if value.dims else value
         for name, value in given.items()
     }
-    waiting = _uses(plan.stages)
+    waiting = Counter(need for stage in plan.stages for need in stage.node.needs)
     for stage in stages:
         node = stage.node
         if node.make is None:  # a result of a kernel, which its stage has given
@@ -311,14 +313,6 @@ def _filled(
     return np.array(np.broadcast_to(array, shape))
 
 
-def _uses(stages: tuple[Stage, ...]) -> dict[str, int]:
-    uses: dict[str, int] = {}
-    for stage in stages:
-        for need in stage.node.needs:
-            uses[need] = uses.get(need, 0) + 1
-    return uses
-
-
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
 
@@ -328,11 +322,7 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
         if not set(value.dims) <= set(DIMENSIONS):
             raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
         return value.si
-    places = [dims.index(d) for d in value.dims]
-    shape = [1] * len(dims)
-    for place, size in zip(places, np.shape(value.data), strict=True):
-        shape[place] = size
-    return np.reshape(value.si, shape)
+    return aligned(value.si, value.dims, dims)
 
 
 class _Bars:

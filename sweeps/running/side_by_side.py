@@ -16,7 +16,7 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
-from sweeps.planning.blocks import Block, Results, belongs, shape_in
+from sweeps.planning.blocks import Block, Results, aligned, belongs, shape_in
 from sweeps.planning.plan import Part, Plan
 
 __all__ = ["side_by_side"]
@@ -43,10 +43,9 @@ def side_by_side(
             if name in outputs:
                 if name not in found:
                     found[name] = _empty(plan, name, block, values.dtype)
-                dims, own_dims = outputs[name], part.plan.dims(name)
-                axes = tuple(i for i, d in enumerate(dims) if d not in own_dims)
+                dims = outputs[name]
                 here = np.ix_(*(places[d][0] for d in dims))
-                found[name][here] = np.expand_dims(values, axes)
+                found[name][here] = aligned(values, part.plan.dims(name), dims)
     for name in outputs.keys() - found.keys():
         found[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
     return found

@@ -68,13 +68,13 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     """
     shape, many = values.shape[1:], draws.shape[1]
     results = values.reshape(len(values), -1)
-    spread = draws.std(axis=0)
-    places = (draws - draws.mean(axis=0)) / np.where(spread > 0.0, spread, 1.0)
+    deviation = draws.std(axis=0)
+    places = (draws - draws.mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
     known = np.isfinite(results)
     level = np.where(known, results, 0.0).max(axis=0)  # differences of large numbers stay accurate
     size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
     count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
-    sums, mixed = (np.zeros((results.shape[1], many)) for _ in range(2))
+    sums, crossed = (np.zeros((results.shape[1], many)) for _ in range(2))
     products = np.zeros((results.shape[1], many, many))
     # One draw after the other: the bits of a design do not depend on how many are in a block.
     for place, result, is_known in zip(places, results, known, strict=True):
@@ -84,28 +84,28 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
         total += y
         squares += y * y
         sums += weight[:, None] * place
-        mixed += y[:, None] * place
+        crossed += y[:, None] * place
         products += weight[:, None, None] * np.outer(place, place)
     number = np.maximum(count, 1.0)[:, None]
     mean, means = total[:, None] / number, sums / number
     variance = squares / number[:, 0] - mean[:, 0] ** 2
     covariance = products / number[..., None] - means[:, :, None] * means[:, None, :]
-    mixed = mixed / number - mean * means
+    crossed = crossed / number - mean * means
     enough = (count > many + 2) & (variance > _LEAST_VARIANCE)
-    slope = np.zeros_like(mixed)
+    slope = np.zeros_like(crossed)
     if enough.any():
         # Where draws without a number leave only one value of a parameter, it has no slope.
-        inverse = np.linalg.pinv(covariance[enough], rcond=_LEAST_SPREAD, hermitian=True)
-        slope[enough] = (inverse @ mixed[enough][..., None])[..., 0]
+        inverse = np.linalg.pinv(covariance[enough], rcond=_SMALLEST_EIGENVALUE, hermitian=True)
+        slope[enough] = (inverse @ crossed[enough][..., None])[..., 0]
     whole = np.where(enough, variance, 1.0)[:, None]
     share = slope**2 * np.einsum("mii->mi", covariance) / whole
-    explained = (slope * mixed).sum(axis=1) / whole[:, 0]
+    explained = (slope * crossed).sum(axis=1) / whole[:, 0]
     share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
     return explained.reshape(shape), share.reshape(*shape, many)
 
 
-_LEAST_SPREAD = 1e-10
-"""Of parameters beside each other, as a share of the largest; less is rounding."""
+_SMALLEST_EIGENVALUE = 1e-10
+"""Of the covariance of the parameters, as a share of the largest; less is rounding."""
 
 _LEAST_VARIANCE = 1e-20
 """Of results over their largest value; less is rounding, and due to nothing."""
