@@ -70,12 +70,12 @@ class Contents:
         Where paths of the scene start from.
     files : dict of bytes
         The files that it names.
+    values : dict
+        Values along each dimension, columns and labels of designs.
     identity : dict
         See `sweeps.archive.provenance`.
     piece : dict
         Which part of the scene the archive is; empty for the whole scene.
-    values : dict
-        Values along each dimension, columns and labels of designs.
     dimension : dict of str
         The dimension of each of them.
     level : int
@@ -89,11 +89,11 @@ class Contents:
     source: dict[str, Any]
     folder: str
     files: dict[str, bytes]
-    identity: dict[str, Any]
-    piece: dict[str, Any]
     values: dict[str, Any]
-    dimension: dict[str, str]
-    level: int
+    identity: dict[str, Any] = field(default_factory=dict)
+    piece: dict[str, Any] = field(default_factory=dict)
+    dimension: dict[str, str] = field(default_factory=dict)
+    level: int = 0
     confidential: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -159,7 +159,7 @@ def read_contents(path: Path) -> Contents:
         if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
             raise ValueError("scene: no tables")
         return Contents(
-            path, attributes, source, folder, files, identity, piece, values, dimension, level,
+            path, attributes, source, folder, files, values, identity, piece, dimension, level,
             confidential_hashes(attributes["input_files"]),
         )  # fmt: skip
 
@@ -229,14 +229,14 @@ def _scene_tables(
     """
     known = archive.values if coordinates is None else coordinates
     raw: dict[str, Any] = json.loads(json.dumps(archive.source))
-    cut = "" if coordinates is not None else archive.piece.get("axis", "")
+    divided = "" if coordinates is not None else archive.piece.get("axis", "")
 
     def texts_or_numbers(key: str) -> Any:
         found = filled("designs", key)
         return [str(text) for text in found] if key in LABELS else found
 
     def filled(table: str, key: str) -> Any:
-        if cut == (DESIGN if table == "designs" else key):
+        if divided == (DESIGN if table == "designs" else key):
             raise SceneError(
                 f"{archive.path}: is a shard with only its own values of {key}; merge all shards "
                 "first"

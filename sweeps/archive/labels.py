@@ -47,17 +47,14 @@ __all__ = [
     "to_file_units",
 ]
 
-_LABEL_NAMES = {
+_NAMES = {
     "case": "name of the design",
-    "engine": "engine",
-    "arrangement": "arrangement of the cylinders",
-}
-_WORD_NAMES = {
     "engine": "engine",
     "method": "method of the periodic speed",
     "inertia_model": "model of the moment of inertia",
     "arrangement": "arrangement of the cylinders",
 }
+"""Long names of axes of words and of labels of designs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,37 +154,28 @@ def describe(
             if node.meanings:
                 about = {**about, **_flags(node, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
-    for name, column in (scene.reference.columns if scene.reference else {}).items():
-        node = select(name, *scene.words)
-        attributes = _attributes(plan, node)
-        attributes["long_name"] = f"{node.long_name}, published"
-        attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""
-        along = scene.reference.dimensions if scene.reference else ()
-        variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
-    used = {d for v in variables.values() for d in v.dims}
-    coordinates = {
-        name: Variable(along, attributes, np.asarray(values))
-        for name, (along, values, attributes) in _coordinates(plan, used).items()
-    }
+    if scene.reference is not None:
+        for name, column in scene.reference.columns.items():
+            node = select(name, *scene.words)
+            attributes = {
+                **_attributes(plan, node),
+                "long_name": f"{node.long_name}, published",
+                "comment": f"from {printable(scene.reference.file)}",
+            }
+            variables[f"{name}{PUBLISHED}"] = Variable(
+                scene.reference.dimensions, attributes, column
+            )
+    coordinates = _coordinates(plan, {d for v in variables.values() for d in v.dims})
     dims = tuple(d for v in (*coordinates.values(), *variables.values()) for d in v.dims)
+    numbers = "float32" if single else "float64"
+    attributes = _about(plan) | provenance(
+        plan, seconds=seconds, command=command, numbers=numbers, machine=machine,
+        full_paths=full_paths,
+    )  # fmt: skip
     return Labels(
-        {d: plan.sizes[d] for d in dims},
-        variables,
-        coordinates,
-        {
-            **_about(plan),
-            **provenance(
-                plan,
-                seconds=seconds,
-                command=command,
-                numbers="float32" if single else "float64",
-                machine=machine,
-                full_paths=full_paths,
-            ),
-        },
-        plausibility_warnings(plan),
-        implausible_results(plan),
-    )
+        {d: plan.sizes[d] for d in dims}, variables, coordinates, attributes,
+        plausibility_warnings(plan), implausible_results(plan),
+    )  # fmt: skip
 
 
 def _about_several(plan: Plan, name: str) -> dict[str, Any]:
@@ -217,17 +205,20 @@ def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any
     return np.divide(data, variable.si, out=data if data.flags.writeable else None)
 
 
-def as_stored(labels: Labels, name: str, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Results of one variable in the units and the kind of number that its archive stores.
+def as_stored(labels: Labels, results: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Results in the units and the kinds of number that their archive stores.
 
-    `data` is in SI units; it is converted in place where that is possible.
+    They are in SI units, and are converted in place where that is possible.
     """
-    variable = labels.variables[name]
-    found = to_file_units(variable, data)
-    if found.dtype.str[1:] == variable.kind:
-        return found
-    with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
-        return found.astype(variable.kind)
+    found = {}
+    for name in list(results):
+        variable = labels.variables[name]
+        array = to_file_units(variable, results.pop(name))
+        if array.dtype.str[1:] != variable.kind:
+            with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
+                array = array.astype(variable.kind)
+        found[name] = array
+    return found
 
 
 def label(
@@ -315,59 +306,46 @@ def _flags(node: Node, meanings: Sequence[str], kind: str = "i1") -> dict[str, A
     }
 
 
-def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
+def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
+    """Coordinates of the axes of a scene, and of other dimensions that are used."""
     scene = plan.scene
-    coordinates: dict[str, Any] = {}
+    found: dict[str, Variable] = {}
     for name in scene.dimensions:
-        if name == DESIGN:
-            count = plan.sizes[DESIGN]
-            coordinates[DESIGN] = (
-                (DESIGN,),
-                np.arange(count, dtype=np.int32),
-                {"long_name": "number of the design", "units": "1"},
-            )
-            for column, values in scene.designs.items():
-                coordinates[column] = ((DESIGN,), values, _parameter_attributes(column))
-            for column, texts in scene.labels.items():
-                attributes = {"long_name": _LABEL_NAMES.get(column, column), "units": "1"}
-                coordinates[column] = ((DESIGN,), np.array(texts, dtype=object), attributes)
-        elif name in PARAMETERS:
-            coordinates[name] = ((name,), scene.axes[name], _parameter_attributes(name))
-        else:
-            words = scene.axes[name]
-            text = _WORD_NAMES[name]
-            coordinates[name] = (
-                (name,),
-                np.arange(len(words), dtype=np.int32),
-                {"long_name": f"number of the {text}", "units": "1"},
-            )
-            coordinates[f"{name}_name"] = (
-                (name,),
-                np.array(words, dtype=object),
-                {"long_name": text, "units": "1"},
-            )
+        if name in PARAMETERS:
+            found[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
+            continue
+        what = "design" if name == DESIGN else _NAMES[name]
+        about = {"long_name": f"number of the {what}", "units": "1"}
+        found[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
+        if name != DESIGN:
+            found[f"{name}_name"] = _of_texts(name, scene.axes[name], what)
+            continue
+        for column, values in scene.designs.items():
+            found[column] = _of_values(DESIGN, values, PARAMETERS[column])
+        for column, texts in scene.labels.items():
+            found[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
     for name, points in plan.points.items():
         if name in used:
-            coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
+            found[name] = _of_values(name, points, DIMENSIONS[name])
     for dimension in (d for d in (PARAMETER, UNCERTAIN) if d in used):
         for fact, text in (("unit", "unit"), ("long_name", "meaning")):
             facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]
-            attributes = {"long_name": f"{text} of the parameter", "units": "1"}
-            coordinates[f"{dimension}_{fact}"] = (
-                (dimension,), np.array(facts, dtype=object), attributes,
-            )  # fmt: skip
-    return coordinates
+            found[f"{dimension}_{fact}"] = _of_texts(dimension, facts, f"{text} of the parameter")
+    return found
 
 
-def _parameter_attributes(name: str) -> dict[str, str]:
-    return _dimension_attributes(PARAMETERS[name])
-
-
-def _dimension_attributes(node: Node | Dimension) -> dict[str, str]:
+def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:
+    """Coordinate of numbers, or of words that are the points of a dimension."""
     attributes = {"long_name": node.long_name, "units": node.unit}
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
-    return attributes
+    return Variable((dimension,), attributes, np.asarray(values))
+
+
+def _of_texts(dimension: str, texts: Any, long_name: str) -> Variable:
+    """Coordinate of texts."""
+    attributes = {"long_name": long_name, "units": "1"}
+    return Variable((dimension,), attributes, np.array(texts, dtype=object))
 
 
 def _about(plan: Plan) -> dict[str, Any]:

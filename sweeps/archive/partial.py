@@ -1,6 +1,6 @@
 """An archive that is not finished: a folder of finished blocks beside its name, `OUT.nc.partial`.
 
-The folder holds `run.json` (what is computed, and how it is cut), a file for each finished block,
+The folder holds `run.json` (what is computed, in which blocks), a file for each finished block,
 the scene for those who compute blocks elsewhere (`sweeps.running.cluster`), and the archive while
 it is put together. Every file is written under another name, synced and renamed, so a file
 with its final name is complete. A block begins with the hash of all that follows; then comes one
@@ -43,8 +43,8 @@ MOST_HEADER = 1 << 27
 MOST_BLOCK = 1 << 32
 """Bytes of the values of a block at most, where the expected size is not known."""
 
-MOST_BESIDE = 1 << 20
-"""Bytes of a block beside its values."""
+MOST_OTHER = 1 << 20
+"""Bytes of a block that are not its values."""
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"
@@ -69,7 +69,7 @@ class Partial:
 
     @classmethod
     def of(cls, output: Path) -> Partial:
-        """Return the folder that belongs to an archive; a long name is cut, its hash put behind."""
+        """Return the folder that belongs to an archive; of a long name, its start and its hash."""
         name = f"{output.name}.partial"
         if len(os.fsencode(name)) > LONGEST_NAME:
             digest = hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16]
@@ -91,7 +91,7 @@ class Partial:
         """Folder of the points that `extend` adds, while they are being computed."""
         return Partial.of(self.added)
 
-    def adds(self) -> bool:
+    def has_added_points(self) -> bool:
         """Whether any of the points that `extend` adds are finished."""
         return self.added.exists() or bool(self.adding().finished())
 
@@ -194,10 +194,13 @@ class Partial:
             (self.path / _LOCK).unlink(missing_ok=True)
             self.path.rmdir()
 
-    def give_up(self) -> None:
-        """Remove the folder as far as possible, after a failure that is told already."""
+    def give_up(self) -> bool:
+        """Remove the folder after a failure, unless something finished is in it; returns that."""
         with contextlib.suppress(OSError):
+            if self.finished() or self.has_added_points():
+                return True
             self.remove()
+        return False
 
     # --- blocks ---------------------------------------------------------------------------------
 
@@ -266,7 +269,7 @@ class Partial:
     ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
         path = self.path / name
         try:
-            data = regular_bytes(path, most + MOST_BESIDE)
+            data = regular_bytes(path, most + MOST_OTHER)
         except OSError as error:
             raise Damaged(f"{path}: cannot be read ({one_line(error.strerror)})") from None
         first = data.find(b"\n") + 1

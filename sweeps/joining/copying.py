@@ -73,25 +73,25 @@ class _Source:
     places: Integers
 
     def read(
-        self, name: str, place: tuple[slice, ...], along: int
+        self, name: str, place: tuple[slice, ...], axis_at: int
     ) -> tuple[Integers, npt.NDArray[Any]]:
         """Return which points of a range it has along the axis, and its values there.
 
-        A variable without the axis (`along` is -1) counts as one point.
+        A variable without the axis (`axis_at` is -1) counts as one point.
         """
-        if along < 0:
+        if axis_at < 0:
             values = self._values(name, place if place else ...)
             return np.zeros(1, dtype=np.int64), values[np.newaxis]
-        begin, end = place[along].start, place[along].stop
+        begin, end = place[axis_at].start, place[axis_at].stop
         own = np.flatnonzero((self.places >= begin) & (self.places < end))
         if not own.size:
             return own, np.empty(0)
         first = int(own.min())
         inside = [*place]
-        inside[along] = slice(first, int(own.max()) + 1)
+        inside[axis_at] = slice(first, int(own.max()) + 1)
         read = self._values(name, tuple(inside))
         return self.places[own] - begin, np.moveaxis(
-            np.take(read, own - first, axis=along), along, 0
+            np.take(read, own - first, axis=axis_at), axis_at, 0
         )
 
     def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
@@ -111,14 +111,14 @@ def _copy(
         own = tuple(len(source.places) if d == axis else labels.sizes[d] for d in dims)
         if found is None or found.dimensions != dims or found.shape != own or found.dtype != kind:
             raise SceneError(f"{source.archive.path}: has no {name} over ({', '.join(dims)})")
-    along = dims.index(axis) if axis in dims else -1
+    axis_at = dims.index(axis) if axis in dims else -1
     for place in slabs(shape, netcdf.chunks_of(dims, shape, {}), kind.itemsize):
         extent = [s.stop - s.start for s in place]
-        count = extent.pop(along) if along >= 0 else 1
+        count = extent.pop(axis_at) if axis_at >= 0 else 1
         values = np.empty((count, *extent), dtype=kind)  # the axis comes first
         owner = np.full(count, -1)
         for number, source in enumerate(sources):
-            here, theirs = source.read(name, place, along)
+            here, theirs = source.read(name, place, axis_at)
             if not here.size:
                 continue
             twice = owner[here] >= 0
@@ -130,7 +130,7 @@ def _copy(
                 )  # fmt: skip
             values[here[~twice]] = theirs[~twice]
             owner[here[~twice]] = number
-        new.put(name, place, values[0] if along < 0 else np.moveaxis(values, 0, along))
+        new.put(name, place, values[0] if axis_at < 0 else np.moveaxis(values, 0, axis_at))
 
 
 def _check_agreement(

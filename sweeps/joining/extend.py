@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -135,22 +134,13 @@ def _replaced(
         except Stopped as error:
             reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
             kept = f", finished blocks are kept in {partial.path}; to continue: "
-            how = f"{kept}{options.resume_command}" if _keeps(partial) else ""
+            how = f"{kept}{options.resume_command}" if partial.give_up() else ""
             raise Stopped(f"{reason}; {path} is unchanged{how}") from None
         except BaseException:
-            _keeps(partial)
+            partial.give_up()
             raise
         remove_folder(partial, path)
         return plan
-
-
-def _keeps(partial: Partial) -> bool:
-    """Whether anything of an extension that failed is kept; the folder is removed if not."""
-    with suppress(OSError):
-        if partial.adds():
-            return True
-        partial.remove()
-    return False
 
 
 def _more_values(
@@ -221,7 +211,7 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
     try:
         run(added, partial.added, adding)
     except SceneError as error:
-        if not partial.adds():
+        if not partial.has_added_points():
             raise
         raise SceneError(
             f"{partial.path}: contains another interrupted extension ({error}); complete that "

@@ -16,9 +16,9 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from dataclasses import dataclass
-from functools import partial
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -114,7 +114,7 @@ def run(
         try:
             if options.resume and not options.overwrite and output.exists():
                 done = _already(output, now)
-                if not folder.adds():
+                if not folder.has_added_points():
                     remove_folder(folder, output)
                 return done
             if output.exists() and not options.overwrite:
@@ -122,9 +122,7 @@ def run(
             with connected(scheduler, tell) if scheduler else nullcontext() as workers:
                 return _Run(plan, output, options, folder, workers).complete(now)
         except BaseException:
-            with suppress(OSError):
-                if not folder.finished() and not folder.adds():
-                    folder.remove()
+            folder.give_up()
             raise
 
 
@@ -187,7 +185,7 @@ class _Run:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
         header = self._interrupted(now, kind)
-        lengths, limit = self._cut(header)
+        lengths, limit = self._lengths(header)
         count = block_count(self.plan, lengths)
         done = Finished(blocks=count, before=len(self.partial.finished()))
         compiled = seconds_compiling()
@@ -236,7 +234,7 @@ class _Run:
             "--overwrite to start again"
         )
 
-    def _cut(self, header: dict[str, Any] | None) -> tuple[dict[str, int], float]:
+    def _lengths(self, header: dict[str, Any] | None) -> tuple[dict[str, int], float]:
         """Lengths of the blocks, as before where a run is resumed, and the limit of their bytes."""
         options = self.options
         limit = block_bytes(self.plan, options.memory)
@@ -294,9 +292,11 @@ class _Run:
 
     # --- computing ----------------------------------------------------------------------------
 
-    def _labels(self, seconds: float) -> Labels:
+    @cached_property
+    def labels(self) -> Labels:
+        """Labels of the archive, without the seconds that computing took."""
         return describe(
-            self.plan, seconds=seconds, command=self.options.command, single=self.options.single,
+            self.plan, command=self.options.command, single=self.options.single,
             machine="" if self.workers is None else self.workers.text,
             full_paths=self.options.full_paths,
         )  # fmt: skip
@@ -312,14 +312,8 @@ class _Run:
         with self._computation({}) as computation:
             results = computation.results({})
         done.computing = time.perf_counter() - began
-        labels = self._labels(done.computing)
-        with netcdf.new(self.partial.archive, labels, {}, level=self.options.level or 0) as file:
-            for name in self.plan.outputs:
-                values = as_stored(labels, name, results.pop(name))
-                file.put(name, (), values)
-                if name == "status":
-                    done.count(values)
-            done.warnings = tuple(file.warnings.splitlines())
+        arrays = as_stored(self.labels, results)
+        self._assemble({}, [(0, {}, arrays)], done, discard=False)
         self._publish()
         done.writing = time.perf_counter() - began - done.computing
 
@@ -340,7 +334,11 @@ class _Run:
             done.computing += time.perf_counter() - began
             began = time.perf_counter()
             done.codes[:] = 0
-            damaged = self._assemble(lengths, done, discard=discard)
+            written = _one_ahead(
+                partial(self._read, number, block)
+                for number, block in enumerate(blocks(self.plan, lengths))
+            )
+            damaged = self._assemble(lengths, written, done, discard=discard)
             if not damaged:
                 self._publish()
                 done.writing += time.perf_counter() - began
@@ -356,14 +354,12 @@ class _Run:
 
     def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
         """Compute blocks; each is written while the next is computed."""
-        labels = self._labels(0.0)
 
         def computed() -> Iterator[Callable[[], int]]:
             """Compute one block after the other; each gives what writes it."""
             with self._computation(lengths) as computation:
                 for number, block in missing.items():
-                    found = computation.results(block)
-                    arrays = {n: as_stored(labels, n, found.pop(n)) for n in list(found)}
+                    arrays = as_stored(self.labels, computation.results(block))
                     yield partial(self.partial.write, number, arrays)
 
         for _ in _one_ahead(computed()):
@@ -373,35 +369,32 @@ class _Run:
         """Have blocks computed and written by workers."""
         dims = self.plan.scene.dimensions
         designs = {n: math.prod(shape_in(self.plan, dims, b)) for n, b in missing.items()}
-        with ExitStack() as stack:
-            bar: Any = None
-            if self.options.progress:
-                bar = stack.enter_context(progress_bar(
-                    total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
-                    leave=False, file=sys.stderr,
-                ))  # fmt: skip
+        with progress_bar(
+            total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
+            leave=False, file=sys.stderr, disable=not self.options.progress,
+        ) as bar:  # fmt: skip
 
             def show(number: int) -> None:
-                if bar is not None:
-                    bar.update(designs[number])
+                bar.update(designs[number])
 
             workers.compute(self.partial, self.plan, list(designs), show)
 
     # --- putting together ---------------------------------------------------------------------
 
-    def _assemble(self, lengths: Mapping[str, int], done: Finished, *, discard: bool) -> list[int]:
+    def _assemble(
+        self, lengths: Mapping[str, int], written: Iterable[tuple[int, Block, Results | None]],
+        done: Finished, *, discard: bool,
+    ) -> list[int]:  # fmt: skip
         """Copy all blocks into one file; returns the numbers of those that are damaged.
 
         With `discard`, each block is deleted once it has been copied.
         """
-        labels = self._labels(done.computing)
+        seconds = {"seconds": round(done.computing, 3)}
+        labels = replace(self.labels, attributes={**self.labels.attributes, **seconds})
         damaged: list[int] = []
         level = self.options.level or 0
         with netcdf.new(self.partial.archive, labels, lengths, level=level) as file:
-            for number, block, arrays in _one_ahead(
-                partial(self._read, number, block, labels)
-                for number, block in enumerate(blocks(self.plan, lengths))
-            ):
+            for number, block, arrays in written:
                 if arrays is None:
                     damaged.append(number)
                     continue
@@ -416,16 +409,17 @@ class _Run:
             done.warnings = tuple(file.warnings.splitlines())
         return damaged
 
-    def _read(self, number: int, block: Block, labels: Labels) -> tuple[int, Block, Results | None]:
+    def _read(self, number: int, block: Block) -> tuple[int, Block, Results | None]:
         """Read the arrays of a block; None where they are damaged, or not those that it must have.
 
         The hash of a block is right too where another program has written something else.
         """
-        expected = {
-            name: (shape_in(self.plan, dims, block), labels.variables[name].kind)
-            for name, dims in ((name, self.plan.dims(name)) for name in self.plan.outputs)
-            if belongs(block, dims)
-        }
+        expected = {}
+        for name in self.plan.outputs:
+            dims = self.plan.dims(name)
+            if belongs(block, dims):
+                kind = self.labels.variables[name].kind
+                expected[name] = shape_in(self.plan, dims, block), kind
         size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
         try:
             arrays = self.partial.read(number, size)

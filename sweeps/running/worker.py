@@ -12,7 +12,6 @@ import json
 import os
 import platform
 import signal
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +65,8 @@ def hand_over(partial: Partial, plan: Plan) -> None:
     )
 
 
-def plan_of_folder(partial: Partial, known: Mapping[str, Any]) -> Plan:
-    """Plan of the scene that lies in a folder, which reads no other file; `known` is its identity.
+def plan_of_folder(partial: Partial) -> Plan:
+    """Plan of the scene that lies in a folder, which reads no other file.
 
     Raises
     ------
@@ -80,11 +79,8 @@ def plan_of_folder(partial: Partial, known: Mapping[str, Any]) -> Plan:
         raise SceneError(str(error)) from None
     folder, files = files_as_now(*files_from_text(scene["files"]), ARCHIVE_FORMAT)
     values = {**columns, **scene["words"]}
-    contents = Contents(
-        partial.path, {"scene_name": scene["name"]}, scene["scene"], folder, files, dict(known),
-        {}, values, {}, 0,
-    )  # fmt: skip
-    plan = plan_of(contents, coordinates=values)
+    about = {"scene_name": scene["name"]}
+    plan = plan_of(Contents(partial.path, about, scene["scene"], folder, files, values))
     if scene["part"]:
         number, _, count = json.loads(scene["part"])["shard"].partition("/")
         plan = shard(plan, int(number), int(count))
@@ -160,7 +156,7 @@ class _Work:
         if threads != 1:
             raise SceneError(f"has {threads} threads; must have one (--nthreads 1)")
         wanted = header["identity"]
-        self.plan = plan_of_folder(self.partial, wanted)
+        self.plan = plan_of_folder(self.partial)
         found = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
         found += kind_differences(header["kind"], machine_kind())
         if found:
@@ -176,6 +172,5 @@ class _Work:
             return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
-        found = self.computation.results(self.blocks[number])
-        arrays = {name: as_stored(self.labels, name, found.pop(name)) for name in list(found)}
-        return self.partial.write(number, arrays)
+        results = self.computation.results(self.blocks[number])
+        return self.partial.write(number, as_stored(self.labels, results))

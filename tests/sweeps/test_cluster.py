@@ -150,7 +150,7 @@ def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> 
     here.begin({"identity": identity, "lengths": {}})
     worker.hand_over(here, plan)
     (tmp_path / "scene.toml").unlink()
-    again = worker.plan_of_folder(here, identity)
+    again = worker.plan_of_folder(here)
     assert provenance.differences(identity, provenance.identity(again)) == []
     assert again.designs == plan.designs and again.outputs == plan.outputs
     for name, values in plan.scene.axes.items():
