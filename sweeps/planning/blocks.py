@@ -109,7 +109,8 @@ def aligned(array: Any, own: tuple[str, ...], dims: tuple[str, ...]) -> npt.NDAr
 
     Its own dimensions are some of `dims`, in the same order.
     """
-    return np.expand_dims(array, tuple(i for i, d in enumerate(dims) if d not in own))
+    lengths = dict(zip(own, np.shape(array), strict=True))
+    return np.asarray(array).reshape([lengths.get(d, 1) for d in dims])
 
 
 def belongs(block: Block, dims: tuple[str, ...]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 import warnings
@@ -212,12 +213,13 @@ class Computation:
 
     def _own_results(self, block: Block) -> Results:
         """Outputs that follow from the given values of this plan alone."""
-        if self.common is None:
-            common = self._values(self.once, self.plan.leaves, {})
-            self.common = {name: _read_only(value) for name, value in common.items()}
-        here = self._values(self.each, self.common, block)
-        if not (self.each or self.all_in_each):
-            self.common = None  # there is one block, and only the outputs stay in memory
+        if not (self.each or self.all_in_each):  # there is one block
+            here = self._values(self.once, self.plan.leaves, {})
+        else:
+            if self.common is None:
+                common = self._values(self.once, self.plan.leaves, {})
+                self.common = {name: _read_only(value) for name, value in common.items()}
+            here = self._values(self.each, self.common, block)
         found = {}
         for name, dims in self.dims.items():
             if self.all_in_each or belongs(block, dims):
@@ -253,7 +255,7 @@ def _computed(
         name: replace(value, data=value.data[index_of(value.dims, block)]) if value.dims else value
         for name, value in given.items()
     }
-    waiting = Counter(need for stage in plan.stages for need in stage.node.needs)
+    waiting = Counter(itertools.chain.from_iterable(stage.node.needs for stage in plan.stages))
     for stage in stages:
         node = stage.node
         if node.make is None:  # a result of a kernel, which its stage has given
