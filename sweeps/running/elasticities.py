@@ -32,7 +32,6 @@ from sweeps.planning.elasticities import (
 )
 from sweeps.planning.plan import Plan
 from sweeps.planning.variations import Variation
-from sweeps.scene.known_values import Value
 
 __all__ = ["Derivative", "derivative", "elasticities_of"]
 
