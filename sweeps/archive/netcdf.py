@@ -155,7 +155,7 @@ def new(
     labels : Labels
         Names, dimensions, attributes, coordinates.
     lengths : mapping
-        How the plan is cut: blocks are whole numbers of chunks, so that no chunk is written twice.
+        Of the blocks, which are whole numbers of chunks, so that no chunk is written twice.
     level : int
         Of compression (zlib), from 0 to 9.
 
@@ -192,11 +192,11 @@ def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) 
     for name, size in labels.sizes.items():
         file.createDimension(name, size)
     variables: dict[str, Any] = {}
-    beside = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
+    auxiliary = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
     # Where no result is along its dimension, no variable names it: then the file does, as xarray's.
     of_none = [
         n
-        for n, c in beside.items()
+        for n, c in auxiliary.items()
         if not any(set(c.dims) <= set(v.dims) for v in labels.variables.values())
     ]
     if of_none:
@@ -204,7 +204,7 @@ def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) 
     for name, variable in (*labels.variables.items(), *labels.coordinates.items()):
         made = _made(file, name, variable, labels, lengths, level)
         if name in labels.variables:
-            with_it = sorted(n for n, c in beside.items() if set(c.dims) <= set(variable.dims))
+            with_it = sorted(n for n, c in auxiliary.items() if set(c.dims) <= set(variable.dims))
             if with_it:
                 made.setncattr("coordinates", " ".join(with_it))
             variables[name] = made

@@ -1,6 +1,7 @@
 """From a scene to the stages that have to be computed, in blocks and shards.
 
 leaves, plan     what is given; the stages that the asked quantities need, and their axes
-blocks, shards   how a plan is cut
+variations       plans with other values, for elasticities and uncertainty
+blocks, shards   how a plan is divided
 forecast, memory what `engine-dyn plan` prints; whether it fits the memory
 """

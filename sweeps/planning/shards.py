@@ -23,7 +23,7 @@ __all__ = ["part", "shard"]
 
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
-    """Shard `number`, from 1 on, of `count` shards of about equal size, cut along the longest axis.
+    """Shard `number`, from 1 on, of `count` shards of about equal size, parts of the longest axis.
 
     Raises
     ------
@@ -101,8 +101,8 @@ def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:
     scene = plan.scene
     reference = scene.reference
     if reference is not None and axis in reference.dimensions:
-        along = reference.dimensions.index(axis)
-        columns = {k: np.take(v, places, axis=along) for k, v in reference.columns.items()}
+        number = reference.dimensions.index(axis)
+        columns = {k: np.take(v, places, axis=number) for k, v in reference.columns.items()}
         reference = replace(reference, columns=columns)
     if axis == DESIGN:
         return replace(

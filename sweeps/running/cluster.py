@@ -214,16 +214,11 @@ def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: 
             f"--scheduler {address}: can no longer be reached ({one_line(error, 200)})"
         ) from None
     for where, answer in answers.items():
-        if isinstance(answer, ImportError):
-            raise SceneError(
-                f"--scheduler {address}: worker {where}: has no engine-dyn of this version "
-                f"({one_line(answer)})"
-            )
         if isinstance(answer, Exception):
-            raise SceneError(
-                f"--scheduler {address}: worker {where}: {type(answer).__name__}: "
-                f"{one_line(answer)}"
-            )
+            reason = f"{type(answer).__name__}: {one_line(answer)}"
+            if isinstance(answer, ImportError):
+                reason = f"has no engine-dyn of this version ({one_line(answer)})"
+            raise SceneError(f"--scheduler {address}: worker {where}: {reason}")
     return answers
 
 
@@ -293,16 +288,13 @@ class DaskWorkers:
                     "file system that all workers share"
                 )
         run = secrets.token_hex(4)
-        futures = {
-            future.key: (future, number)
-            for number in numbers
-            for future in (
-                self.client.submit(
-                    worker.block, folder, partial.key, number,
-                    key=f"engine-dyn-{run}-{number}", pure=False,
-                ),
-            )
-        }  # fmt: skip
+        futures = {}
+        for number in numbers:
+            future = self.client.submit(
+                worker.block, folder, partial.key, number,
+                key=f"engine-dyn-{run}-{number}", pure=False,
+            )  # fmt: skip
+            futures[future.key] = future, number
         try:
             finished = as_completed(
                 [future for future, _ in futures.values()], loop=self.client.loop
@@ -338,9 +330,7 @@ class DaskWorkers:
         try:
             return bool(self.client.nthreads())
         except (OSError, TimeoutError, CancelledError) as error:
-            raise Lost(
-                f"{self.address}: the scheduler has disappeared ({one_line(error, 200)})"
-            ) from None
+            raise _without_scheduler(self.address, error) from None
 
 
 def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
@@ -350,15 +340,17 @@ def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
         time.sleep(_TICK)
 
 
+def _without_scheduler(address: str, error: Exception) -> Lost:
+    return Lost(f"{address}: the scheduler has disappeared ({one_line(error, 200)})")
+
+
 def _check(future: Any, address: str) -> None:
     """Raise what the answer of a worker says; nothing where its block is finished."""
     if future.status == "finished":
         try:
             word, what = future.result()
         except Exception as error:  # the answer was lost with the scheduler or a worker
-            raise Lost(
-                f"{address}: the scheduler has disappeared ({one_line(error, 200)})"
-            ) from None
+            raise _without_scheduler(address, error) from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")
         if word == "os":

@@ -29,7 +29,7 @@ SMALLEST_BLOCK = 4e6
 AT_ONCE = 4
 """Times the arrays of one block exist: computed once for all, computed, written, the kernels'."""
 
-BESIDE = 0.03
+OTHER_SHARE = 0.03
 """Fraction of an archive that is neither results nor coordinates, at most: see `netcdf.WASTE`."""
 
 
@@ -103,7 +103,7 @@ def check_disk(
         check_room(plan, output, size, size)
         return False
     missing = size * (count - finished) / count
-    check_room(plan, output, size, missing + (BESIDE + 1.0 / count) * size)
+    check_room(plan, output, size, missing + (OTHER_SHARE + 1.0 / count) * size)
     return size + missing > shutil.disk_usage(output.parent).free
 
 

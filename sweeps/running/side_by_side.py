@@ -46,8 +46,9 @@ def side_by_side(
                 dims = outputs[name]
                 here = np.ix_(*(places[d][0] for d in dims))
                 found[name][here] = aligned(values, part.plan.dims(name), dims)
-    for name in outputs.keys() - found.keys():
-        found[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
+    for name in outputs:
+        if name not in found:
+            found[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
     return found
 
 
