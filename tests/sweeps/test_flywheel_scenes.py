@@ -234,7 +234,7 @@ def test_cut_into_blocks_they_have_the_same_bits(tmp_path: Path) -> None:
 
     plan = make_plan(read_scene(raw))
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(blocks, "cut", lambda _: {"speed": 7})
+        patched.setattr(blocks, "block_lengths", lambda _: {"speed": 7})
         patched.setattr("sweeps.running.in_memory.block_lengths", lambda _: {"speed": 7})
         pieces = compute(plan)
     for name in ("torque_rms", "flywheel_shaft_torque_rms"):
