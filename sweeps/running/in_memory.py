@@ -205,32 +205,67 @@ class Computation:
         if self.plan.parts:
             each = [engine.results for engine in self.engines]
             return side_by_side(self.plan, block, each)
-        found = self._own_results(block)
+        if not (self.each or self.all_in_each):  # there is one block
+            here = self._computed(self.once, self.plan.leaves, {})
+        else:
+            if self.common is None:
+                common = self._computed(self.once, self.plan.leaves, {})
+                self.common = {name: _read_only(value) for name, value in common.items()}
+            here = self._computed(self.each, self.common, block)
+        found: Results = {}
+        for name, dims in self.dims.items():
+            if self.all_in_each or belongs(block, dims):
+                array = _filled(here.pop(name).si, dims, shape_in(self.plan, dims, block))
+                found[name] = array if array.flags.writeable else array.copy()
         for variation, others in zip(self.plan.variations, self.varied, strict=True):
             combine = _COMBINE[variation.dimension]
             found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
         return found
 
-    def _own_results(self, block: Block) -> Results:
-        """Outputs that follow from the given values of this plan alone."""
-        if not (self.each or self.all_in_each):  # there is one block
-            here = self._values(self.once, self.plan.leaves, {})
-        else:
-            if self.common is None:
-                common = self._values(self.once, self.plan.leaves, {})
-                self.common = {name: _read_only(value) for name, value in common.items()}
-            here = self._values(self.each, self.common, block)
-        found = {}
-        for name, dims in self.dims.items():
-            if self.all_in_each or belongs(block, dims):
-                array = _filled(here.pop(name).si, dims, shape_in(self.plan, dims, block))
-                found[name] = array if array.flags.writeable else array.copy()
-        return found
-
-    def _values(
+    def _computed(
         self, stages: tuple[Stage, ...], given: Mapping[str, Value], block: Block
     ) -> dict[str, Value]:
-        return _computed(self.plan, stages, given, block, self.bars, self.threads)
+        """Values of some stages for one block, and the given values that are still needed."""
+        values = {
+            name: replace(value, data=value.data[index_of(value.dims, block)])
+            if value.dims
+            else value
+            for name, value in given.items()
+        }
+        waiting = Counter(
+            itertools.chain.from_iterable(stage.node.needs for stage in self.plan.stages)
+        )
+        for stage in stages:
+            node = stage.node
+            if node.make is None:  # a result of a kernel, which its stage has given
+                continue
+            needs = {name: values[name] for name in node.needs}
+            if node.kind == "stage":
+                wanted = self.plan.wanted(stage)
+                bundle = node.make(
+                    **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
+                    wanted=wanted,
+                    threads=self.threads,
+                    progress=self.bars.of(stage),
+                )
+                dims = {s.node.name: s.dims for s in stages}
+                values |= {name: Value(bundle[name], dims[name]) for name in wanted}
+            else:
+                before = _dims_of_needs(self.plan, stage)
+                arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
+                if node.threaded:
+                    arguments["threads"] = self.threads
+                try:
+                    data = node.make(**arguments)
+                except ValueError as error:  # what only the physics can refuse, in its own words
+                    raise SceneError(f"{self.plan.name}: {error}") from None
+                values[node.name] = Value(np.asarray(data), stage.dims)
+            for need in node.needs:
+                waiting[need] -= 1
+                # Undivided, values that have served are dropped; blocks need the common ones again.
+                if waiting[need] == 0 and need not in self.plan.outputs and need not in given:
+                    values.pop(need)
+        return values
 
 
 def _read_only(value: Value) -> Value:
@@ -240,53 +275,6 @@ def _read_only(value: Value) -> Value:
     data = value.data.view()
     data.flags.writeable = False
     return replace(value, data=data)
-
-
-def _computed(
-    plan: Plan,
-    stages: tuple[Stage, ...],
-    given: Mapping[str, Value],
-    block: Block,
-    bars: _Bars,
-    threads: int | None,
-) -> dict[str, Value]:
-    """Values of some stages for one block, and the given values that are still needed."""
-    values = {
-        name: replace(value, data=value.data[index_of(value.dims, block)]) if value.dims else value
-        for name, value in given.items()
-    }
-    waiting = Counter(itertools.chain.from_iterable(stage.node.needs for stage in plan.stages))
-    for stage in stages:
-        node = stage.node
-        if node.make is None:  # a result of a kernel, which its stage has given
-            continue
-        needs = {name: values[name] for name in node.needs}
-        if node.kind == "stage":
-            wanted = plan.wanted(stage)
-            bundle = node.make(
-                **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
-                wanted=wanted,
-                threads=threads,
-                progress=bars.of(stage),
-            )
-            dims = {s.node.name: s.dims for s in stages}
-            values |= {name: Value(bundle[name], dims[name]) for name in wanted}
-        else:
-            before = _dims_of_needs(plan, stage)
-            arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
-            if node.threaded:
-                arguments["threads"] = threads
-            try:
-                data = node.make(**arguments)
-            except ValueError as error:  # what only the physics can refuse, in its own words
-                raise SceneError(f"{plan.name}: {error}") from None
-            values[node.name] = Value(np.asarray(data), stage.dims)
-        for need in node.needs:
-            waiting[need] -= 1
-            # In one piece, values that have served are dropped; blocks need the common ones again.
-            if waiting[need] == 0 and need not in plan.outputs and need not in given:
-                values.pop(need)
-    return values
 
 
 def _dims_of_needs(plan: Plan, stage: Stage) -> tuple[str, ...]:

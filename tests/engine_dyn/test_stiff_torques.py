@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from engine_dyn import diagram_from_points, periodic_speed, status
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_speed
 from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
-from engine_dyn.speed.general import front, radau
+from engine_dyn.speed.general import one_by_one, radau
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff
 from tests.support.held_out import design_of, solved
@@ -177,7 +177,7 @@ def test_cycles_in_time_end_where_the_other_methods_do(
         changes = {**changes, "load_exponent": None}
     expected = solved(design, method="newton", **changes)
     with monkeypatch.context() as patched:
-        patched.setattr(front, "followed", lambda *_: tuple(range(7)))
+        patched.setattr(one_by_one, "followed", lambda *_: tuple(range(7)))
         found = solved(design, method="newton", **changes)
     assert found.status == expected.status == status.CONVERGED
     assert found.iterations != expected.iterations  # another method indeed
