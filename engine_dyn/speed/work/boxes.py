@@ -26,15 +26,16 @@ RATIO_EDGES = np.array([0.0, 0.2, 0.36, 0.5, 0.6, 0.7, 0.77, 0.82])
 """Edges of boxes of the crank ratio. Boxes shrink towards the ratio where the crank cannot turn, so
 that polynomials of one degree serve all."""
 
-LARGEST_WITH_OFFSET = 0.5
-"""Largest crank ratio of boxes with an offset: beyond, polynomials of this degree are too few."""
+OFFSET_EDGES = np.array([0.0, 0.201, 0.351, 0.501])
+"""Edges of boxes of the offset over the crank radius, beyond round numbers by what rounded lengths
+add to them. Offsets of either sign have boxes of their own."""
 
-OFFSET_EDGE = 0.201
-"""Largest offset over the crank radius of a box; offsets of either sign have boxes of their own.
-Beyond a fifth by what rounded lengths add to it."""
+LARGEST_RATIO = np.array([0.82, 0.5, 0.36, 0.36, -1.0])
+"""Largest crank ratio without an offset, up to each edge, and beyond the last: with larger ones,
+polynomials of this degree are too few."""
 
-SIGNS = 3
-"""Kinds of box for each interval of the crank ratio: no offset, a positive one, a negative one."""
+KINDS = 2 * len(OFFSET_EDGES) - 1
+"""Boxes for each interval of the crank ratio: no offset, a small positive and negative one, ..."""
 
 
 @dataclass(frozen=True)
@@ -104,12 +105,10 @@ def boxes_of(
     `largest_radius` is the largest crank radius of the cylinders over the engine's: their own crank
     ratio is that times the engine's, and must lie within the outermost edge.
     """
-    own = ratio * largest_radius
+    own, edge = ratio * largest_radius, np.searchsorted(OFFSET_EDGES, np.abs(offset))
     number = np.searchsorted(RATIO_EDGES[1:-1], own, side="right")
-    lies = (own >= 0.0) & (own <= np.where(offset == 0.0, RATIO_EDGES[-1], LARGEST_WITH_OFFSET))
-    lies &= np.abs(offset) <= OFFSET_EDGE
-    sign = np.where(offset > 0.0, 1, np.where(offset < 0.0, 2, 0))
-    number, lonely = SIGNS * number + sign, ~lies | alone
+    lies = (own >= 0.0) & (own < LARGEST_RATIO[edge])
+    number, lonely = KINDS * number + 2 * edge - (offset > 0.0), ~lies | alone
     if lonely.any():
         crank = np.stack(np.broadcast_arrays(ratio, offset))[:, lonely]
         number[lonely] = -1 - np.unique(crank, axis=1, return_inverse=True)[1].reshape(-1)
@@ -126,7 +125,9 @@ def box_of(number: int, ratio: float, offset: float, largest_radius: float = 1.0
 @lru_cache(maxsize=64)
 def _box(number: int, largest_radius: float) -> Box:
     """Box of a number, cached with what it knows of itself."""
-    low, high = RATIO_EDGES[number // SIGNS :][:2] / largest_radius
-    half = 0.5 * OFFSET_EDGE
-    offset = ((0.0, 0.0), (half, half), (-half, half))[number % SIGNS]
+    low, high = RATIO_EDGES[number // KINDS :][:2] / largest_radius
+    edge, positive = (number % KINDS + 1) // 2, number % KINDS % 2
+    near, far = OFFSET_EDGES[edge - 1 : edge + 1] if edge else (0.0, 0.0)
+    centre = (0.5 if positive else -0.5) * float(near + far)
+    offset = (centre, 0.5 * float(far - near))
     return Box((float(0.5 * (low + high)), float(0.5 * (high - low))), offset)
