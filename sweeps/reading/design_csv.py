@@ -19,11 +19,9 @@ from sweeps.reading.regular_files import opened_file, reading
 
 __all__ = ["read_design_csv"]
 
-PIECE = 1 << 24
-"""Approximate number of bytes of a CSV file that are parsed at a time."""
-
-ODD_PIECE = 1 << 20
-"""Bytes that are parsed at a time line by line, which takes fifty times as much memory."""
+PIECE = 1 << 20
+"""Approximate number of bytes of a CSV file that are parsed at a time; line by line this takes
+fifty times as much memory."""
 
 LONGEST_LINE = 1 << 20
 """Largest number of bytes of one line."""
@@ -38,7 +36,7 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
     header: tuple[str, ...] = ()
     first, offset, rows = 1, 0, 0
     for piece in _pieces(path, name, what):
-        body = piece
+        body, line = piece, first
         if columns is None:
             found = find_header(_decoded(piece, name, what, offset), name, first)
             if found is None:
@@ -47,12 +45,9 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
             header, rest, line = found
             columns = DesignColumns(name, known_columns(list(header), name, "column"))
             body = rest.encode()
-            rows += _take_csv(columns, header, body, line)
-        else:
-            # The fast parser takes bytes; they only have to be valid text.
-            if not body.isascii():
-                _decoded(body, name, what, offset)
-            rows += _take_csv(columns, header, body, first)
+        elif not body.isascii():  # the fast parser takes bytes, which must be text
+            _decoded(body, name, what, offset)
+        rows += _take_csv(columns, header, body, line)
         first, offset = first + _line_ends(piece), offset + len(piece)
     if columns is None:
         raise SceneError(f"{name}: empty; expected {what}")
@@ -101,8 +96,6 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
         for key in header:
             columns.take(key, frame[key])
         return len(frame[header[0]])
-    if len(body) > 2 * ODD_PIECE:
-        return sum(_take_csv(columns, header, part, line) for part, line in _smaller(body, first))
     # The fast parser refused the piece: read it line by line, and say what is wrong.
     rows, lines = parse_rows(body.decode(), columns.name, first, header)
     table = CsvTable(columns.name, header, rows, lines)
@@ -117,16 +110,6 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
             check_range(values[bad[0]], f"{columns.name}, line {lines[bad[0]]}: {key}", node)
         columns.take(key, values)
     return len(rows)
-
-
-def _smaller(body: bytes, first: int) -> Iterator[tuple[bytes, int]]:
-    """Parts of a piece that end where lines end, and the number of the first line of each."""
-    begin = 0
-    while begin < len(body):
-        end = body.find(b"\n", begin + ODD_PIECE) + 1 or len(body)
-        part = body[begin:end]
-        yield part, first
-        first, begin = first + _line_ends(part), end
 
 
 def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str, Any] | None:
