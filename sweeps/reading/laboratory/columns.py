@@ -15,7 +15,7 @@ from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.units import is_angle_unit, pressure_unit
 
-__all__ = ["Signals", "named_column", "signals_of"]
+__all__ = ["Signals", "named_column", "signals_of", "wanted_pressures"]
 
 _ANGLE = re.compile(
     r"^(ca|cad|crank.*|.*\bangle.*|angle.*|.*_angle.*|phi|φ|theta|.*kurbelwinkel.*|kw|°kw|degca|"
@@ -93,7 +93,7 @@ def _equally_long(numbers: dict[str, Floats], recording: Recording) -> list[Floa
     for name, shape in lengths.items():
         if shape != first or len(shape) > 1:
             raise SceneError(
-                f"{recording.label}, column '{one_line(name, 60)}': {shape[-1]} samples, the "
+                f"{recording.where(name)}: {shape[-1]} samples, the "
                 f"others {first[-1]}; cycles must be equally long"
             )
     return list(numbers.values())
@@ -105,7 +105,7 @@ def _one_row(angles: Floats, recording: Recording, name: str) -> Floats:
         if np.allclose(rows, rows[0], atol=1e-6):
             return np.asarray(rows[0])
     raise SceneError(
-        f"{recording.label}, column '{one_line(name, 60)}': the angles of its "
+        f"{recording.where(name)}: the angles of its "
         f"{angles.shape[0]} rows differ; must be the same in all cycles, or one column"
     )
 
@@ -131,6 +131,21 @@ def named_column(recording: Recording, wanted: str | int, key: str) -> str:
     shortened = names[:20]
     what = not_known(str(wanted), shortened, also=f"; or a number from 1 to {len(names)}")
     raise SceneError(f"{recording.label}: {key} = {shown(wanted)}: no such column{what}")
+
+
+def wanted_pressures(recording: Recording, options: PressureOptions) -> list[str] | None:
+    """Names of the columns of pressure that are asked for; None where they are to be guessed.
+
+    Raises
+    ------
+    SceneError
+        Where there is no such column.
+    """
+    wanted = options.pressure_column
+    if wanted is None:
+        return None
+    listed = wanted if isinstance(wanted, list) else [wanted]
+    return [named_column(recording, item, "pressure_column") for item in listed]
 
 
 def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> str | None:
@@ -162,12 +177,10 @@ def _looks_like_angles(values: Floats) -> bool:
 def _pressures(
     recording: Recording, options: PressureOptions, angle: str | None, said: list[str]
 ) -> list[str]:
-    wanted = options.pressure_column
-    if wanted is not None:
-        listed = wanted if isinstance(wanted, list) else [wanted]
-        if not listed:
+    found = wanted_pressures(recording, options)
+    if found is not None:
+        if not found:
             raise SceneError(f"{recording.label}: pressure_column = []: must name a column")
-        found = [named_column(recording, item, "pressure_column") for item in listed]
         if angle in found or len(set(found)) < len(found):
             raise SceneError(
                 f"{recording.label}: pressure_column: names a column twice, or that of the angle"

@@ -5,7 +5,6 @@ Angles are in degree here, as files have them: a grid of half degrees stays one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -58,16 +57,6 @@ class CrankAngles(NamedTuple):
     rolls_over: float
 
 
-@dataclass
-class _Place:
-    """Where messages say that something is."""
-
-    recording: Recording
-
-    def __call__(self, sample: int) -> str:
-        return f"{self.recording.label}, {self.recording.place(sample)}"
-
-
 def crank_angles(
     recording: Recording, angle: Floats, pressures: dict[str, Floats], period: float,
     options: PressureOptions, said: list[str],
@@ -97,7 +86,6 @@ def crank_angles(
     flat, angles = {}, angle
     for name, values in pressures.items():
         angles, flat[name] = _in_one_column(recording, name, values, angle, period)
-    place = _Place(recording)
     if np.abs(angles).max() > MOST_ANGLE:
         raise SceneError(f"{recording.label}: has crank angles beyond {MOST_ANGLE:g} degree")
     steps = np.diff(angles)
@@ -110,22 +98,14 @@ def crank_angles(
     if falls:
         said.append("angles fall from row to row")
         angles = -angles
-    unwrapped, rolls_over = _unwrapped(angles, period, place)
-    whole = unwrapped[-1] - unwrapped[0]
-    several = whole > period * 1.01
+    unwrapped, rolls_over = _unwrapped(angles, period, recording)
+    several = unwrapped[-1] - unwrapped[0] > period * 1.01
     backward = options.direction == "backward" or (falls and several and options.direction is None)
-    if falls and not backward:  # the rows are in the other order
-        return CrankAngles(
-            -unwrapped[::-1], {name: values[::-1] for name, values in flat.items()}, rolls_over
-        )
-    if falls:
-        said.append("counted backward: an angle of 10 becomes -10")
-        return CrankAngles(unwrapped, flat, rolls_over)
     if backward:
         said.append("counted backward: an angle of 10 becomes -10")
-        return CrankAngles(
-            -unwrapped[::-1], {name: values[::-1] for name, values in flat.items()}, rolls_over
-        )
+    if falls != backward:  # the crank passes the rows in the other order
+        unwrapped = -unwrapped[::-1]
+        flat = {name: values[::-1] for name, values in flat.items()}
     return CrankAngles(unwrapped, flat, rolls_over)
 
 
@@ -137,8 +117,7 @@ def _in_one_column(
     if values.ndim == 1:
         if len(values) != count:
             raise SceneError(
-                f"{recording.label}, column '{one_line(name, 60)}': {len(values)} samples, the "
-                f"angle has {count}"
+                f"{recording.where(name)}: {len(values)} samples, the angle has {count}"
             )
         return angle, values
     if count not in values.shape:
@@ -159,7 +138,7 @@ def _in_one_column(
     return angles.reshape(-1), rows.reshape(-1)
 
 
-def _unwrapped(angles: Floats, period: float, place: _Place) -> tuple[Floats, float]:
+def _unwrapped(angles: Floats, period: float, recording: Recording) -> tuple[Floats, float]:
     """Angles that rise on and on, and after how many degrees the given ones began again."""
     steps = np.diff(angles)
     usual = float(np.median(steps))
@@ -171,7 +150,7 @@ def _unwrapped(angles: Floats, period: float, place: _Place) -> tuple[Floats, fl
         if rolls_over not in (360.0, 720.0) or rolls_over > period:
             at = int(back[0])
             raise SceneError(
-                f"{place(at + 1)}: the crank angle goes from {angles[at]:g} to "
+                f"{recording.at(at + 1)}: the crank angle goes from {angles[at]:g} to "
                 f"{angles[at + 1]:g}; must rise or fall within a cycle of {period:g} degree"
             )
         turns = np.zeros(len(angles))
@@ -182,8 +161,8 @@ def _unwrapped(angles: Floats, period: float, place: _Place) -> tuple[Floats, fl
     if len(wrong):
         at = int(wrong[0])
         raise SceneError(
-            f"{place(at + 1)}: the crank angle goes from {angles[at]:g} to {angles[at + 1]:g}; "
-            "must rise or fall within a cycle"
+            f"{recording.at(at + 1)}: the crank angle goes from {angles[at]:g} to "
+            f"{angles[at + 1]:g}; must rise or fall within a cycle"
         )
     return np.asarray(angles), rolls_over
 
@@ -273,15 +252,14 @@ def cut_into_cycles(
     if not cycles:
         raise SceneError(f"{where}: has no whole cycle of {period:g} degree")
     grids = [grid for grid, _ in cycles]
-    for order, grid in enumerate(grids, start=1):
-        if regular:
+    if regular:
+        for order, grid in enumerate(grids, start=1):
             _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)
     lengths = np.array([len(grid) for grid in grids])
     if np.ptp(lengths) == 0:
         spread = float(np.abs(np.array(grids) - grids[0]).max())
         if spread < 0.01 * usual:
-            angles = grids[0]
-            return _recorded(angles, np.array([values for _, values in cycles]), period)
+            return _recorded(grids[0], np.array([values for _, values in cycles]), period)
     if step is None:
         common = int(np.bincount(lengths).argmax())
         odd = int(np.argmax(lengths != common)) if np.ptp(lengths) else 1

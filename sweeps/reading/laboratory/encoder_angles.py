@@ -13,7 +13,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
-from sweeps.reading.laboratory.columns import named_column
+from sweeps.reading.laboratory.columns import named_column, wanted_pressures
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 
@@ -96,11 +96,7 @@ def with_encoder_angles(
         for name, column in recording.columns.items()
         if name not in used and column.values.shape == signal.shape
     }
-    wanted = options.pressure_column
-    if wanted is not None:
-        listed = wanted if isinstance(wanted, list) else [wanted]
-        names = [named_column(recording, item, "pressure_column") for item in listed]
-        options = options.model_copy(update={"pressure_column": names})
+    options = options.model_copy(update={"pressure_column": wanted_pressures(recording, options)})
     return replace(recording, columns=rest), options, angle[inside]
 
 

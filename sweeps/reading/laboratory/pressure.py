@@ -228,7 +228,7 @@ def _cycles(
     for name, values in pressures.items():
         if np.abs(values).max() > MOST_PRESSURE:
             raise SceneError(
-                f"{recording.label}, column '{one_line(name, 60)}': has pressures of "
+                f"{recording.where(name)}: has pressures of "
                 f"{np.abs(values).max() / BAR:.3g} bar; must be below {MOST_PRESSURE / BAR:g} bar"
             )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
@@ -277,7 +277,7 @@ def _pascal(
     said: list[str], warnings: list[str],
 ) -> Floats:  # fmt: skip
     """Pressure [Pa] of a column, by the unit that is asked for, stated, or part of its name."""
-    where = f"{recording.label}, column '{one_line(name, 60)}'"
+    where = recording.where(name)
     stated = stated or unit_of_name(name, recording.label)
     text = options.unit or stated
     if not text and options.calibration is not None:

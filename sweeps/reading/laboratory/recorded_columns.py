@@ -68,6 +68,14 @@ class Recording:
             return f"sample {sample + 1}"
         return f"line {self.first_line + sample}"
 
+    def at(self, sample: int) -> str:
+        """Return the file and the place of a sample (from 0) in it."""
+        return f"{self.label}, {self.place(sample)}"
+
+    def where(self, name: str) -> str:
+        """Return the file and a column of it, as messages call them."""
+        return f"{self.label}, column '{one_line(name, 60)}'"
+
     def numbers(self, name: str) -> Floats:
         """Return the finite values of a column.
 
@@ -77,7 +85,7 @@ class Recording:
             With the place, where the column has a text, a blank field or an infinite value.
         """
         column = self.columns[name]
-        where = f"{self.label}, column '{one_line(name, 60)}'"
+        where = self.where(name)
         values = column.values
         # The sum is finite unless a value is not (or the sum overflows): one pass, no array.
         if values.size and np.isfinite(values.sum()):

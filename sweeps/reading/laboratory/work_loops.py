@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import CUBIC_CENTIMETRE, DEGREE
 from sweeps.errors import SceneError, counted, one_line, shown
 from sweeps.reading.engine_measures import EngineMeasures
-from sweeps.reading.laboratory.columns import named_column
+from sweeps.reading.laboratory.columns import named_column, wanted_pressures
 from sweeps.reading.laboratory.cycles_of_signals import LONGEST
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
@@ -57,37 +56,25 @@ STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 """Numbers in a column of strokes; a two-stroke cycle has 2 and 3."""
 
 
-class _Loop(NamedTuple):
-    """Points of a loop.
-
-    Attributes
-    ----------
-    travel : ndarray, shape (points,)
-        From top dead centre, over the stroke: 0 to 1.
-    down : ndarray of bool
-        Whether the piston moves down there.
-    turn : ndarray of int
-        Turns of the crank, from bottom dead centre on, since some point before the loop.
-    """
-
-    travel: Floats
-    down: Booleans
-    turn: Integers
-
-
 @dataclass(frozen=True)
 class _Source:
-    """The column that the travel comes from, as messages name it."""
+    """The column that the travel comes from, as messages name it.
+
+    `backward` says that the crank passes the points in the reverse order of the file.
+    """
 
     recording: Recording
     key: str
     name: str
+    backward: bool
 
     def __str__(self) -> str:
-        return f"{self.recording.label}, column '{one_line(self.name, 60)}'"
+        return self.recording.where(self.name)
 
-    def at(self, row: int) -> str:
-        return f"{self.recording.label}, {self.recording.place(row)}"
+    def at(self, place: int) -> str:
+        """Return the file and the row of a point, by its place in the order of the crank."""
+        rows = self.recording.columns[self.name].values.size
+        return self.recording.at(rows - 1 - place if self.backward else place)
 
 
 def with_loop_angles(
@@ -130,23 +117,26 @@ def with_loop_angles(
     _check_keys(recording, options, engine)
     key = "volume_column" if options.volume_column is not None else "travel_column"
     wanted = getattr(options, key)
-    source = _Source(recording, key, named_column(recording, wanted, key))
+    backward = options.direction == "backward"
+    source = _Source(recording, key, named_column(recording, wanted, key), backward)
     used = {source.name}
-    travel = _inside(_travel(source, options, geometry, engine, said), source, said)
-    order = slice(None, None, -1 if options.direction == "backward" else 1)
+    order = slice(None, None, -1 if backward else 1)
+    travel = _inside(_travel(source, options, geometry, engine, said)[order], source, said)
     strokes = None
     if options.stroke_column is not None:
         name = named_column(recording, options.stroke_column, "stroke_column")
         used.add(name)
-        strokes = _numbers_of_strokes(recording, name, period)
+        strokes = _numbers_of_strokes(recording, name, period)[order]
     names = _pressure_columns(recording, options, used)
     if strokes is None:
-        loop = _by_turning(travel[order], source, order.step < 0)
+        angle = _angles(travel, _moves_down(travel, source), geometry)
     else:
-        loop = _by_strokes(travel[order], strokes[order], source, period, order.step < 0)
-    angle = _angles(loop, geometry)
+        _check_strokes(travel, strokes, source, period)
+        angle = _angles(travel, (strokes == 1) | (strokes == 3), geometry)
+        if period > 360.0 and strokes[0] in (1, 4):  # firing dead centre, 0, ends compression
+            angle = angle + 360.0
     columns = {name: recording.numbers(name)[order] for name in names}
-    _check_cycle(angle, period, source, order.step < 0, said)
+    _check_cycle(angle, period, source, said)
     angle, columns = _merged(angle, columns, source)
     kept = {
         name: replace(recording.columns[name], values=values) for name, values in columns.items()
@@ -154,7 +144,7 @@ def with_loop_angles(
     options = options.model_copy(
         update={
             "pressure_column": names,
-            "direction": "forward" if options.direction == "backward" else None,
+            "direction": "forward" if backward else None,
             "dead_centre": options.dead_centre if strokes is None else "firing",
         }
     )  # fmt: skip
@@ -253,18 +243,16 @@ def _numbers_of_strokes(recording: Recording, name: str, period: float) -> Integ
         text = column.text[1] if column.text is not None and column.text[0] == row else ""
         said = one_line(text, 40) or f"{column.values[row]:g}"
         raise SceneError(
-            f"{recording.label}, {recording.place(row)}, column '{one_line(name, 60)}': '{said}': "
-            f"must be one of {listed}"
+            f"{recording.at(row)}, column '{one_line(name, 60)}': '{said}': must be one of {listed}"
         )
     return np.asarray(column.values.astype(np.int64))
 
 
 def _pressure_columns(recording: Recording, options: PressureOptions, used: set[str]) -> list[str]:
     """Columns of pressure: those asked for, else all that are no volume and no stroke."""
-    wanted = options.pressure_column
+    wanted = wanted_pressures(recording, options)
     if wanted is not None:
-        listed = wanted if isinstance(wanted, list) else [wanted]
-        return [named_column(recording, item, "pressure_column") for item in listed]
+        return wanted
     rest = [name for name in recording.columns if name not in used]
     if len(rest) != 1:
         raise SceneError(
@@ -275,13 +263,8 @@ def _pressure_columns(recording: Recording, options: PressureOptions, used: set[
     return rest
 
 
-def _row(place: int, count: int, reversed_rows: bool) -> int:
-    """Row of the file of a place in the order of the crank."""
-    return count - 1 - place if reversed_rows else place
-
-
-def _by_turning(travel: Floats, source: _Source, reversed_rows: bool) -> _Loop:
-    """Strokes between the places where the travel turns back."""
+def _moves_down(travel: Floats, source: _Source) -> Booleans:
+    """Whether the piston moves down at each point, by the places where its travel turns back."""
     count = len(travel)
     steps = np.diff(travel)
     signs = np.where(np.abs(steps) <= SAME, 0.0, np.sign(steps))
@@ -296,8 +279,7 @@ def _by_turning(travel: Floats, source: _Source, reversed_rows: bool) -> _Loop:
         first = change
         while first > 0 and abs(travel[first - 1] - travel[change]) <= SAME:
             first -= 1
-        _check_turn(travel[change], bool(sense[change] > 0.0), source,
-                    _row(int(change), count, reversed_rows))  # fmt: skip
+        _check_turn(travel[change], bool(sense[change] > 0.0), source, int(change))
         run = change - first + 1  # the points that have the travel of the turn
         down[first : first + run // 2] = sense[change] < 0.0
         down[first + (run + 1) // 2 : change + 1] = sense[change] > 0.0
@@ -305,10 +287,7 @@ def _by_turning(travel: Floats, source: _Source, reversed_rows: bool) -> _Loop:
             middle = first + run // 2
             down[middle] = _belongs_down(travel, int(middle), int(first), int(change),
                                          bool(sense[change] > 0.0))  # fmt: skip
-    begins = np.flatnonzero(~down[1:] & down[:-1]) + 1
-    turn = np.zeros(count, dtype=np.int64)
-    turn[begins] = 1
-    return _Loop(travel, down, np.cumsum(turn))
+    return down
 
 
 def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down: bool) -> bool:
@@ -327,55 +306,45 @@ def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down
     return begins_down if on_new < on_old else not begins_down
 
 
-def _check_turn(travel: float, at_top: bool, source: _Source, row: int) -> None:
+def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> None:
     apart = travel if at_top else 1.0 - travel
     if apart > NEAR:
         raise SceneError(
-            f"{source.at(row)}, column '{one_line(source.name, 60)}': turns back at {travel:.4g} "
+            f"{source.at(place)}, column '{one_line(source.name, 60)}': turns back at {travel:.4g} "
             f"of the stroke; must {'fall' if at_top else 'rise'} on to within {NEAR:g} of the "
             f"stroke of {'top' if at_top else 'bottom'} dead centre"
         )
 
 
-def _by_strokes(
-    travel: Floats, strokes: Integers, source: _Source, period: float, reversed_rows: bool
-) -> _Loop:
-    """Strokes that a column names."""
-    count = len(travel)
+def _check_strokes(travel: Floats, strokes: Integers, source: _Source, period: float) -> None:
+    """Refuse strokes out of order, and a travel that is not that of the stroke it belongs to."""
     down = (strokes == 1) | (strokes == 3)
     following = strokes % 4 + 1 if period > 360.0 else 5 - strokes
     steps = np.diff(travel)
-    for i in range(count - 1):
-        row = _row(i + 1, count, reversed_rows)
+    for i in range(len(travel) - 1):
         if strokes[i + 1] != strokes[i]:
             if strokes[i + 1] != following[i]:
                 raise SceneError(
-                    f"{source.at(row)}: {STROKES[int(strokes[i + 1])]} follows "
+                    f"{source.at(i + 1)}: {STROKES[int(strokes[i + 1])]} follows "
                     f"{STROKES[int(strokes[i])]}; must be {STROKES[int(following[i])]}"
                 )
             for place in (i, i + 1):
-                _check_turn(float(travel[place]), bool(down[i + 1]), source,
-                            _row(place, count, reversed_rows))  # fmt: skip
+                _check_turn(float(travel[place]), bool(down[i + 1]), source, place)
         elif steps[i] * (1.0 if down[i] else -1.0) < -SAME:
             raise SceneError(
-                f"{source.at(row)}, column '{one_line(source.name, 60)}': goes from "
+                f"{source.at(i + 1)}, column '{one_line(source.name, 60)}': goes from "
                 f"{travel[i]:.4g} to {travel[i + 1]:.4g} of the stroke; must "
                 f"{'rise' if down[i] else 'fall'} in {STROKES[int(strokes[i])]}"
             )
-    begins = np.flatnonzero(~down[1:] & down[:-1]) + 1
-    turn = np.zeros(count, dtype=np.int64)
-    turn[begins] = 1
-    # Compression and expansion lie around firing dead centre, 0.
-    first = 0 if period <= 360.0 or strokes[0] in (2, 3) else 1
-    return _Loop(travel, down, np.cumsum(turn) + first)
 
 
-def _angles(loop: _Loop, geometry: CylinderGeometry) -> Floats:
-    """Crank angles of the points [degree]."""
+def _angles(travel: Floats, down: Booleans, geometry: CylinderGeometry) -> Floats:
+    """Crank angles of the points [degree]; a turn begins where the piston turns back upwards."""
+    turn = np.cumsum(np.append(False, ~down[1:] & down[:-1]))
     offset = geometry.offset_ratio
     stroke = 2.0 * float(dead_centres(geometry.crank_ratio, offset).stroke)
-    angle = angle_of_travel(loop.travel * stroke, loop.down, geometry.crank_ratio, offset)
-    return np.asarray(angle / DEGREE + 360.0 * loop.turn)
+    angle = angle_of_travel(travel * stroke, down, geometry.crank_ratio, offset)
+    return np.asarray(angle / DEGREE + 360.0 * turn)
 
 
 def _merged(
@@ -405,9 +374,7 @@ def _merged(
     return angle[new], found
 
 
-def _check_cycle(
-    angle: Floats, period: float, source: _Source, reversed_rows: bool, said: list[str]
-) -> None:
+def _check_cycle(angle: Floats, period: float, source: _Source, said: list[str]) -> None:
     """Refuse what is no whole cycle, and points that are too far apart."""
     if len(angle) < 8:
         raise SceneError(f"{source}: {counted(len(angle), 'point')}; must be 8 at least")
@@ -421,9 +388,8 @@ def _check_cycle(
         )
     widest = int(np.argmax(steps))
     if steps[widest] > LONGEST:
-        place = source.at(_row(widest + 1, len(angle), reversed_rows))
         raise SceneError(
-            f"{place}, column '{one_line(source.name, 60)}': the crank turns by "
+            f"{source.at(widest + 1)}, column '{one_line(source.name, 60)}': the crank turns by "
             f"{steps[widest]:.3g} degree from the point before; must be {LONGEST:g} at most: near "
             "dead centres, points of little difference in travel are far apart in angle"
         )
