@@ -13,14 +13,13 @@ from typing import Any
 
 from engine_dyn.plausibility.judgement import implausible
 from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.checks import check_structure, number, plain
+from sweeps.checks import number
 from sweeps.errors import SceneError, not_known
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.engine_files import PERIODS, read_cylinders, read_values
-from sweeps.reading.engine_tables import DataSheet, EngineFile
+from sweeps.reading.engine_files import PERIODS, engine_file_of, read_cylinders, read_values
+from sweeps.reading.engine_tables import DataSheet
 from sweeps.reading.modelled_diagrams import KINDS
 from sweeps.reading.silenced_warnings import read_silenced
-from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = ["KNOWN_OF_CYCLE", "PERIOD", "Sheet", "described", "files_named", "read_data_sheet"]
@@ -82,8 +81,7 @@ def read_data_sheet(path: str | Path) -> Sheet:
     """
     path = Path(path)
     name = str(path)
-    raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
-    given = check_structure(EngineFile, raw, name)
+    given, raw = engine_file_of(path, name)
     if given.cycle != "four-stroke":
         raise SceneError(
             f"{name}: cycle = '{given.cycle}': must be 'four-stroke'; no usual values are known "

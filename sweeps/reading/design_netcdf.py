@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -19,29 +18,15 @@ from sweeps.reading.design_columns import (
     known_columns,
     take_numbers,
 )
-from sweeps.reading.netcdf_files import DAMAGE, TEXT_REFERENCE, check_chunks, open_netcdf
-from sweeps.reading.netcdf_lock import netcdf_library
-from sweeps.reading.regular_files import check_rows, reading
+from sweeps.reading.netcdf_files import TEXT_REFERENCE, check_chunks, opened_table
+from sweeps.reading.regular_files import check_rows
 
 __all__ = ["read_design_netcdf"]
 
 
 def read_design_netcdf(path: Path, name: str) -> DesignColumns:
     """Read the one-dimensional variables of a netCDF file, or the designs of an archive."""
-    with netcdf_library:
-        return _read(path, name)
-
-
-def _read(path: Path, name: str) -> DesignColumns:
-    what = "a table of designs (netCDF)"
-    with reading(name, what, "a netCDF file", *DAMAGE):
-        file = open_netcdf(path)
-    with (
-        file,
-        warnings.catch_warnings(),
-        reading(name, what, "a sound netCDF file", *DAMAGE, Warning),
-    ):
-        warnings.simplefilter("error")  # the library only warns when it drops attributes
+    with opened_table(path, name, "a table of designs (netCDF)") as file:
         variables = _variables_of_table(file, name)
         nodes = known_columns(list(variables), name, "variable")
         columns = DesignColumns(name, nodes)

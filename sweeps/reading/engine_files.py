@@ -57,6 +57,7 @@ __all__ = [
     "catalogue",
     "compression_ratio_in",
     "compression_ratio_of",
+    "engine_file_of",
     "engine_path",
     "load_engine",
     "read_cylinders",
@@ -141,9 +142,20 @@ def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
         return _read_engine(path, f"engine {path.stem}"), files
 
 
-def _read_engine(path: Path, name: str) -> Engine:
+def engine_file_of(path: Path, name: str) -> tuple[EngineFile, dict[str, Any]]:
+    """Tables of an engine file, of which only keys and types are checked, and all as they stand.
+
+    Raises
+    ------
+    SceneError
+        For a file that is none.
+    """
     raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
-    given = check_structure(EngineFile, raw, name)
+    return check_structure(EngineFile, raw, name), raw
+
+
+def _read_engine(path: Path, name: str) -> Engine:
+    given, _ = engine_file_of(path, name)
     period = PERIODS[given.cycle]
     if not given.diagram:
         hint = " (`engine-dyn calibrate` makes them from [data_sheet])" if given.data_sheet else ""

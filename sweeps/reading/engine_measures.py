@@ -12,18 +12,16 @@ from pathlib import Path
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
-from sweeps.checks import check_structure, plain
 from sweeps.reading.engine_files import (
     PERIODS,
     RATIO,
     compression_ratio_in,
     compression_ratio_of,
+    engine_file_of,
     engine_path,
     read_cylinders,
     read_values,
 )
-from sweeps.reading.engine_tables import EngineFile
-from sweeps.reading.toml_files import parse_toml
 
 __all__ = ["EngineMeasures", "measures_of", "read_engine_measures"]
 
@@ -72,9 +70,7 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
         For an unknown name, a file that is no engine, and values outside their range.
     """
     path, name = engine_path(name_or_path, None, where)
-    given = check_structure(
-        EngineFile, plain(parse_toml(path, name, "an engine file (TOML)"), name), name
-    )
+    given, _ = engine_file_of(path, name)
     period = PERIODS[given.cycle]
     values = read_values(given.values, name)
     stated = [

@@ -11,6 +11,7 @@ import errno
 import math
 import os
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -23,7 +24,7 @@ import psutil
 from sweeps.errors import SceneError, one_line, shown, size_text
 from sweeps.reading.netcdf_child import read_apart
 from sweeps.reading.netcdf_lock import netcdf_library
-from sweeps.reading.regular_files import opened_file
+from sweeps.reading.regular_files import opened_file, reading
 
 __all__ = [
     "ARCHIVE_FORMAT",
@@ -38,6 +39,7 @@ __all__ = [
     "damaged_values",
     "open_netcdf",
     "opened_archive",
+    "opened_table",
     "slabs",
     "untrusted",
 ]
@@ -140,6 +142,34 @@ def open_netcdf(path: Path) -> Any:
 
     check_structure(path)
     return netCDF4.Dataset(os.path.abspath(path))
+
+
+@contextmanager
+def opened_table(path: Path, name: str, what: str) -> Iterator[Any]:
+    """Open a netCDF file of somebody else, with netCDF's library for this thread alone.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name, what : str
+        The file as messages call it, and what it should be.
+
+    Raises
+    ------
+    SceneError
+        For a file that cannot be opened, and for a part that is damaged.
+    """
+    with netcdf_library:
+        with reading(name, what, "a netCDF file", *DAMAGE):
+            file = open_netcdf(path)
+        with (
+            file,
+            warnings.catch_warnings(),
+            reading(name, what, "a sound netCDF file", *DAMAGE, Warning),
+        ):
+            warnings.simplefilter("error")  # the library only warns when it drops attributes
+            yield file
 
 
 @contextmanager

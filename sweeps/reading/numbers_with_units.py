@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from functools import lru_cache
 from typing import Any
 
 from sweeps.errors import SceneError, one_line, shown
+from sweeps.reading.unit_registry import unit_registry
 
 __all__ = ["magnitude", "number_with_unit"]
 
@@ -30,16 +30,6 @@ _TYPED = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
 """Characters of units as people write them, for pint."""
 
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
-
-
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    import pint
-
-    registry: Any = pint.UnitRegistry()
-    registry.define("metric_hp = metric_horsepower = PS = ps = CV")
-    registry.define("@alias revolution = rev")
-    return registry
 
 
 def number_with_unit(raw: Any, where: str, unit: str) -> float:
@@ -80,7 +70,7 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     if _UNIT.fullmatch(text) is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
     try:
-        registry = _registry()
+        registry = unit_registry()
     except ImportError:
         raise SceneError(
             f"{where} = {shown(raw)}: units need the package pint (pip install 'engine-dyn[lab]'); "

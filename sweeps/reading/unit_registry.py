@@ -10,7 +10,10 @@ __all__ = ["unit_registry"]
 
 @lru_cache(maxsize=1)
 def unit_registry() -> Any:
-    """Return pint's registry as pint makes it; whoever defines units needs one of their own."""
+    """Return pint's registry, which also knows PS and CV of engines, and a revolution as rev."""
     import pint
 
-    return pint.UnitRegistry()
+    registry: Any = pint.UnitRegistry()
+    registry.define("metric_hp = metric_horsepower = PS = ps = CV")
+    registry.define("@alias revolution = rev")
+    return registry

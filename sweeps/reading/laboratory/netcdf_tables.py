@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +9,7 @@ import numpy as np
 from sweeps.errors import one_line
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
-from sweeps.reading.netcdf_files import DAMAGE, check_chunks, open_netcdf
-from sweeps.reading.netcdf_lock import netcdf_library
-from sweeps.reading.regular_files import reading
+from sweeps.reading.netcdf_files import check_chunks, opened_table
 
 __all__ = ["read"]
 
@@ -28,27 +25,18 @@ def read(
         In one line.
     """
     del data, choices
-    what = "a recording of a laboratory (netCDF)"
-    with netcdf_library:
-        with reading(label, what, "a netCDF file", *DAMAGE):
-            file = open_netcdf(path)
-        with (
-            file,
-            warnings.catch_warnings(),
-            reading(label, what, "a sound netCDF file", *DAMAGE, Warning),
-        ):
-            warnings.simplefilter("error")
-            variables = {
-                name: variable
-                for name, variable in file.variables.items()
-                if variable.ndim in (1, 2) and getattr(variable.dtype, "kind", "") in "iuf"
-            }
-            total = sum(float(np.prod(v.shape, dtype=float)) for v in variables.values())
-            check_size(total, len(variables), label)
-            columns = []
-            for name, variable in variables.items():
-                check_chunks(variable, variable.dtype.itemsize, label)
-                values = np.ma.filled(np.ma.asarray(variable[...], np.float64), np.nan)
-                unit = one_line(getattr(variable, "units", ""), 60)
-                columns.append(Column(one_line(name, 200), unit, values))
+    with opened_table(path, label, "a recording of a laboratory (netCDF)") as file:
+        variables = {
+            name: variable
+            for name, variable in file.variables.items()
+            if variable.ndim in (1, 2) and getattr(variable.dtype, "kind", "") in "iuf"
+        }
+        total = sum(float(np.prod(v.shape, dtype=float)) for v in variables.values())
+        check_size(total, len(variables), label)
+        columns = []
+        for name, variable in variables.items():
+            check_chunks(variable, variable.dtype.itemsize, label)
+            values = np.ma.filled(np.ma.asarray(variable[...], np.float64), np.nan)
+            unit = one_line(getattr(variable, "units", ""), 60)
+            columns.append(Column(one_line(name, 200), unit, values))
     return columns, None
