@@ -17,10 +17,9 @@ __all__ = ["Unbound", "beside_bounds"]
 
 def _inverse_of_curvature(slopes: Floats) -> Floats:
     """Inverse of slopes^T slopes, without the rounding of that product."""
-    length = np.sqrt(np.sum(slopes**2, axis=0))
-    _, singular, rows = np.linalg.svd(slopes / length, full_matrices=False)
-    root = (rows / singular[:, None]) / length
-    return np.asarray(root.T @ root)
+    length = np.linalg.norm(slopes, axis=0)
+    root = np.linalg.pinv(slopes / length) / length[:, None]
+    return np.asarray(root @ root.T)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,9 +40,6 @@ NEIGHBOURS = 0.25
 interval badly, and weights that follow the noise make the 95 % intervals too narrow. Where noise is
 of low orders, as that of combustion, a tenth is too few: all its variances are then wrong alike."""
 
-ROUNDS = 10
-"""Of weights, where the loss is not linear."""
-
 DRAWS = 999
 """Fits to noise that residuals are compared with."""
 
@@ -293,43 +290,36 @@ def fit_speeds(
     if not names or len({*names}) < len(names):
         raise ValueError(f"parameters {', '.join(names)}: at least one, each once")
     problem = _Problem(model, tuple(parameters), tuple(recordings), teeth, tooth_prior)
-    low = np.array([p.low for p in parameters])
-    high = np.array([p.high for p in parameters])
-    value = np.array([p.start for p in parameters])
-    problem.check_condition(problem.slopes(value), largest_condition)
-    weight = np.ones(problem.rows)
-    for _ in range(1 if loss == "linear" else ROUNDS):
-        apart = _Apart(problem.of_teeth, weight)
-        found = least_squares(
-            lambda here, left=apart: left.of(problem.residuals(here)), value,
-            lambda here, left=apart: left.of(problem.slopes(here)[:, : len(names)]),
-            bounds=(low, high), x_scale=[p.scale for p in parameters],
-            xtol=1e-10, ftol=1e-12, gtol=1e-12,
-        )  # fmt: skip
-        value = found.x
-        errors = apart.errors(problem.residuals(value))
-        residual = problem.residuals(value) + problem.of_teeth @ errors
-        weight = _weights(residual, loss)
-    unknown = np.concatenate([value, errors])
-    slopes = problem.slopes(value)
+    count, errors = len(parameters), problem.of_teeth.shape[1]
+    low = np.append([p.low for p in parameters], np.full(errors, -np.inf))
+    high = np.append([p.high for p in parameters], np.full(errors, np.inf))
+    start = np.append([p.start for p in parameters], np.zeros(errors))
+    problem.check_condition(problem.slopes(start), largest_condition)
+    found = least_squares(
+        problem.residuals, start, problem.slopes, bounds=(low, high),
+        x_scale=np.append([p.scale for p in parameters], np.full(errors, problem.unit)),
+        loss=loss, xtol=1e-10, ftol=1e-12, gtol=1e-12,
+    )  # fmt: skip
+    unknown = found.x
+    residual, slopes = problem.residuals(unknown), problem.slopes(unknown)
+    weight = _weights(residual, loss)
     condition = problem.check_condition(slopes, largest_condition)
     few = np.array([len(recording.speed) - 1 for recording in recordings])
     spreads = problem.spreads_of_scores(slopes, weight)
     every = Unbound.of(slopes, weight, residual, spreads, few, np.ones(unknown.size, dtype=bool))
-    inside = np.append(found.active_mask == 0, np.ones(errors.size, dtype=bool))
+    inside = np.asarray(found.active_mask == 0)
     held = every if inside.all() else Unbound.of(slopes, weight, residual, spreads, few, inside)
     step, reach, covariance = beside_bounds(every, held, inside)
-    count = len(parameters)
-    interval = np.stack([unknown + step - reach, unknown + step + reach], axis=1)[:count]
-    interval = np.clip(interval, low[:, None], high[:, None])
+    interval = np.stack([unknown + step - reach, unknown + step + reach], axis=1)
+    interval = np.clip(interval, low[:, None], high[:, None])[:count]
     deviation = np.sqrt(np.diag(covariance))
     parts = problem.parts(residual)
     told = sum(int(recording.counted.sum()) - 1 for recording in recordings) - unknown.size
     chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
     likely = problem.likelihood_of_noise(residual, slopes, weight, held.inverse)
     return FittedSpeeds(
-        tuple(parameters), value, interval, covariance[:count, :count], covariance,
-        condition, errors, deviation[count:], parts, chi, likely,
+        tuple(parameters), unknown[:count], interval, covariance[:count, :count], covariance,
+        condition, unknown[count:], deviation[count:], parts, chi, likely,
     )  # fmt: skip
 
 
@@ -341,26 +331,6 @@ def _weights(residual: Floats, loss: Loss) -> Floats:
     if loss == "huber":
         return np.asarray(1.0 / np.maximum(np.sqrt(square), 1.0))
     return np.ones_like(residual)
-
-
-class _Apart:
-    """What the tooth errors cannot imitate: they enter the residuals linearly.
-
-    Fitting them with the rest takes twice as long.
-    """
-
-    def __init__(self, of_teeth: Floats, weight: Floats) -> None:
-        self.root = np.sqrt(weight)
-        self.basis, self.triangle = np.linalg.qr(self.root[:, None] * of_teeth)
-
-    def of(self, rows: Floats) -> Floats:
-        """Rows, weighted, less what the tooth errors take of them."""
-        weighted = (self.root * rows.T).T
-        return np.asarray(weighted - self.basis @ (self.basis.T @ weighted))
-
-    def errors(self, residual: Floats) -> Floats:
-        """Tooth errors that leave the least of residuals."""
-        return np.asarray(-np.linalg.solve(self.triangle, self.basis.T @ (self.root * residual)))
 
 
 class _Problem:
@@ -394,16 +364,9 @@ class _Problem:
             for logs, recording in zip(found, self.recordings, strict=True)
         ]
 
-    @property
-    def rows(self) -> int:
-        """Number of residuals."""
-        return len(self.of_teeth)
-
-    def residuals(self, value: Floats) -> Floats:
-        """Measured less computed, in standard errors; then what is known without the data.
-
-        With perfect teeth: their errors add `of_teeth` times them.
-        """
+    def residuals(self, unknown: Floats) -> Floats:
+        """Measured less computed, in standard errors; then what is known without the data."""
+        value, errors = np.split(unknown, [len(self.parameters)])
         computed = self.computed(value[None])
         parts = [
             (shapes.mean(axis=0) - said[0]) / deviation
@@ -414,8 +377,8 @@ class _Problem:
             for p, here in zip(self.parameters, value, strict=True)
             if p.prior is not None and p.prior_deviation is not None
         ]
-        rest = np.zeros(self.rows - self.measured - len(known))
-        return np.concatenate([*parts, known, rest])
+        rest = np.zeros(len(self.of_teeth) - self.measured - len(known))
+        return np.concatenate([*parts, known, rest]) + self.of_teeth @ errors
 
     @property
     def _share(self) -> Floats:
@@ -440,9 +403,10 @@ class _Problem:
                 blocks.append(np.eye(fitted) / self.tooth_prior)
         return np.vstack(blocks)
 
-    def slopes(self, value: Floats) -> Floats:
+    def slopes(self, unknown: Floats) -> Floats:
         """Slopes of all residuals, by central differences of the model in one batch."""
         count = len(self.parameters)
+        value = unknown[:count]
         low, high = (
             np.array([getattr(p, side) for p in self.parameters]) for side in ("low", "high")
         )
@@ -461,7 +425,7 @@ class _Problem:
             if p.prior_deviation is not None
         ]
         blocks.append(np.reshape(rows, (len(rows), count)))
-        blocks.append(np.zeros((self.rows - self.measured - len(rows), count)))
+        blocks.append(np.zeros((len(self.of_teeth) - self.measured - len(rows), count)))
         return np.hstack([np.vstack(blocks), self.of_teeth])
 
     def check_condition(self, slopes: Floats, largest: float) -> float:
