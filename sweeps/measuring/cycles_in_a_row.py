@@ -14,6 +14,7 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.measured_files import SpeedRecord
+from sweeps.measuring.recorded_speeds import first_tooth, given_gap
 from sweeps.scene.measured import Measured
 
 __all__ = ["CyclesInARow", "cycles_in_a_row"]
@@ -87,7 +88,7 @@ def cycles_in_a_row(
         )  # fmt: skip
     assert record.teeth is not None and given.wheel is not None
     wheel, turns = given.wheel, round(period / TURN)
-    known = given.table.gap_angle
+    known = given_gap(given)
     if known is None and TURN * symmetry > period * (1.0 + 1e-9):
         raise SceneError(
             f"{where} gap_angle: missing; must be given, because the speed of {symmetry} equal "
@@ -99,23 +100,19 @@ def cycles_in_a_row(
         raise SceneError(f"{where} {record.label}: no whole cycle of {turns} turns was found")
     mean = np.nanmean(raw, axis=0)
     sound = sound_intervals(mean, wheel)
-    found = find_gap_angle(
-        mean[None], angle, speed[None], wheel, period, None if known is None else known * DEGREE,
-        sound,
-    )  # fmt: skip
+    found = find_gap_angle(mean[None], angle, speed[None], wheel, period, known, sound)
     start = found.angle + TURN * float(found.turn[0])
     turn_known, start_from = True, "the correlation of measured and computed speed"
     if turns > 1 and symmetry % turns == 0:
         turn_known = False
         start_from += ", except for the revolution"
         if known is not None:
-            start = known * DEGREE
+            start = known
             start_from = "gap_angle, assumed to belong to the first complete turn of the recording"
     elif known is not None:
         start_from = "gap_angle, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
-    aside = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
-    start -= float(aside[sound & np.roll(sound, 1)].mean())
+    start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
         raw * np.tile(1.0 + errors, turns), np.tile(wheel.width * (1.0 + errors), turns),
         (start + 0.5 * period) % period - 0.5 * period, np.tile(sound, turns), turn_known,

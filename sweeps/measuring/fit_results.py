@@ -91,7 +91,7 @@ def fit_dataset(
     """
     fit, given = found.fit, found.seen.recordings
     names = np.array([p.name for p in fit.parameters], dtype=object)
-    middles = found.seen.middles()
+    middles = given.middles(found.seen.starts)
     data = _of_parameters(found) | _of_speeds(found, middles) | _of_teeth(found)
     if predicted:
         data |= _of_predictions(given, predicted, middles)
@@ -122,10 +122,7 @@ def fit_dataset(
         "reduced_chi_square": fit.reduced_chi_square,
         "likelihood_of_noise": fit.likelihood_of_noise,
         "least_likelihood": LEAST_LIKELIHOOD,
-        "recordings": "\n".join(
-            f"{label} sha256 {digest}"
-            for label, digest in zip(given.labels, given.sha256, strict=True)
-        ),
+        "recordings": given.listed,
         "remarks": "\n".join(given.remarks),
     }
     if given.wheel is not None and found.seen.gap_angle is not None:
@@ -166,7 +163,7 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
     """Measured and fitted speeds in the order of the angle, and their delta."""
     fit, given = found.fit, found.seen.recordings
     logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
-    raw = np.array([one.mean(axis=0) for one in given.cycles])
+    raw = given.raw
     spread = np.array([_deviation_over_cycles(one) for one in given.cycles])
     share = np.where(given.used, given.width, 0.0)
     level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
@@ -200,7 +197,7 @@ def _of_predictions(
     given: FittedRecordings, predicted: Sequence[Prediction], middles: Floats
 ) -> dict[str, Any]:
     """Each recording as the others predict it, at its measured level."""
-    raw = np.array([one.mean(axis=0) for one in given.cycles])
+    raw = given.raw
     logs = np.array([one.logs for one in predicted])
     share = np.where(given.used, given.width, 0.0)
     level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()

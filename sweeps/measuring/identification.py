@@ -21,6 +21,7 @@ from sweeps.measuring.computed_speeds import (
 )
 from sweeps.measuring.fit_results import Prediction, SpeedFit, fit_dataset
 from sweeps.measuring.fitted_recordings import FittedRecordings
+from sweeps.measuring.recorded_speeds import given_gap
 from sweeps.measuring.speed_fit import (
     LARGEST_CONDITION,
     Loss,
@@ -245,10 +246,8 @@ class _Task:
                 "others"
             )
         assert self.scene.measured is not None
-        known = self.scene.measured.table.gap_angle
-        seen = given.seen(
-            recordings, computed, angle, speed[0], None if known is None else known * DEGREE
-        )
+        known = given_gap(self.scene.measured)
+        seen = given.seen(recordings, computed, angle, speed[0], known)
         gap = (seen.gap_angle or 0.0) / DEGREE
         parameters = [
             self._parameter(key, float(value), gap)

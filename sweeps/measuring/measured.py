@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from engine_dyn.recordings.measured_speed import (
     Fluctuation,
-    cycles_of_turns,
-    find_gap_angle,
     fluctuation,
     likeness,
     orders_of_samples,
@@ -21,7 +19,6 @@ from engine_dyn.recordings.measured_speed import (
 )
 from engine_dyn.recordings.tooth_errors import (
     ToothErrors,
-    sound_intervals,
     speed_through_wheel,
     tooth_errors,
 )
@@ -39,7 +36,12 @@ from sweeps.measuring.measured_doubts import (
     of_heavier_engine,
     repeats_every_turn,
 )
-from sweeps.measuring.measured_files import SpeedRecord, records_of
+from sweeps.measuring.recorded_speeds import (
+    RecordedSpeeds,
+    first_tooth,
+    given_gap,
+    recorded_speeds,
+)
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
@@ -168,20 +170,20 @@ def measured(
     """
     given = read_scene(scene, **tables)
     name = str(given.path or "scene")
-    table, period = given.measured, float(given.engine.period)
+    table = given.measured
     if table is None:
         raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
-    records = records_of(table, period, name)
+    recorded = recorded_speeds(table, float(given.engine.period), name)
     if computed is None:
         from sweeps.running.in_memory import run
 
         computed = run(replace(given, quantities=("omega", "delta"), reference=None))
-    angle, speeds = computed_speeds(computed, table, len(records), name)
+    angle, speeds = computed_speeds(computed, table, len(recorded.labels), name)
     try:
-        curves = _curves(table, records, angle, speeds, period)
+        curves = _curves(table, recorded, angle, speeds)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {error}") from None
-    return _dataset(given, table, records, curves, angle, speeds, computed)
+    return _dataset(given, table, recorded, curves, angle, speeds, computed)
 
 
 def computed_speeds(
@@ -219,33 +221,25 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
     return values
 
 
-def _curves(
-    given: Measured, records: Sequence[SpeedRecord], angle: Floats, speeds: Floats, period: float
-) -> _Curves:
-    """Speeds of all recordings on common intervals."""
-    if given.wheel is None:
-        return _curves_over_angle(records, angle, speeds, period)
-    wheel, turns = given.wheel, round(period / TURN)
-    cycles = [cycles_of_turns(r.teeth, turns) for r in records if r.teeth is not None]
-    raw = np.array([one.mean(axis=0) for one in cycles])
-    sound = sound_intervals(raw, wheel)
-    each = np.tile(sound, turns)
-    known = given.table.gap_angle
-    found = find_gap_angle(
-        raw, angle, speeds, wheel, period, None if known is None else known * DEGREE, sound
-    )
-    starts = found.angle + TURN * found.turn
+def _curves(given: Measured, recorded: RecordedSpeeds, angle: Floats, speeds: Floats) -> _Curves:
+    """Measured and computed speeds on the intervals of the recordings."""
+    if recorded.wheel is None:
+        return _curves_over_angle(recorded, angle, speeds)
+    wheel, turns, period = recorded.wheel, recorded.turns, recorded.period
+    raw, sound, known = recorded.raw, recorded.sound, given_gap(given)
+    found = recorded.gap(raw, angle, speeds, known)
+    starts = np.asarray(found.angle + TURN * found.turn)
 
-    def first_tooth(start: float, one: Floats) -> float:
-        """Its true angle: sound teeth are on the average where they should be."""
-        aside = np.concatenate([[0.0], np.cumsum(wheel.width * one)[:-1]])
-        return start - float(aside[sound & np.roll(sound, 1)].mean())
+    def first_teeth(errors: Floats) -> list[float]:
+        """True angle of the first tooth of each recording."""
+        pairs = zip(starts, errors, strict=True)
+        return [first_tooth(start, one, wheel, sound) for start, one in pairs]
 
     def between(errors: Floats) -> Floats:
         """Computed speed between the true teeth, for the errors of each recording."""
         seen = [
-            speed_through_wheel(angle, speed, wheel, first_tooth(start, one), period, one)
-            for speed, start, one in zip(speeds, starts, errors, strict=True)
+            speed_through_wheel(angle, speed, wheel, tooth, period, one)
+            for speed, tooth, one in zip(speeds, first_teeth(errors), errors, strict=True)
         ]
         return np.array(seen) * np.tile(1.0 + errors, turns)
 
@@ -255,24 +249,21 @@ def _curves(
         heavier, *_ = _errors_of(
             given.errors, raw, lambda errors: of_heavier_engine(between(errors)), wheel
         )
-    width = np.tile(wheel.width, turns)
-    begin = np.concatenate([[0.0], np.cumsum(width)[:-1]])
-    middles = (starts[:, None] + begin + 0.5 * width + 0.5 * period) % period - 0.5 * period
+    width, middles = recorded.width, recorded.middles(starts)
     order = [np.argsort(one) for one in middles]
     return _Curves(
         middles[0][order[0]],
         width[order[0]],
         order,
-        cycles,
+        recorded.cycles,
         between(errors),
         np.tile(errors, turns),
         np.tile(unsure, turns),
         [
-            first_tooth(start, one)
-            + np.concatenate([[0.0], np.cumsum(width * np.tile(1.0 + one, turns))])
-            for start, one in zip(starts, errors, strict=True)
+            tooth + np.concatenate([[0.0], np.cumsum(width * np.tile(1.0 + one, turns))])
+            for tooth, one in zip(first_teeth(errors), errors, strict=True)
         ],
-        np.tile(each, (len(records), 1)),
+        np.tile(recorded.used, (len(raw), 1)),
         of_wheel,
         found.angle,
         None if heavier is None else np.tile(heavier, turns),
@@ -306,17 +297,12 @@ def _errors_of(
     return np.array([one.error for one in each]), unsure, every
 
 
-def _curves_over_angle(
-    records: Sequence[SpeedRecord], angle: Floats, speeds: Floats, period: float
-) -> _Curves:
+def _curves_over_angle(recorded: RecordedSpeeds, angle: Floats, speeds: Floats) -> _Curves:
     """Speed over angle as it is: on the finest angles of the recordings, without a wheel."""
-    middle = max((r.angle for r in records if r.angle is not None), key=len)
-    cycles = [
-        np.array([np.interp(middle, r.angle, one, period=period) for one in r.cycles])
-        for r in records
-        if r.cycles is not None and r.angle is not None
-    ]
-    width = np.full(middle.size, period / middle.size)
+    assert recorded.angle is not None
+    middle, width, period, cycles = (
+        recorded.angle, recorded.width, recorded.period, recorded.cycles,
+    )  # fmt: skip
     between = np.array([np.interp(middle, angle, one, period=period) for one in speeds])
     edges = np.append(middle, middle[0] + period) - 0.5 * width[0]
     count, nothing = len(cycles), np.zeros(between.shape)
@@ -326,13 +312,13 @@ def _curves_over_angle(
 
 
 def _dataset(
-    scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, angle: Floats,
+    scene: Scene, given: Measured, recorded: RecordedSpeeds, curves: _Curves, angle: Floats,
     speeds: Floats, computed: xr.Dataset,
 ) -> xr.Dataset:  # fmt: skip
     """Labels, units and what was done."""
     recording, over, along = ("recording",), ("recording", "interval"), ("recording", "crank_angle")
-    count, period = range(len(records)), float(curves.width.sum())
-    raw = [one.mean(axis=0) for one in curves.cycles]
+    count, period = range(len(recorded.labels)), recorded.period
+    raw = recorded.raw
     mean = curves.in_order(raw)
     spread = curves.in_order([_deviation(one) for one in curves.cycles])
     errors, between = curves.in_order(curves.errors), curves.in_order(curves.between)
@@ -412,14 +398,14 @@ def _dataset(
                                            "standard error of tooth_error")  # fmt: skip
     dataset = labelled_dataset(
         data,
-        _coordinates(given, records, curves, angle, orders, computed),
-        _attributes(scene, given, records, curves, mean, speeds, computed),
+        _coordinates(given, recorded, curves, angle, orders, computed),
+        _attributes(scene, given, recorded, curves, mean, speeds, computed),
     )
     doubts, alike = list(curves.doubts), [k[0] for k in plain]
     if curves.heavier is not None and repeats_every_turn(speeds, period):
         alike = curves.as_passed  # errors that hold the model's whole speed make all alike
         doubts.append(even_firing_doubt(by_inertia))
-    doubts += likeness_doubts([r.label for r in records], alike, given.wheel is not None)
+    doubts += likeness_doubts(recorded.labels, alike, given.wheel is not None)
     dataset.attrs["remarks"] = "\n".join(filter(None, [dataset.attrs["remarks"], *doubts]))
     return dataset
 
@@ -475,11 +461,11 @@ def _fluctuations(speeds: Floats) -> Floats:
 
 
 def _coordinates(
-    given: Measured, records: Sequence[SpeedRecord], curves: _Curves, angle: Floats,
+    given: Measured, recorded: RecordedSpeeds, curves: _Curves, angle: Floats,
     orders: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
     found: dict[str, Any] = {
-        **of_recordings([r.label for r in records]),
+        **of_recordings(recorded.labels),
         "crank_angle": ("crank_angle", angle / DEGREE, dict(computed["crank_angle"].attrs)),
         **of_intervals(
             curves.middle, curves.width, curves.in_order(curves.sound)[0],
@@ -513,13 +499,13 @@ def far_speed_remark(label: str, measured: float, computed: float, changing: str
 
 
 def _attributes(
-    scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, mean: Floats,
+    scene: Scene, given: Measured, recorded: RecordedSpeeds, curves: _Curves, mean: Floats,
     speeds: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
     """Texts and numbers that say what was done, beside those of the computed results."""
-    remarks = [f"{r.label}: {line}" for r in records for line in r.remarks]
-    for record, one, other in zip(records, mean, speeds, strict=True):
-        remarks += far_speed_remark(record.label, one.mean(), other.mean(), "delta changes")
+    remarks = list(recorded.remarks)
+    for label, one, other in zip(recorded.labels, mean, speeds, strict=True):
+        remarks += far_speed_remark(label, one.mean(), other.mean(), "delta changes")
     if given.wheel is not None and not curves.sound.all():
         places = np.flatnonzero(~curves.sound[0][: given.wheel.teeth]) + 1
         remarks.append(
@@ -539,7 +525,7 @@ def _attributes(
         **computed.attrs,
         "title": scene.title,
         "measured_kind": given.table.kind,
-        "recordings": "\n".join(f"{r.label} sha256 {r.sha256}" for r in records),
+        "recordings": recorded.listed,
         "remarks": "\n".join(remarks),
     }
     if given.wheel is not None and curves.gap_angle is not None:

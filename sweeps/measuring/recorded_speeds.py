@@ -1,0 +1,178 @@
+"""Recordings of the speed of one engine, all on the same intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine_dyn.recordings.measured_speed import GapAngle, cycles_of_turns, find_gap_angle
+from engine_dyn.recordings.tooth_errors import sound_intervals
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Booleans, Floats
+from engine_dyn.units import DEGREE
+from sweeps.errors import SceneError
+from sweeps.measuring.measured_files import SpeedRecord, records_of
+from sweeps.scene.measured import Measured
+
+__all__ = ["RecordedSpeeds", "first_tooth", "given_gap", "recorded_speeds"]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedSpeeds:
+    """Recordings of one engine, on the same intervals.
+
+    Attributes
+    ----------
+    labels, sha256 : tuple of str
+        The files as the scene names them, and the hashes of their bytes.
+    remarks : tuple of str
+        What was seen in them, a line each.
+    cycles : list of ndarray, shape (cycles, intervals)
+        Speeds [rad/s]: raw ones between the teeth, or samples over the angle.
+    width : ndarray, shape (intervals,)
+        [rad].
+    used : ndarray of bool, shape (intervals,)
+        False for teeth that a sensor sees elsewhere, see `sound_intervals`.
+    period : float
+        Angle of the cycle [rad].
+    wheel : Wheel, optional
+        None for speed over angle.
+    angle : ndarray, shape (intervals,), optional
+        Of speed over angle [rad].
+    """
+
+    labels: tuple[str, ...]
+    sha256: tuple[str, ...]
+    remarks: tuple[str, ...]
+    cycles: list[Floats]
+    width: Floats
+    used: Booleans
+    period: float
+    wheel: Wheel | None
+    angle: Floats | None
+
+    @property
+    def turns(self) -> int:
+        """Turns of a cycle."""
+        return round(self.period / TURN)
+
+    @property
+    def sound(self) -> Booleans:
+        """Intervals of the wheel that are used, shape (teeth,)."""
+        return self.used[: self.used.size // self.turns]
+
+    @property
+    def raw(self) -> Floats:
+        """Mean over the cycles of each recording, shape (recordings, intervals)."""
+        return _means(self.cycles)
+
+    @property
+    def listed(self) -> str:
+        """The files and their hashes, a line each."""
+        pairs = zip(self.labels, self.sha256, strict=True)
+        return "\n".join(f"{label} sha256 {digest}" for label, digest in pairs)
+
+    def gap(self, raw: Floats, angle: Floats, speed: Floats, known: float | None) -> GapAngle:
+        """Where the wheel is on the shaft, by the likeness of means and computed speeds.
+
+        Parameters
+        ----------
+        raw : ndarray, shape (recordings, intervals)
+            Means of the recordings that count.
+        angle, speed : ndarray, shape (samples,), (recordings, samples)
+            Their computed speeds [rad/s].
+        known : float, optional
+            The angle of the gap [rad], where it is given.
+        """
+        assert self.wheel is not None
+        return find_gap_angle(raw, angle, speed, self.wheel, self.period, known, self.sound)
+
+    def middles(self, starts: Floats) -> Floats:
+        """Middles of the intervals [rad], shape (recordings, intervals), within one cycle.
+
+        `starts` are the angles at which the recordings begin.
+        """
+        if self.angle is not None:
+            return np.tile(self.angle, (starts.size, 1))
+        begin = np.concatenate([[0.0], np.cumsum(self.width)[:-1]])
+        middle = starts[:, None] + begin + 0.5 * self.width + 0.5 * self.period
+        return np.asarray(middle % self.period - 0.5 * self.period)
+
+
+def recorded_speeds(
+    given: Measured, period: float, name: str, most_samples: int | None = None
+) -> RecordedSpeeds:
+    """Read the recordings of a scene.
+
+    Parameters
+    ----------
+    given : Measured
+        The table [measured].
+    period : float
+        Angle of the engine's cycle [rad].
+    name : str
+        The scene as messages call it.
+    most_samples : int, optional
+        Of a cycle of speed over angle; otherwise all have those of the finest recording.
+
+    Raises
+    ------
+    SceneError
+        One line, see `records_of`; also for a recording without a whole cycle.
+    """
+    records = records_of(given, period, name)
+    wheel, turns, angle = given.wheel, round(period / TURN), None
+    if wheel is None:
+        angle, cycles = _over_angle(records, period, most_samples)
+        width = np.full(angle.size, period / angle.size)
+        used = np.ones(angle.size, dtype=np.bool_)
+    else:
+        cycles = [_between_teeth(record, turns, name) for record in records]
+        width = np.tile(wheel.width, turns)
+        used = np.tile(sound_intervals(_means(cycles), wheel), turns)
+    return RecordedSpeeds(
+        tuple(r.label for r in records), tuple(r.sha256 for r in records),
+        tuple(f"{r.label}: {line}" for r in records for line in r.remarks),
+        cycles, width, used, period, wheel, angle,
+    )  # fmt: skip
+
+
+def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> float:
+    """True angle of the first tooth: sound teeth are on the average where they should be [rad]."""
+    aside = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
+    return start - float(aside[sound & np.roll(sound, 1)].mean())
+
+
+def given_gap(given: Measured) -> float | None:
+    """Angle of the gap that a scene gives [rad]."""
+    known = given.table.gap_angle
+    return None if known is None else known * DEGREE
+
+
+def _means(cycles: Sequence[Floats]) -> Floats:
+    return np.array([one.mean(axis=0) for one in cycles])
+
+
+def _between_teeth(record: SpeedRecord, turns: int, name: str) -> Floats:
+    """Cycles of the speed between the teeth."""
+    assert record.teeth is not None
+    try:
+        return cycles_of_turns(record.teeth, turns)
+    except ValueError as error:
+        raise SceneError(f"{name}: [measured] {record.label}: {error}") from None
+
+
+def _over_angle(
+    records: Sequence[SpeedRecord], period: float, most: int | None
+) -> tuple[Floats, list[Floats]]:
+    """Cycles of speed over angle on common angles: those of the finest recording, not too many."""
+    given = [(r.angle, r.cycles) for r in records if r.angle is not None and r.cycles is not None]
+    count = max(angle.size for angle, _ in given)
+    count = count if most is None else min(count, most)
+    common: Floats = -0.5 * period + period / count * np.arange(count, dtype=np.float64)
+    return common, [
+        np.array([np.interp(common, angle, one, period=period) for one in cycles])
+        for angle, cycles in given
+    ]
