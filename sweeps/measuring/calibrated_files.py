@@ -8,7 +8,7 @@ from typing import Any
 
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.errors import one_line
-from sweeps.measuring.calibration_model import Calibration
+from sweeps.measuring.calibration_model import PUBLISHED, Calibration
 from sweeps.reading.modelled_diagrams import KINDS
 
 __all__ = ["engine_file"]
@@ -17,7 +17,6 @@ COLUMN = 40
 """Where comments begin."""
 
 _OWN = ("title", "name", "cycle", "source", "assumed", "firing_order")
-_PUBLISHED = {"power": "kW", "speed": "rpm", "peak_pressure": "bar", "fuel_consumption": "g/kWh"}
 
 SOURCES = (
     "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values and "
@@ -120,10 +119,9 @@ def _data_sheet(made: Calibration) -> list[str]:
     """What is known, so that `calibrate` can do the same again."""
     given = made.published
     lines = ["[data_sheet]", f"kind = {_toml(given.kind)}"]
-    numbers = (given.power, given.speed, given.peak, given.fuel_consumption)
-    for (key, unit), value in zip(_PUBLISHED.items(), numbers, strict=True):
-        if value is not None:
-            lines.append(_line(key, value, f"{unit}; given"))
+    for name, (key, unit) in PUBLISHED.items():
+        if getattr(given, name) is not None:
+            lines.append(_line(key, getattr(given, name), f"{unit}; given"))
     lines.append(f"loads = {_toml(list(given.loads))}")
     if made.sheet.known:
         lines += ["", "[data_sheet.cycle]"]

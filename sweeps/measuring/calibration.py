@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -204,6 +204,15 @@ def _completed(
     return values, assumed, order
 
 
+class _Free(NamedTuple):
+    """What makes a cycle of the one number that its power is fitted by, and where that may be."""
+
+    make: Callable[[float], FourStrokeCycle]
+    low: float
+    high: float
+    tolerance: float = 0.1
+
+
 class _Fitting:
     """The fit of one engine."""
 
@@ -225,28 +234,25 @@ class _Fitting:
     def at_full_load(self) -> FourStrokeCycle:
         """Cycle of the rated point."""
         base = self._base(1.0)
-        make, low, high, tolerance = self._free(base)
+        free = self._free(base)
         words = f"{self.given.power:.6g} kW at {self.given.speed:.6g} rpm"
         if self.given.peak is None:
             try:
-                found = solved(make, self.friction, self.goal, low, high, tolerance)
+                found = self._solved(free, self.goal)
             except NotReached as error:
                 raise self._power_not_reached(error) from None
             return self._named(found, words)
         peak = self.given.peak * BAR
 
         def at(start: float) -> FourStrokeCycle:
-            def moved(free: float) -> FourStrokeCycle:
-                return _starting(make(free), start)
-
-            found: FourStrokeCycle = solved(moved, self.friction, self.goal, low, high, tolerance)
-            return found
+            moved = free._replace(make=lambda number: _starting(free.make(number), start))
+            return self._solved(moved, self.goal)
 
         starts = np.linspace(*self.kind.starts, STARTS) * DEGREE
         try:
             found = peak_by_start(at, peak, starts.tolist())
         except NotReached as error:
-            raise self._peak_not_reached(error, make, (low, high, tolerance)) from None
+            raise self._peak_not_reached(error, free) from None
         self.fitted["combustion_start"] = f"the largest pressure, {self.given.peak:.6g} bar"
         return self._named(found, words)
 
@@ -267,27 +273,37 @@ class _Fitting:
             self.fitted["heat"] = f"the power, {words}, and its share at other loads"
         return found
 
-    def _free(
-        self, base: FourStrokeCycle
-    ) -> tuple[Callable[[float], FourStrokeCycle], float, float, float]:
-        """What makes the rated cycle of the number that its power is fitted by, and its limits."""
-        low, high = (end * BAR for end in self.kind.intake)
+    def _solved(self, free: _Free, goal: float) -> FourStrokeCycle:
+        """Cycle with a brake mean effective pressure [Pa]."""
+        found: FourStrokeCycle = solved(
+            free.make, self.friction, goal, free.low, free.high, free.tolerance
+        )
+        return found
+
+    def _free(self, base: FourStrokeCycle) -> _Free:
+        """What makes the rated cycle of the number that its power is fitted by."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
-            return self._with_heat(base, self.heat_of(fuel)), *WALL_FACTORS, 1e-6
-        if self.charged:
-            return self._charged(base), low, high, 0.1
+            return _Free(self._with_heat(base, self.heat_of(fuel)), *WALL_FACTORS, 1e-6)
+        return self._charged(base) if self.charged else self._heated(base)
+
+    def _heated(self, base: FourStrokeCycle) -> _Free:
+        """Cycles of a heat over the swept volume [Pa], up to what the charge burns."""
         most = self.kind.fuel.heat * trapped_mass(base) / self.kind.fuel.least_air_fuel_ratio
-        return (lambda heat: replace(base, heat=heat)), 0.0, most, 0.1
+        return _Free(lambda heat: replace(base, heat=heat), 0.0, most)
 
     def heat_of(self, fuel_consumption: float) -> float:
         """Heat over the swept volume [Pa] at rated power; docs/method.md (137)."""
         return self.goal * fuel_consumption * GRAMS_PER_KWH * self.kind.fuel.heat
 
-    def _charged(self, base: FourStrokeCycle) -> Callable[[float], FourStrokeCycle]:
-        """Cycle of an intake pressure [Pa] whose charge burns at the kind's air-fuel ratio."""
+    def _charged(self, base: FourStrokeCycle) -> _Free:
+        """Cycles of an intake pressure [Pa] whose charge burns at the kind's air-fuel ratio."""
         of_charge = self.kind.fuel.heat_of_charge
-        return lambda intake: with_charge(base, intake, of_charge, self._exhaust(base, intake))
+        low, high = (end * BAR for end in self.kind.intake)
+        return _Free(
+            lambda intake: with_charge(base, intake, of_charge, self._exhaust(base, intake)),
+            low, high,
+        )  # fmt: skip
 
     def _exhaust(self, base: FourStrokeCycle, intake: float) -> float:
         """Exhaust pressure [Pa]: before a turbine as much above atmosphere as the intake's is."""
@@ -299,8 +315,7 @@ class _Fitting:
         """Cycle with the heat of a fuel consumption and a factor on its loss to the walls."""
         where = f"{self.given.places['fuel_consumption']} = {self.given.fuel_consumption:g} g/kWh"
         if self.charged:
-            charged = self._charged(base)
-            low, high = (end * BAR for end in self.kind.intake)
+            charged, low, high, _ = self._charged(base)
             ends = charged(low).heat, charged(high).heat
             if not ends[0] <= heat <= ends[1]:
                 least, most = (
@@ -372,14 +387,11 @@ class _Fitting:
             f"of {self.kind.fuel.least_air_fuel_ratio:g} or more"
         )
 
-    def _peak_not_reached(
-        self, error: NotReached, make: Callable[[float], FourStrokeCycle],
-        limits: tuple[float, float, float],
-    ) -> SceneError:  # fmt: skip
+    def _peak_not_reached(self, error: NotReached, free: _Free) -> SceneError:
         """Say which largest pressure could be reached."""
         if math.isnan(error.least):
             try:
-                solved(make, self.friction, self.goal, *limits)
+                self._solved(free, self.goal)
             except NotReached as power:
                 return self._power_not_reached(power)
             return SceneError(
@@ -393,9 +405,9 @@ class _Fitting:
         whose = "given" if "compression_ratio" in self.sheet.known else "assumed"
         if self.charged:
             try:
-                base = solved(make, self.friction, self.goal, *limits)
+                base = self._solved(free, self.goal)
             except NotReached:
-                base = make(0.5 * (limits[0] + limits[1]))
+                base = free.make(0.5 * (free.low + free.high))
         alone = replace(base, heat=0.0).points()[1].max() / BAR
         return SceneError(
             f"{self.given.places['peak']} = {self.given.peak:g} bar: must be between "
@@ -416,21 +428,14 @@ class _Fitting:
             shift = rated.combustion_start / DEGREE - usual.full
             base = _starting(base, (usual.at(share) + shift) * DEGREE)
         base = replace(base, wall_factor=rated.wall_factor)
-        make: Callable[[float], FourStrokeCycle]
-        if self.kind.throttled:
-            make, ends = self._charged(base), tuple(end * BAR for end in self.kind.intake)
-        else:
-            if self.charged:
-                intake = BAR + (rated.intake_pressure - BAR) * share
-                base = replace(
-                    base, intake_pressure=intake, exhaust_pressure=self._exhaust(base, intake)
-                )
-            most = self.kind.fuel.heat * trapped_mass(base) / self.kind.fuel.least_air_fuel_ratio
-            make, ends = (lambda heat: replace(base, heat=heat)), (0.0, most)
-        try:
-            found: FourStrokeCycle = solved(
-                make, self.friction, share * self.goal, ends[0], ends[1], 0.1
+        if self.charged and not self.kind.throttled:
+            intake = BAR + (rated.intake_pressure - BAR) * share
+            base = replace(
+                base, intake_pressure=intake, exhaust_pressure=self._exhaust(base, intake)
             )
+        free = self._charged(base) if self.kind.throttled else self._heated(base)
+        try:
+            return self._solved(free, share * self.goal)
         except NotReached as error:
             low, high = (100.0 * p / self.goal for p in (error.least, error.most))
             if low > load:
@@ -442,7 +447,6 @@ class _Fitting:
             raise SceneError(
                 f"{self.given.places['loads']} = {load:g}: {allowed} for {self._limits()}"
             ) from None
-        return found
 
     # --- tables ----------------------------------------------------------------------------------
 

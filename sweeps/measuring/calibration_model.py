@@ -10,7 +10,16 @@ from sweeps.errors import one_line
 from sweeps.measuring.usual_engines import KINDS, EngineKind
 from sweeps.reading.data_sheets import Sheet
 
-__all__ = ["Calibration", "Point", "Published"]
+__all__ = ["PUBLISHED", "Calibration", "Point", "Published"]
+
+
+PUBLISHED: Mapping[str, tuple[str, str]] = {
+    "power": ("power", "kW"),
+    "speed": ("speed", "rpm"),
+    "peak": ("peak_pressure", "bar"),
+    "fuel_consumption": ("fuel_consumption", "g/kWh"),
+}
+"""Numbers of `Published`: their keys in [data_sheet], and units."""
 
 
 @dataclass(frozen=True)

@@ -165,9 +165,7 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
     logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
     raw = given.raw
     spread = np.array([_deviation_over_cycles(one) for one in given.cycles])
-    share = np.where(given.used, given.width, 0.0)
-    level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
-    computed = np.exp(logs + level[:, None])
+    computed = _at_measured_level(given, logs)
     counted = computed[:, given.used]
     deltas = [fluctuation(one[:, given.used]) for one in given.cycles]
     order = np.argsort(middles, axis=1)
@@ -197,11 +195,8 @@ def _of_predictions(
     given: FittedRecordings, predicted: Sequence[Prediction], middles: Floats
 ) -> dict[str, Any]:
     """Each recording as the others predict it, at its measured level."""
-    raw = given.raw
-    logs = np.array([one.logs for one in predicted])
-    share = np.where(given.used, given.width, 0.0)
-    level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
-    speed = np.take_along_axis(np.exp(logs + level[:, None]), np.argsort(middles, axis=1), axis=1)
+    computed = _at_measured_level(given, np.array([one.logs for one in predicted]))
+    speed = np.take_along_axis(computed, np.argsort(middles, axis=1), axis=1)
     recording = ("recording",)
     return {
         "delta_predicted": (recording, [one.delta for one in predicted],
@@ -211,6 +206,13 @@ def _of_predictions(
         "omega_predicted": (("recording", "interval"), speed,
                             "speed as seen through the wheel, predicted from the other recordings"),
     }  # fmt: skip
+
+
+def _at_measured_level(given: FittedRecordings, logs: Floats) -> Floats:
+    """Speeds [rad/s] of logarithms of speeds, whose mean over the used angle is the measured."""
+    share = np.where(given.used, given.width, 0.0)
+    level = np.nan_to_num(np.log(given.raw) - logs) @ share / share.sum()
+    return np.exp(logs + level[:, None])
 
 
 def _deviation_over_cycles(cycles: Floats) -> Floats:

@@ -7,7 +7,7 @@ from typing import Any
 
 from sweeps.checks import number
 from sweeps.errors import SceneError, not_known, shown
-from sweeps.measuring.calibration_model import Published
+from sweeps.measuring.calibration_model import PUBLISHED, Published
 from sweeps.measuring.usual_engines import KINDS
 from sweeps.reading.data_sheets import Sheet
 from sweeps.reading.numbers_with_units import number_with_unit
@@ -21,13 +21,13 @@ LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
 
 DEFAULT_KIND = "diesel"
 
-# Of numbers that data sheets have: unit, least and largest, in words that complete "must be".
 _RANGES = {
-    "power": ("kW", 0.05, 2e5),
-    "speed": ("rpm", 10.0, 30000.0),
-    "peak": ("bar", 5.0, 400.0),
-    "fuel_consumption": ("g/kWh", 100.0, 2000.0),
+    "power": (0.05, 2e5),
+    "speed": (10.0, 30000.0),
+    "peak": (5.0, 400.0),
+    "fuel_consumption": (100.0, 2000.0),
 }
+"""Least and largest of the numbers that data sheets have, in the units of `PUBLISHED`."""
 
 
 def published(
@@ -53,22 +53,15 @@ def published(
         For missing numbers and numbers out of any engine's range.
     """
     inside = sheet.published
-    of_sheet = {
-        "power": inside.power,
-        "speed": inside.speed,
-        "peak": inside.peak_pressure,
-        "fuel_consumption": inside.fuel_consumption,
-    }
     found: dict[str, float | None] = {}
     places: dict[str, str] = {}
-    for name, (unit, low, high) in _RANGES.items():
+    for name, (key, unit) in PUBLISHED.items():
+        low, high = _RANGES[name]
         raw: Any = given.get(name)
         option = prefix + name.replace("_", "-") if prefix else name
         places[name] = option
-        if raw is None and of_sheet[name] is not None:
-            raw = of_sheet[name]
-            key = "peak_pressure" if name == "peak" else name
-            places[name] = f"{sheet.name}: [data_sheet] {key}"
+        if raw is None and getattr(inside, key) is not None:
+            raw, places[name] = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
         if raw is None and name == "speed" and "speed" in sheet.values:
             raw, places[name] = sheet.values["speed"], f"{sheet.name}: [values] speed"
         if raw is None:
