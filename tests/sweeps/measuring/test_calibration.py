@@ -17,6 +17,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring import cycle_fits
 from sweeps.measuring.usual_engines import KINDS
 from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.unit_registry import unit_registry
 from tests.support.commands import invoke, ok, refused
 
 RPM = math.pi / 30.0
@@ -379,9 +380,7 @@ def test_a_cycle_that_fails_while_it_is_fitted(
 def test_a_missing_package_is_named(
     package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sweeps.reading import numbers_with_units
-
-    numbers_with_units._registry.cache_clear()
+    unit_registry.cache_clear()
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(SceneError, match=r"pip install 'engine-dyn\[lab\]'"):
         sweeps.calibrate(sheet(tmp_path), power="36.4 kW", speed="45 Hz")
