@@ -31,7 +31,7 @@ from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
 from sweeps.scene.variants import variant_words
 
-__all__ = ["Beside", "Reference", "Scene"]
+__all__ = ["OrdinaryScene", "Reference", "Scene"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class Scene(GivenValues):
     files : dict of bytes
         The engine's file and all others that were read, but tables of designs: their columns are
         coordinates.
-    beside : tuple of Beside
+    beside : tuple of OrdinaryScene
         The ordinary scenes that a scene of several engines or arrangements consists of; empty for
         an ordinary one. Then `engine` is the first of them.
 
@@ -172,7 +172,7 @@ class Scene(GivenValues):
     path: Path | None
     folder: str
     files: Mapping[str, bytes]
-    beside: tuple[Beside, ...] = ()
+    beside: tuple[OrdinaryScene, ...] = ()
 
     def __repr__(self) -> str:
         title, engine = one_line(self.title, 60), one_line(self.engine_names, 60)
@@ -239,7 +239,7 @@ class Scene(GivenValues):
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class OrdinaryScene:
     """One of the ordinary scenes that a scene of several engines or arrangements consists of.
 
     Attributes

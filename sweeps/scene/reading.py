@@ -45,7 +45,7 @@ from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
 from sweeps.scene.missing_quantities import those_possible
-from sweeps.scene.model import Beside, Scene
+from sweeps.scene.model import OrdinaryScene, Scene
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reference import read_reference
 from sweeps.scene.sample import with_sample
@@ -275,7 +275,7 @@ def _together(
             f"{name}: [uncertainty]: not allowed with several engines or arrangements, because "
             "each has its own uncertain values"
         )
-    each: list[Beside] = []
+    each: list[OrdinaryScene] = []
     refused: dict[str, SceneError] = {}
     for choice in choices.each:
 
@@ -285,7 +285,7 @@ def _together(
 
         scene, missing = those_possible(given.output.quantities, read)
         refused = {**missing, **refused}
-        each.append(Beside(scene, choice.at, choice.rows))
+        each.append(OrdinaryScene(scene, choice.at, choice.rows))
     for quantity, error in refused.items():
         if not any(quantity in one.scene.quantities for one in each):
             raise error
