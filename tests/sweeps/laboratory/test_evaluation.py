@@ -25,7 +25,8 @@ def figure(data: xr.Dataset) -> object:
 
 
 def titles(data: xr.Dataset) -> list[str]:
-    return [panel.get_title() for panel in figure(data).axes if panel.get_visible()]
+    drawn = [panel for panel in figure(data).axes if panel.get_visible() and panel.axison]
+    return [panel.get_title() for panel in drawn]
 
 
 def test_values_are_those_of_the_cycles() -> None:
