@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gc
+import itertools
 import json
 import multiprocessing
 import os
@@ -23,14 +24,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import psutil
 
 import sweeps
 from benchmarks.reliability_parts import part_file, write_part
+from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
+from sweeps.running.in_memory import Computation
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 
@@ -136,20 +140,15 @@ def _kinds_of_runs(folder: Path, alone: dict[str, dict[str, bytes]]) -> list[Cal
 @contextlib.contextmanager
 def _stops_after_one_block() -> Iterator[None]:
     """As Ctrl-C does, while the second block is computed."""
-    module: Any = into_archive
-    original = module.computed
+    original, numbers = Computation.results, itertools.count()
 
-    def stopping(*arguments: Any, **more: Any) -> Iterator[Any]:
-        for number, found in enumerate(original(*arguments, **more)):
-            if number == 1:
-                raise KeyboardInterrupt
-            yield found
+    def stopping(self: Computation, block: Block) -> Results:
+        if next(numbers) == 1:
+            raise KeyboardInterrupt
+        return original(self, block)
 
-    module.computed = stopping
-    try:
+    with mock.patch.object(Computation, "results", stopping):
         yield
-    finally:
-        module.computed = original
 
 
 def one_process(runs: int, folder: Path) -> Process:

@@ -48,7 +48,7 @@ def test_processes_do_not_disturb_each_other(own: bool, tmp_path: Path) -> None:
 
 
 def test_readers_see_the_old_archive_or_the_new_one(tmp_path: Path) -> None:
-    wrong, reads = soak.readers_beside_a_writer(30, tmp_path)
+    wrong, reads = soak.readers_beside_a_writer(90, tmp_path)
     assert wrong == []
     assert reads > 3
     json.dumps(reads)
