@@ -16,8 +16,8 @@ settings.register_profile(
 )
 settings.load_profile("engine-dyn")
 
-# Before NumPy is imported: as many test processes as processors leave none for more threads of linear
-# algebra, which then wait for each other (the fits of speeds take 9 s instead of 81 s).
+# Before NumPy is imported: as many test processes as processors leave none for more threads of
+# linear algebra, which then wait for each other (the fits of speeds take 9 s instead of 81 s).
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Before Numba is imported; processes that tests start inherit it.
