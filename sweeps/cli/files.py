@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,6 +76,7 @@ def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
                     raise SceneError(f"{path}: is {what}; -o must name another file")
         if os.path.lexists(path) and not overwrite:
             raise SceneError(f"{path}: exists; use --overwrite to replace it")
+        _check_name(path)
         _try_writing(path.parent)
     except SceneError:
         raise
@@ -94,11 +95,18 @@ def check_folder(folder: Path) -> None:
     try:
         if folder.exists() and not folder.is_dir():
             raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+        _check_name(folder)
         _try_writing(folder)
     except SceneError:
         raise
     except (OSError, ValueError) as error:
         raise not_written(folder, error) from None
+
+
+def _check_name(path: Path) -> None:
+    """Raise OSError for a name that no file can have; Python 3.14 says that such a file is none."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        path.lstat()
 
 
 def _try_writing(folder: Path) -> None:
