@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 import sweeps
+from benchmarks.measure import ROOT
 from engine_dyn.speed.batch import in_blocks
 
 SCENE: dict[str, Any] = {
@@ -26,8 +27,7 @@ SCENE: dict[str, Any] = {
 RUNS = 51
 """Runs whose median is told."""
 
-PACKAGES = [str(Path(module.__file__).parent) for module in (sweeps, sys.modules["engine_dyn"])
-            if module.__file__]  # fmt: skip
+PACKAGES = tuple(str(ROOT / name) for name in ("engine_dyn", "sweeps"))
 
 
 class WarmRun(NamedTuple):
@@ -50,12 +50,12 @@ def measure() -> WarmRun:
         return f"{Path(code.co_filename).name}: {code.co_qualname}"
 
     def note(frame: FrameType, event: str, argument: Any) -> None:
-        if event != "call" or not frame.f_code.co_filename.startswith(tuple(PACKAGES)):
+        if event != "call" or not frame.f_code.co_filename.startswith(PACKAGES):
             return
         calls[f"{frame.f_code.co_filename}: {frame.f_code.co_qualname}"] += 1
         if frame.f_code is in_blocks.solve_in_blocks.__code__:
             above: FrameType | None = frame
-            while above is not None and above.f_code.co_filename.startswith(tuple(PACKAGES)):
+            while above is not None and above.f_code.co_filename.startswith(PACKAGES):
                 frames.insert(0, name(above))
                 above = above.f_back
 

@@ -141,9 +141,8 @@ def describe(
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}
-    nodes = {stage.node.name: stage.node for stage in plan.stages}
     for name in plan.outputs:
-        node, dims = nodes[name], plan.dims(name)
+        node, dims = plan.computed[name].node, plan.dims(name)
         if name == "status":
             variables[name] = Variable(dims, _flags(node, status.MEANINGS), kind="i1")
         elif name.endswith(KIND):

@@ -132,9 +132,8 @@ class Designs:
         began = time.perf_counter()
         results = compute(plan, threads=self.threads)
         self.computing += time.perf_counter() - began
-        nodes = {stage.node.name: stage.node for stage in plan.stages}
         data = {
-            name: values if values.dtype.kind in "iu" else values / nodes[name].si
+            name: values if values.dtype.kind in "iu" else values / plan.computed[name].node.si
             for name, values in results.items()
         }
         judged = _judged(self.task, plan, data, columns)

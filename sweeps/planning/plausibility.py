@@ -104,7 +104,6 @@ class _Given:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self.words = plan.scene.words
 
     def base(self, check: Check) -> dict[str, Any] | None:
         """Numbers and columns, in the units of files, that a measure follows from.
@@ -132,7 +131,7 @@ class _Given:
             return name in PARAMETERS or not (leaf.dims or isinstance(leaf.data, CycleTable))
         if name in _SOLVED:
             return False
-        node = select(name, *self.words)
+        node = select(name, *self.plan.scene.words)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
             return False
         return all(self._find(need, names) for need in node.needs)
@@ -143,7 +142,7 @@ class _Given:
         leaf = self.plan.leaves.get(name)
         if leaf is not None:
             return leaf.si
-        node = select(name, *self.words)
+        node = select(name, *self.plan.scene.words)
         assert node.make is not None
         si[name] = node.make(**{need: self._value(need, si) for need in node.needs})
         return si[name]

@@ -248,8 +248,7 @@ class Computation:
                     threads=self.threads,
                     progress=self.bars.of(stage),
                 )
-                dims = {s.node.name: s.dims for s in stages}
-                values |= {name: Value(bundle[name], dims[name]) for name in wanted}
+                values |= {name: Value(bundle[name], self.plan.dims(name)) for name in wanted}
             else:
                 before = _dims_of_needs(self.plan, stage)
                 arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
