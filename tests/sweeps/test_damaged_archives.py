@@ -254,18 +254,23 @@ def test_results_are_read_by_the_child_where_none_is_trusted(
         assert "--untrusted" in invoke(command, "--help").stdout
 
 
+def write_damaged_chunk(path: Path, name: str, **attributes: str) -> None:
+    """Write a file whose second chunk of numbers is damaged."""
+    with netCDF4.Dataset(path, "w") as file:
+        file.setncatts(attributes)
+        file.createDimension("n", 100_000)
+        made = file.createVariable(name, "f8", ("n",), zlib=True, chunksizes=(50_000,))
+        made[:] = np.linspace(0.1, 0.2, 100_000)
+    data = bytearray(path.read_bytes())
+    data[-3000:-2000] = b"\xff" * 1000
+    path.write_bytes(data)
+
+
 def test_results_of_an_archive_are_left_to_whoever_uses_them(tmp_path: Path) -> None:
     """Not a chunk of them is read but the first of each; of what is no archive, all are."""
     path = tmp_path / "a.nc"
     for attribute in ("scene", "title"):
-        with netCDF4.Dataset(path, "w") as file:
-            file.setncattr(attribute, "{}")
-            file.createDimension("n", 100_000)
-            made = file.createVariable("delta", "f8", ("n",), zlib=True, chunksizes=(50_000,))
-            made[:] = np.linspace(0.1, 0.2, 100_000)
-        data = bytearray(path.read_bytes())
-        data[-3000:-2000] = b"\xff" * 1000
-        path.write_bytes(data)
+        write_damaged_chunk(path, "delta", **{attribute: "{}"})
         with pytest.raises(OSError, match="damaged"):
             netcdf_child.read_apart(path, True)
         if attribute == "scene":
@@ -334,12 +339,6 @@ def test_a_sound_archive_passes_the_child(tmp_path: Path) -> None:
 
 def test_a_child_reads_all_values(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w") as file:
-        file.createDimension("n", 100_000)
-        made = file.createVariable("bore", "f8", ("n",), zlib=True, chunksizes=(50_000,))
-        made[:] = np.linspace(0.1, 0.2, 100_000)
-    data = bytearray(path.read_bytes())
-    data[-3000:-2000] = b"\xff" * 1000
-    path.write_bytes(data)
+    write_damaged_chunk(path, "bore")
     with pytest.raises(OSError, match="damaged"):
         netcdf_child.read_apart(path)
