@@ -14,11 +14,14 @@ from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.batch import block
-from engine_dyn.speed.batch.law_polynomial import fit_law
+from engine_dyn.speed.batch.law_polynomial import fit_laws
+from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.mechanisms import BATCH, counted
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
+from engine_dyn.speed.vectors import new_rows
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
+from engine_dyn.types import Floats
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
 
@@ -37,35 +40,55 @@ NUMBERS = [
 ]
 
 
+def polynomial(
+    form: laws.Form, speed: float, first: float, second: float, closure: int, low: float,
+    high: float, flat: bool,
+) -> tuple[int, float, float, Floats]:  # fmt: skip
+    """Polynomial of one lane of a block whose others are done: terms, centre, 1/half, numbers."""
+    lane = 3
+    lanes = block.Lanes(*(new_rows(1) for _ in block.Lanes._fields))
+    lanes.state[0, lane], lanes.free[0, lane] = block.SOLVING, 0.0 if flat else 1.0
+    lanes.low[0, lane], lanes.high[0, lane] = low, high
+    designs = Designs(*(new_rows(1) for _ in Designs._fields))._replace(
+        speed=new_rows(1) + speed, first=new_rows(1) + first, second=new_rows(1) + second,
+        gear=new_rows(1) + 1.0,
+    )  # fmt: skip
+    law, values = new_rows(block.MOST_TERMS), new_rows(block.MOST_TERMS)
+    count = fit_laws(0, closure, form, designs, lanes, law, values)
+    assert (lanes.state[0, lane] == block.SOLVING) == (count > 0)
+    assert not np.delete(law, lane, axis=1).any()
+    return count, float(lanes.centre[0, lane]), float(lanes.half[0, lane]), np.array(law[:, lane])
+
+
 @pytest.mark.quick
 @pytest.mark.parametrize(("kind", "sign", "speed", "first", "second"), NUMBERS)
 def test_a_polynomial_stands_for_every_law(
     kind: int, sign: float, speed: float, first: float, second: float
 ) -> None:
     """Within its range it is as good as it says, or there is none."""
-    law, _ = laws.law_of(speed, first, second, 1.0, laws.Form(kind, sign, False, NO_TABLE))
+    form = laws.Form(kind, sign, False, NO_TABLE)
+    law, _ = laws.law_of(speed, first, second, 1.0, form)
     for low, high in ((-1e-4, 2e-4), (-0.05, 0.06), (-0.3, 0.4)):
-        terms = np.zeros((block.MOST_TERMS, 2))
-        values = np.zeros(block.MOST_TERMS)
-        count, centre, half = fit_law(law, False, POWER_MEAN, low, high, 1, terms, values)
+        count, centre, half, terms = polynomial(
+            form, speed, first, second, POWER_MEAN, low, high, flat=False
+        )
         if count == 0:
             assert high > 0.1  # where a motor's torque turns back
             continue
         u = np.linspace(low, high, 101)
         exact = np.array([laws.load_terms(1.0 + one, law)[0] - 1.0 for one in u])
-        found = np.polynomial.polynomial.polyval((u - centre) * half, terms[:, 1])
+        found = np.polynomial.polynomial.polyval((u - centre) * half, terms)
         assert np.abs(found - exact).max() <= 1e-9 * np.ptp(exact) + 1e-14
-        assert not terms[:, 0].any() and not terms[count:].any()
+        assert not terms[count:].any()
 
 
 @pytest.mark.quick
 @pytest.mark.parametrize("closure", [POWER_MEAN, CYCLE_TIME])
 def test_a_law_without_slope_is_that_of_the_closure(closure: int) -> None:
-    law, _ = laws.law_of(150.0, 0.0, 0.0, 1.0, laws.Form(laws.POWER, 1.0, False, NO_TABLE))
-    terms, values = np.zeros((block.MOST_TERMS, 1)), np.zeros(block.MOST_TERMS)
-    _, centre, half = fit_law(law, True, closure, -0.1, 0.1, 0, terms, values)
+    form = laws.Form(laws.POWER, 1.0, False, NO_TABLE)
+    _, centre, half, terms = polynomial(form, 150.0, 0.0, 0.0, closure, -0.1, 0.1, flat=True)
     for u in (-0.1, -0.01, 0.0, 0.1):
-        found = np.polynomial.polynomial.polyval((u - centre) * half, terms[:, 0])
+        found = np.polynomial.polynomial.polyval((u - centre) * half, terms)
         exact = math.log1p(u) if closure == POWER_MEAN else 2.0 - 2.0 / math.sqrt(1.0 + u)
         assert found == pytest.approx(exact, abs=1e-10)
 

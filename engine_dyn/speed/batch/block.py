@@ -16,7 +16,6 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, rows_of, write
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import STENCIL, weights_between
-from engine_dyn.types import Floats
 
 __all__ = [
     "HALO",
@@ -118,6 +117,8 @@ class Lanes(NamedTuple):
         Range of u at the nodes.
     centre, half
         Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
+    terms
+        How many the polynomial has; 0 for none.
     passes
         How many there were.
     mean
@@ -135,6 +136,7 @@ class Lanes(NamedTuple):
     low: Rows
     centre: Rows
     half: Rows
+    terms: Rows
     passes: Rows
     mean: Rows
     tops: Rows
@@ -196,7 +198,7 @@ class Scratch(NamedTuple):
     law: Rows
     table: WorkTable
     peaks: Peaks
-    values: Floats
+    values: Rows
     width: float
 
 
@@ -228,7 +230,7 @@ def make_scratch(columns: Columns) -> Scratch:
         table=WorkTable._make(of_table), curves=Curves._make(islice(rows, len(curves))),
         lanes=Lanes._make(islice(rows, len(lanes))),
         peaks=Peaks._make((*whole, *islice(rows, len(peaks)))), law=next(rows),
-        values=np.zeros(MOST_TERMS), width=columns.width,
+        values=new_rows(MOST_TERMS), width=columns.width,
     )  # fmt: skip
 
 

@@ -12,15 +12,22 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Law, load_terms
-from engine_dyn.speed.batch.block import MOST_TERMS
+from engine_dyn.loads.laws import Form, law_of, load_terms
+from engine_dyn.speed.batch.block import LEFT, MOST_TERMS, SOLVING, Lanes
+from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
+from engine_dyn.speed.vectors import LANES, Rows, read, where, write
 from engine_dyn.types import Floats
 
-__all__ = ["fit_law"]
+__all__ = ["fit_laws"]
 
-SIZES = (8, 12, MOST_TERMS)
+SIZES = (6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
 """Numbers of terms that are tried."""
+
+REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES[:-1]) + (1.0,)
+"""Largest half-width of the range, over its centre, with which each number is tried: about that
+with which it is enough for a power of the speed, whose terms fall by the factor 1/(z + sqrt(z^2 -
+1)), where z is 1 over that half-width."""
 
 MARGIN = 0.3
 """Part of the range of u by which the range of the polynomial is wider on both sides."""
@@ -65,36 +72,65 @@ def closing_function(q: float, closure: int) -> float:
 
 
 @inlined
-def fit_law(
-    law: Law, flat: bool, closure: int, low: float, high: float, lane: int, terms: Any,
-    values: Floats,
-) -> tuple[int, float, float]:  # fmt: skip
-    """Polynomial for F - 1 over u from `low` to `high`, and somewhat beyond.
+def fit_laws(
+    block: int, closure: int, form: Form, designs: Designs, lanes: Lanes, law: Rows, values: Rows
+) -> int:
+    """Polynomials for F - 1 over the range of u of each lane that is solved, and somewhat beyond.
 
-    `terms` (power, lane) gets its coefficients over (u - centre) half. Where the law is `flat`, it
-    is that of the closure. Returns how many there are, 0 where no polynomial is good enough, the
-    centre and 1 over the half-width of the range. `values` is scratch.
+    `law` (power, lane) gets their coefficients over (u - centre) half. Where a law does not depend
+    on the speed, `free` is 0, it is that of the closure. Lanes for which no polynomial is good
+    enough are left. Returns how many terms the longest has. `values` is scratch.
     """
-    centre = 0.5 * (low + high)
-    half = max((0.5 + MARGIN) * (high - low), NARROWEST)
-    if not (1.0 + centre - half > SLOWEST):
-        return 0, 0.0, 1.0
+    low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
+    centre, half = 0.5 * (low + high), np.maximum((0.5 + MARGIN) * (high - low), NARROWEST)
+    solving = (state > 0.0) & (1.0 + centre - half > SLOWEST)
+    write(lanes.centre, 0, centre)
+    write(lanes.half, 0, 1.0 / half)
+    write(lanes.terms, 0, 0.0)
+    write(lanes.state, 0, where(state > 0.0, where(solving, SOLVING, LEFT), state))
     for n in range(MOST_TERMS):
-        terms[n, lane] = 0.0
+        write(law, n, 0.0)
     for i in range(len(SIZES)):
-        size = SIZES[i]
-        least, most = math.inf, -math.inf
+        size, some = SIZES[i], False
+        for k in range(LANES):
+            middle = 1.0 + lanes.centre[0, k]
+            reaches = REACHES[i] * middle * lanes.half[0, k] >= 1.0
+            if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and reaches:
+                some, lanes.terms[0, k] = True, size
+                one, _ = law_of(
+                    designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+                    designs.gear[block, k], form,
+                )  # fmt: skip
+                for m in range(size):
+                    q = middle + _POINTS[i, m] / lanes.half[0, k]
+                    if lanes.free[0, k] == 0.0:
+                        values[m, k] = closing_function(q, closure)
+                    else:
+                        values[m, k] = load_terms(q, one)[0] - 1.0
+        if some:
+            tried = read(lanes.terms, 0) >= size
+            good = fit_values(i, tried, law, values)
+            write(lanes.terms, 0, where(tried, where(good, size, 0.0), read(lanes.terms, 0)))
+    longest = 0
+    for k in range(LANES):
+        longest = max(longest, int(lanes.terms[0, k]))
+        if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0:
+            lanes.state[0, k] = LEFT
+    return longest
+
+
+@inlined
+def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
+    """Coefficients of powers from values at so many points; returns where they are good enough."""
+    size, first = SIZES[number], read(values, 0)
+    least, most, last, total = first, first, 0.0 * first, 0.0 * first
+    for n in range(size):
+        here = read(values, n)
+        least, most = np.minimum(here, least), np.maximum(here, most)
+        last, total = total, 0.0 * first
         for m in range(size):
-            q = 1.0 + centre + half * _POINTS[i, m]
-            values[m] = closing_function(q, closure) if flat else load_terms(q, law)[0] - 1.0
-            least, most = min(least, values[m]), max(most, values[m])
-        for n in range(size):
-            total = 0.0
-            for m in range(size):
-                total += _POWERS[i, n, m] * values[m]
-            terms[n, lane] = total
-        # T_n begins with 2^(n - 1) x^n: so much smaller are the last two Chebyshev coefficients.
-        missed = abs(terms[size - 1, lane]) + 2.0 * abs(terms[size - 2, lane])
-        if missed * 0.5 ** (size - 2) <= WITHIN * (most - least):
-            return size, centre, 1.0 / half
-    return 0, 0.0, 1.0
+            total = total + _POWERS[number, n, m] * read(values, m)
+        write(law, n, where(tried, total, read(law, n)))
+    # T_n begins with 2^(n - 1) x^n: so much smaller are the last two Chebyshev coefficients.
+    missed = np.abs(total) + 2.0 * np.abs(last)
+    return missed * 0.5 ** (size - 2) <= WITHIN * (most - least)

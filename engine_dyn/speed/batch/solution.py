@@ -37,7 +37,7 @@ from engine_dyn.speed.batch.block import (
     Scratch,
     repeat_ends,
 )
-from engine_dyn.speed.batch.law_polynomial import fit_law
+from engine_dyn.speed.batch.law_polynomial import fit_laws
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
@@ -165,28 +165,21 @@ def begin_rest(
     Where the equation is linear if the law is proportional to q, such designs are done. A law that
     does not depend on the speed is that of the closure, docs/method.md (65) and (66).
     """
-    lanes, longest = scratch.lanes, 0
+    lanes = scratch.lanes
     for k in range(LANES):
         proportional = form.kind == POWER and designs.first[block, k] == 2.0
         if lanes.state[0, k] == SOLVING and linear and proportional:
             lanes.state[0, k] = SETTLED
-        flat = lanes.slope[0, k] == 0.0
-        lanes.free[0, k] = 0.0 if flat else 1.0
-        if flat:
-            lanes.slope[0, k] = 1.0
-        if lanes.state[0, k] != SOLVING:
-            continue
-        law, _ = law_of(
-            designs.speed[block, k], designs.first[block, k], designs.second[block, k],
-            designs.gear[block, k], form,
-        )  # fmt: skip
-        terms, lanes.centre[0, k], lanes.half[0, k] = fit_law(
-            law, flat, closure, lanes.low[0, k], lanes.high[0, k], k, scratch.law, scratch.values
-        )
-        if terms == 0 or (flat and not is_flat(law)):
-            lanes.state[0, k] = LEFT
-        longest = max(longest, terms)
-    return longest
+        lanes.free[0, k] = 1.0
+        if lanes.slope[0, k] == 0.0:
+            law, _ = law_of(
+                designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+                designs.gear[block, k], form,
+            )  # fmt: skip
+            lanes.free[0, k], lanes.slope[0, k] = 0.0, 1.0
+            if lanes.state[0, k] == SOLVING and not is_flat(law):
+                lanes.state[0, k] = LEFT
+    return fit_laws(block, closure, form, designs, lanes, scratch.law, scratch.values)
 
 
 @inlined
