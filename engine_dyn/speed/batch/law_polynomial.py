@@ -24,7 +24,7 @@ __all__ = ["fit_laws"]
 SIZES = (6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
 """Numbers of terms that are tried."""
 
-REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES[:-1]) + (1.0,)
+REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES)
 """Largest half-width of the range, over its centre, with which each number is tried: about that
 with which it is enough for a power of the speed, whose terms fall by the factor 1/(z + sqrt(z^2 -
 1)), where z is 1 over that half-width."""
@@ -94,7 +94,7 @@ def fit_laws(
         size, some = SIZES[i], False
         for k in range(LANES):
             middle = 1.0 + lanes.centre[0, k]
-            reaches = REACHES[i] * middle * lanes.half[0, k] >= 1.0
+            reaches = size == MOST_TERMS or REACHES[i] * middle * lanes.half[0, k] >= 1.0
             if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and reaches:
                 some, lanes.terms[0, k] = True, size
                 one, _ = law_of(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from engine_dyn.compilation import kernel
 from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS, STENCIL, weights_between
@@ -68,27 +67,52 @@ def arranged(
 ) -> tuple[Floats, Floats]:
     """Work in the order in which solvers read it: `fine` and `coarse` of `columns.Columns`.
 
-    What is missed of the middles is docs/solver.md (60), of the integral of the work (63), and of
-    its mean over a coarse interval (72). `width` is that of an interval [rad].
+    `width` is that of an interval [rad].
     """
-    after = np.roll(work, -1, axis=-1)
-    cubic = 0.5 * (work + after) + 0.125 * width * (rates - np.roll(rates, -1, axis=-1))
-    mean = (work + 4.0 * halves + after) / 6.0  # Simpson's rule is exact for cubics
-    integral, until = np.zeros_like(mean), np.cumsum(mean, axis=-1)
-    integral[..., 1:], total = until[..., :-1], until[..., -1:]
-    before = STENCIL // 2 - 1
-    known = integral[..., ::stride]
-    # `total` is nearly 0: the work has no mean.
-    ends = known[..., -before:] - total, known[..., : STENCIL - 1 - before] + total
-    known = np.concatenate([ends[0], known, ends[1]], axis=-1)
-    smooth = sliding_window_view(known, STENCIL, axis=-1) @ weights_between(stride).T
-    missed = width * (integral - smooth.reshape(integral.shape))
-    coarse = work[..., ::stride]
-    mean = mean.reshape(*coarse.shape, stride).mean(axis=-1)
-    for m, weight in enumerate(MEAN_BY_PAIRS):
-        mean -= weight * (np.roll(coarse, m, axis=-1) + np.roll(coarse, -1 - m, axis=-1))
-    fine, wide = (
-        np.ascontiguousarray(np.stack(curves, axis=1).transpose(0, 3, 1, 2))
-        for curves in ([work, rates, halves - cubic, missed], [coarse, mean])
-    )
-    return fine, wide
+    parts, terms, nodes = work.shape
+    fine, coarse = (np.empty((parts, n, k, terms)) for n, k in ((nodes, 4), (nodes // stride, 2)))
+    _arrange(work, halves, rates, width, weights_between(stride), fine, coarse)
+    return fine, coarse
+
+
+@kernel
+def _arrange(
+    work: Floats, halves: Floats, rates: Floats, width: float, weights: Floats, fine: Floats,
+    coarse: Floats,
+) -> None:  # fmt: skip
+    """Fill `fine` and `coarse`.
+
+    What is missed of the middles is docs/solver.md (60), of the integral of the work (63), and of
+    its mean over a coarse interval (72).
+    """
+    parts, terms, nodes = work.shape
+    stride, wide = weights.shape[0], coarse.shape[1]
+    integral = np.empty((wide + STENCIL) * stride + 1)  # with halves of a stencil at both ends
+    begin = (STENCIL // 2 - 1) * stride
+    for part in range(parts):
+        for term in range(terms):
+            y, half, slope = work[part, term], halves[part, term], rates[part, term]
+            total = 0.0
+            for i in range(nodes):
+                after = i + 1 if i + 1 < nodes else 0
+                cubic = 0.5 * (y[i] + y[after]) + 0.125 * width * (slope[i] - slope[after])
+                fine[part, i, 0, term], fine[part, i, 1, term] = y[i], slope[i]
+                fine[part, i, 2, term], integral[begin + i] = half[i] - cubic, total
+                total += (y[i] + 4.0 * half[i] + y[after]) / 6.0  # exact for cubics
+            # `total` is nearly 0: the work has no mean.
+            for i in range(begin):
+                integral[i] = integral[nodes + i] - total
+            for i in range(begin + nodes, integral.size):
+                integral[i] = integral[i - nodes] + total
+            for i in range(nodes):
+                missed, first = integral[begin + i], i - i % stride
+                for m in range(STENCIL):
+                    missed -= weights[i % stride, m] * integral[first + m * stride]
+                fine[part, i, 3, term] = width * missed
+            for c in range(wide):
+                first = begin + c * stride
+                mean = (integral[first + stride] - integral[first]) / stride
+                for m in range(len(MEAN_BY_PAIRS)):
+                    pair = y[(c - m) % wide * stride] + y[(c + 1 + m) % wide * stride]
+                    mean -= MEAN_BY_PAIRS[m] * pair
+                coarse[part, c, 0, term], coarse[part, c, 1, term] = y[c * stride], mean
