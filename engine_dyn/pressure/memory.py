@@ -20,22 +20,25 @@ MOST_KEPT, LARGEST_KEPT = 64, 160_000_000
 every group of a sweep, which a search for an inertia solves again and again."""
 
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
+_making: dict[tuple[int, Hashable], threading.Lock] = {}
 _lock = threading.Lock()
 
 
 def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arrays:
     """Return the arrays of this key, or those that `make` gives. They must not be changed."""
     with _lock:
-        known = _kept.get(family, {}).get(key)
-    if known is not None:
-        return cast("Arrays", known)
-    made = make()
-    with _lock:
-        kept = _kept.setdefault(family, {})
-        kept[key] = made
-        while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
-            kept.pop(next(iter(kept)))
-    return made
+        making = _making.setdefault((id(family), key), threading.Lock())
+    with making:  # threads that want the same wait for the one that makes it
+        with _lock:
+            known = _kept.get(family, {}).get(key)
+        made = make() if known is None else known
+        with _lock:
+            _making.pop((id(family), key), None)
+            kept = _kept.setdefault(family, {})
+            kept[key] = made
+            while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
+                kept.pop(next(iter(kept)))
+    return cast("Arrays", made)
 
 
 def _bytes_of(kept: dict[Hashable, tuple[npt.NDArray[Any], ...]]) -> int:

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
-from engine_dyn.speed.grouping import Call, Grouping
+from engine_dyn.speed.grouping import Call, Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
 from engine_dyn.speed.pieces import Progress, run_on_threads
@@ -82,9 +81,14 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def calls(self, places: Integers | None = None) -> Iterator[Call]:
-        """The designs at some flat places, or all, in pieces."""
-        return self.grouping.calls(places, self.finer, self.alone)
+    def solve(self, places: Integers | None = None, progress: Progress | None = None) -> None:
+        """Solve the designs at some flat places, or all, in pieces."""
+        pieces = self.grouping.pieces(places, self.finer, self.alone)
+        run_on_threads(pieces, self._solve_piece, self.threads, progress)
+
+    def _solve_piece(self, piece: Piece) -> None:
+        for call in piece.calls():
+            _solve_call(self, call)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -181,7 +185,7 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    run_on_threads(sweep.calls(), partial(_solve_call, sweep), sweep.threads, progress)
+    sweep.solve(progress=progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -236,8 +240,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            again = replace(sweep, finer=finer, general=True, alone=True)
-            run_on_threads(again.calls(missed), partial(_solve_call, again), sweep.threads)
+            replace(sweep, finer=finer, general=True, alone=True).solve(missed)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -259,8 +262,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    calls = second.calls(None if known.all() else np.flatnonzero(known))
-    run_on_threads(calls, partial(_solve_call, second), sweep.threads)
+    second.solve(None if known.all() else np.flatnonzero(known))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 

@@ -25,10 +25,11 @@ from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns
 from engine_dyn.speed.work.parts import FIRST_GAS
 from engine_dyn.types import Integers
 
-__all__ = ["Call", "Grouping"]
+__all__ = ["Call", "Grouping", "Piece"]
 
-SLAB, PIECE = 1 << 18, 1 << 14
-"""Designs that are grouped at a time, and those of one call of a kernel at most."""
+SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 10
+"""Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
+divided for the threads."""
 
 MOST_PARTS = 3072
 """Columns times diagrams that exist at a time: a few ten megabytes."""
@@ -71,6 +72,25 @@ class Call:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """Designs of a group; their columns are made by the thread that solves them."""
+
+    grouping: Grouping
+    chosen: Chosen
+    source: Source
+    finer: int
+
+    @property
+    def size(self) -> int:
+        """Number of designs."""
+        return self.chosen.places.size
+
+    def calls(self) -> Iterator[Call]:
+        """The designs with their columns."""
+        return self.grouping.with_columns(self.chosen, self.source, self.finer)
+
+
+@dataclass(frozen=True)
 class Grouping:
     """What groups are made of: arguments of `engine_dyn.speed.dispatch.solve`.
 
@@ -89,7 +109,7 @@ class Grouping:
         """Whether the torque over speed may be steep: it is a table, or that of a motor."""
         return self.driven.motor or self.driven.over_speed is not None
 
-    def calls(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Call]:
+    def pieces(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Piece]:
         """Designs at some flat places, or all, in groups and in pieces sorted by their diagram.
 
         `finer` is a factor on the number of nodes; where `alone`, each crank ratio and offset gets
@@ -103,9 +123,12 @@ class Grouping:
                 row = np.floor(chosen.take("row")).astype(np.int64)
                 if row.size > 1:
                     chosen = chosen.subset(_order(row))
-                for first in range(0, chosen.places.size, PIECE):
-                    piece = chosen.subset(slice(first, first + PIECE))
-                    yield from self._with_columns(piece, source, finer)
+                pairs = -(-chosen.places.size // (2 * PIECE))
+                # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
+                for some in np.array_split(
+                    chosen.places, 2 * pairs if chosen.places.size > FEW else pairs
+                ):
+                    yield Piece(self, Chosen(self.inputs, some), source, finer)
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
@@ -132,12 +155,12 @@ class Grouping:
             return np.zeros(1, dtype=np.int64)
         return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
 
-    def _with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Call]:
+    def with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Call]:
         """A piece with its columns, divided where these are too many or too rough for some."""
         needs, size = needs_of(piece, source.load is not None), piece.places.size
         if needs.parts.number * len(source.box.degrees) > MOST_PARTS and size > 1:
             for half in (slice(None, size // 2), slice(size // 2, None)):
-                yield from self._with_columns(piece.subset(half), source, finer)
+                yield from self.with_columns(piece.subset(half), source, finer)
             return
         columns = columns_of(source, needs.parts)
         # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
@@ -150,9 +173,9 @@ class Grouping:
             return
         fewest = 2 * source.nodes.number * source.nodes.times
         closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
-        yield from self._with_columns(piece.subset(rough), closer, 2 * finer)
+        yield from self.with_columns(piece.subset(rough), closer, 2 * finer)
         if not rough.all():
-            yield from self._with_columns(piece.subset(~rough), source, finer)
+            yield from self.with_columns(piece.subset(~rough), source, finer)
 
 
 def _split(chosen: Chosen, keys: Sequence[npt.NDArray[Any]]) -> Iterator[Chosen]:

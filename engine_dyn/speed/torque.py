@@ -17,7 +17,7 @@ from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, fill_motion, make_motion
-from engine_dyn.speed.grouping import Call, Grouping
+from engine_dyn.speed.grouping import Call, Grouping, Piece
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import Columns
@@ -67,8 +67,11 @@ def torque_extremes(
             alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
             _extremes(call.size, call.columns, alone, friction, high, low, motion)
 
-    cores = threads or os.cpu_count() or 1
-    run_on_threads(grouping.calls(None, 1), solve, cores, progress)
+    def solve_piece(piece: Piece) -> None:
+        for call in piece.calls():
+            solve(call)
+
+    run_on_threads(grouping.pieces(None, 1), solve_piece, threads or os.cpu_count() or 1, progress)
     found = zip(TORQUE_NAMES, results, strict=True)
     return discard({n: array.reshape(shape) for n, array in found if n in wanted}, unknown)
 
