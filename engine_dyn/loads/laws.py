@@ -33,6 +33,7 @@ __all__ = [
     "covers",
     "is_flat",
     "is_power",
+    "is_proportional",
     "law_of",
     "load_terms",
     "torque_at",
@@ -222,6 +223,12 @@ def law_of(
 def is_power(law: Law) -> bool:
     """Whether a law is a power of the speed: then every periodic solution is stable."""
     return law.kind == POWER
+
+
+@inlined
+def is_proportional(first: float, form: Form) -> bool:
+    """Whether a law, whose first number is given, is proportional to q: to omega^2."""
+    return form.kind == POWER and first == 2.0
 
 
 @inlined

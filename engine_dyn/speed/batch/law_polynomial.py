@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, law_of, load_terms
+from engine_dyn.loads.laws import Form, is_proportional, law_of, load_terms
 from engine_dyn.speed.batch.block import LEFT, MOST_TERMS, SOLVING, Lanes
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
@@ -21,8 +21,8 @@ from engine_dyn.types import Floats
 
 __all__ = ["fit_laws"]
 
-SIZES = (6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
-"""Numbers of terms that are tried."""
+SIZES = (4, 6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
+"""Numbers of terms that are tried, the first at once where a law is proportional to q."""
 
 REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES)
 """Largest half-width of the range, over its centre, with which each number is tried: about that
@@ -94,8 +94,9 @@ def fit_laws(
         size, some = SIZES[i], False
         for k in range(LANES):
             middle = 1.0 + lanes.centre[0, k]
-            reaches = size == MOST_TERMS or REACHES[i] * middle * lanes.half[0, k] >= 1.0
-            if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and reaches:
+            enough = size == MOST_TERMS or REACHES[i] * middle * lanes.half[0, k] >= 1.0
+            enough = enough or is_proportional(designs.first[block, k], form)
+            if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and enough:
                 some, lanes.terms[0, k] = True, size
                 one, _ = law_of(
                     designs.speed[block, k], designs.first[block, k], designs.second[block, k],

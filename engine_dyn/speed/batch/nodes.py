@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import POWER, Form, law_of, load_terms
+from engine_dyn.loads.laws import Form, is_proportional, law_of, load_terms
 from engine_dyn.speed.batch.block import HALO, ColumnRows, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
@@ -160,11 +160,10 @@ def fill_curves(
             designs.gear[block, k], form,
         )  # fmt: skip
         kappa, gain = designs.kappa[block, k], 1.0 / lanes.mu[0, k]
-        proportional = form.kind == POWER and designs.first[block, k] == 2.0  # needs no power
         for node in range(curves.shape[2]):
             u = curves[0, k, node]
             force = 1.0 + u
-            if not proportional:
+            if not is_proportional(designs.first[block, k], form):  # which needs no power
                 force, _ = load_terms(1.0 + u, law)
             slope = curves[1, k, node] - kappa * (force * gain - 1.0)
             curves[0, k, node] = 1.0 + u

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import POWER, Form, is_flat, law_of
+from engine_dyn.loads.laws import Form, is_flat, is_proportional, law_of
 from engine_dyn.speed.batch.block import (
     HALO,
     LEFT,
@@ -167,7 +167,7 @@ def begin_rest(
     """
     lanes = scratch.lanes
     for k in range(LANES):
-        proportional = form.kind == POWER and designs.first[block, k] == 2.0
+        proportional = is_proportional(designs.first[block, k], form)
         if lanes.state[0, k] == SOLVING and linear and proportional:
             lanes.state[0, k] = SETTLED
         lanes.free[0, k] = 1.0
