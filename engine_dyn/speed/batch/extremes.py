@@ -31,24 +31,11 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
 
-__all__ = ["fill_extremes", "find_candidates", "mean_speeds"]
+__all__ = ["fill_extremes", "find_candidates"]
 
 JAGGED = 3.0
 """Margin of what jagged work hides: it is known in the middle of a box, and where the inertia
 varies, it may be as low as `LIGHTEST`."""
-
-
-@inlined
-def mean_speeds(lanes: Lanes, curves: Curves) -> None:
-    """Mean of sqrt(q) over the angle.
-
-    The mean of X is 0; what it is over the coarse nodes is taken away again.
-    """
-    total, nodes = 0.0 * read(lanes.high, 0), curves.missed.shape[0]
-    for i in range(nodes):
-        work = read(curves.work, HALO + i)
-        total = total + (np.sqrt(1.0 + read(curves.u, HALO + i)) - 0.5 * work)
-    write(lanes.mean, 0, total / nodes)
 
 
 # --- where to look --------------------------------------------------------------------------------
@@ -59,15 +46,17 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     """Nodes beside which the largest and the smallest u may lie, in `tops` and `bottoms`.
 
     Beside a local maximum a parabola rises above its node by an eighth of the second difference at
-    most; twice as much is looked at.
+    most; twice as much is looked at. `mean` gets that of sqrt(q); the mean of X is 0, and what it
+    is over the coarse nodes is taken away again.
     """
     repeat_ends(curves.u)
     repeat_ends(curves.load)  # which is interpolated around them
     high, low = read(lanes.high, 0), read(lanes.low, 0)
-    tops, bottoms = 0.0 * high, 0.0 * high
+    tops, bottoms, total, nodes = 0.0 * high, 0.0 * high, 0.0 * high, curves.missed.shape[0]
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
-    for i in range(curves.missed.shape[0]):
+    for i in range(nodes):
         after = read(curves.u, HALO + i + 1)
+        total = total + (np.sqrt(1.0 + u) - 0.5 * read(curves.work, HALO + i))
         reach = 1.5 * u - 0.25 * (before + after)
         top = (reach >= high) & (u >= before) & (u > after)
         bottom = (low >= reach) & (before >= u) & (after > u)
@@ -76,6 +65,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
         before, u = u, after
     write(lanes.tops, 0, tops)
     write(lanes.bottoms, 0, bottoms)
+    write(lanes.mean, 0, total / nodes)
 
 
 @inlined

@@ -9,7 +9,7 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
 from engine_dyn.speed.batch.block import LEFT, ColumnRows, Scratch, column_rows, make_scratch
-from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates, mean_speeds
+from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
 from engine_dyn.speed.batch.nodes import fill_curves
 from engine_dyn.speed.batch.solution import solve_curves
 from engine_dyn.speed.batch.weights import Weights, weights_of
@@ -109,7 +109,6 @@ def solve_blocks(
             block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
         )
         find_candidates(lanes, curves)
-        mean_speeds(lanes, curves)
         fill_extremes(block, task.variable, columns, weights, designs, scratch)
         here = min(LANES, count - block * LANES)
         finish_block(block, here, task, designs, results, left, scratch)

@@ -142,18 +142,20 @@ def add_missed(
     Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/solver.md (73).
     """
     centre, half, slope = read(lanes.centre, 0), read(lanes.half, 0), read(lanes.slope, 0)
-    last = curves.missed.shape[0] - 1
-    for i in range(last + 1):
+    nodes = curves.missed.shape[0]
+    before = 0.0 * slope
+    for i in range(nodes):
         _, steep = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
         steep = steep * half / slope
         if variable:
             steep = steep * read(curves.light, i)
-        write(curves.steep, i, where(going, steep, 1.0))
-    first = read(curves.steep, 0)
-    for i in range(last + 1):
-        after = read(curves.steep, i + 1) if i < last else first
-        mean = 0.5 * (read(curves.steep, i) + after)
-        write(curves.missed, i, mean * read(curves.missed, i))
+        steep = where(going, steep, 1.0)
+        write(curves.steep, i, steep)
+        if i > 0:
+            write(curves.missed, i - 1, 0.5 * (before + steep) * read(curves.missed, i - 1))
+        before = steep
+    mean = 0.5 * (before + read(curves.steep, 0))
+    write(curves.missed, nodes - 1, mean * read(curves.missed, nodes - 1))
 
 
 @inlined
