@@ -104,10 +104,13 @@ def _checked(
 def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> _Crank:
     """Angles of crank and rod, docs/method.md (2), (4) and (5)."""
     angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
-    theta = angle + np.arcsin(ratio * offset_ratio / (1.0 + ratio)) if offset_ratio.any() else angle
-    sine = np.sin(theta)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    if offset_ratio.any():  # the angle counts from dead centre: by sums, because angles are many
+        shift = ratio * offset_ratio / (1.0 + ratio)
+        rest = np.sqrt(1.0 - shift * shift)
+        sine, cosine = sine * rest + cosine * shift, cosine * rest - sine * shift
     root = np.sqrt(1.0 - (ratio * (sine - offset_ratio)) ** 2)
-    return _Crank(ratio, offset_ratio, sine, np.cos(theta), root)
+    return _Crank(ratio, offset_ratio, sine, cosine, root)
 
 
 def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:

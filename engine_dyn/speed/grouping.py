@@ -73,12 +73,16 @@ class Call:
 
 @dataclass(frozen=True)
 class Piece:
-    """Designs of a group; their columns are made by the thread that solves them."""
+    """Designs of a group; their columns are made by the thread that solves them.
 
-    grouping: Grouping
+    `finer` is the factor on the number of nodes with which those of `source` were chosen.
+    """
+
     chosen: Chosen
     source: Source
     finer: int
+    tolerance: float
+    driven: DrivenMachine
 
     @property
     def size(self) -> int:
@@ -86,8 +90,32 @@ class Piece:
         return self.chosen.places.size
 
     def calls(self) -> Iterator[Call]:
-        """The designs with their columns."""
-        return self.grouping.with_columns(self.chosen, self.source, self.finer)
+        """The designs with columns, divided where these are too many, or too rough for some."""
+        needs = needs_of(self.chosen, self.source.load is not None)
+        if needs.parts.number * len(self.source.box.degrees) > MOST_PARTS and self.size > 1:
+            for half in (slice(None, self.size // 2), slice(self.size // 2, None)):
+                yield from replace(self, chosen=self.chosen.subset(half)).calls()
+            return
+        columns = columns_of(self.source, needs.parts)
+        # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
+        rough_parts = columns.rough > ROUGHNESS * self.tolerance
+        rough_parts[:FIRST_GAS] = False
+        rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
+        rough = np.asarray(rough_parts[needs.part].any(axis=0))
+        if not rough.any() or 2 * self.finer > ROUGHEST:
+            yield Call(self.chosen, needs, self.source, columns, self.driven)
+            return
+        nodes = self.source.nodes
+        closer = nodes_of(nodes.times, 2 * nodes.number * nodes.times, is_steep(self.driven))
+        some = replace(self, chosen=self.chosen.subset(rough), finer=2 * self.finer)
+        yield from replace(some, source=replace(self.source, nodes=closer)).calls()
+        if not rough.all():
+            yield from replace(self, chosen=self.chosen.subset(~rough)).calls()
+
+
+def is_steep(driven: DrivenMachine) -> bool:
+    """Whether the torque over speed may be steep: it is a table, or that of a motor."""
+    return driven.motor or driven.over_speed is not None
 
 
 @dataclass(frozen=True)
@@ -103,11 +131,6 @@ class Grouping:
     driven: DrivenMachine
     tolerance: float
     keys: tuple[str, ...]
-
-    @property
-    def _is_steep(self) -> bool:
-        """Whether the torque over speed may be steep: it is a table, or that of a motor."""
-        return self.driven.motor or self.driven.over_speed is not None
 
     def pieces(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Piece]:
         """Designs at some flat places, or all, in groups and in pieces sorted by their diagram.
@@ -128,7 +151,9 @@ class Grouping:
                 for some in np.array_split(
                     chosen.places, 2 * pairs if chosen.places.size > FEW else pairs
                 ):
-                    yield Piece(self, Chosen(self.inputs, some), source, finer)
+                    yield Piece(
+                        Chosen(self.inputs, some), source, finer, self.tolerance, self.driven
+                    )
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
@@ -140,7 +165,7 @@ class Grouping:
             cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
             times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
-            nodes = nodes_of(times, finer * FEWEST_NODES, self._is_steep)
+            nodes = nodes_of(times, finer * FEWEST_NODES, is_steep(self.driven))
             ratio, offset = (same.take(name) for name in CRANK)
             for alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
                 ratio, offset = (alike.take(name)[:1] for name in CRANK)
@@ -154,28 +179,6 @@ class Grouping:
         if load is None:
             return np.zeros(1, dtype=np.int64)
         return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
-
-    def with_columns(self, piece: Chosen, source: Source, finer: int) -> Iterator[Call]:
-        """A piece with its columns, divided where these are too many or too rough for some."""
-        needs, size = needs_of(piece, source.load is not None), piece.places.size
-        if needs.parts.number * len(source.box.degrees) > MOST_PARTS and size > 1:
-            for half in (slice(None, size // 2), slice(size // 2, None)):
-                yield from self.with_columns(piece.subset(half), source, finer)
-            return
-        columns = columns_of(source, needs.parts)
-        # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
-        rough_parts = columns.rough > ROUGHNESS * self.tolerance
-        rough_parts[:FIRST_GAS] = False
-        rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
-        rough = np.asarray(rough_parts[needs.part].any(axis=0))
-        if not rough.any() or 2 * finer > ROUGHEST:
-            yield Call(piece, needs, source, columns, self.driven)
-            return
-        fewest = 2 * source.nodes.number * source.nodes.times
-        closer = replace(source, nodes=nodes_of(source.nodes.times, fewest, self._is_steep))
-        yield from self.with_columns(piece.subset(rough), closer, 2 * finer)
-        if not rough.all():
-            yield from self.with_columns(piece.subset(~rough), source, finer)
 
 
 def _split(chosen: Chosen, keys: Sequence[npt.NDArray[Any]]) -> Iterator[Chosen]:

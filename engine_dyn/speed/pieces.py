@@ -6,9 +6,8 @@ the processors. It reports progress and can be stopped by Ctrl-C.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import chain, islice
 from typing import Protocol, TypeVar
 
@@ -33,7 +32,7 @@ def run_on_threads(
 ) -> None:
     """Do all jobs, on so many threads at most; `progress` is told the designs of each.
 
-    Jobs are made in the calling thread, and only a few are waiting, because each holds memory.
+    Jobs are made in the calling thread, while others are done already.
     """
     first = list(islice(jobs, 2))
     all_jobs = chain(first, jobs)
@@ -43,22 +42,13 @@ def run_on_threads(
             if progress:
                 progress(job.size)
         return
-    waiting: deque[tuple[Future[None], int]] = deque()
-
-    def finish_first() -> None:
-        job, designs = waiting.popleft()
-        job.result()
-        if progress:
-            progress(designs)
-
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for job in all_jobs:
-                waiting.append((pool.submit(do, job), job.size))
-                if len(waiting) > 2 * threads:
-                    finish_first()
-            while waiting:
-                finish_first()
+            sizes = {pool.submit(do, job): job.size for job in all_jobs}
+            for done in as_completed(sizes):
+                done.result()
+                if progress:
+                    progress(sizes[done])
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
