@@ -31,8 +31,8 @@ SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 10
 """Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
 divided for the threads."""
 
-MOST_PARTS = 3072
-"""Columns times diagrams that exist at a time: a few ten megabytes."""
+MOST_PARTS, MOST_COLUMNS = 384, 3072
+"""Diagrams, and columns times diagrams, that exist at a time: a few ten megabytes."""
 
 ROUGHNESS, ROUGHEST = 20.0, 32
 """Times the tolerance that every other node may miss of the work between them, docs/solver.md (62);
@@ -92,7 +92,8 @@ class Piece:
     def calls(self) -> Iterator[Call]:
         """The designs with columns, divided where these are too many, or too rough for some."""
         needs = needs_of(self.chosen, self.source.load is not None)
-        if needs.parts.number * len(self.source.box.degrees) > MOST_PARTS and self.size > 1:
+        terms = max(len(self.source.box.degrees), MOST_COLUMNS // MOST_PARTS)
+        if needs.parts.number * terms > MOST_COLUMNS and self.size > 1:
             for half in (slice(None, self.size // 2), slice(self.size // 2, None)):
                 yield from replace(self, chosen=self.chosen.subset(half)).calls()
             return

@@ -9,28 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import chain, islice
-from typing import Protocol, TypeVar
+from typing import Any
 
 __all__ = ["Progress", "run_on_threads"]
 
 Progress = Callable[[int], None]
 
 
-class Sized(Protocol):
-    """A job that says of how many designs it is."""
-
-    @property
-    def size(self) -> int:
-        """Number of designs."""
-
-
-Job = TypeVar("Job", bound=Sized)
-
-
 def run_on_threads(
-    jobs: Iterator[Job], do: Callable[[Job], None], threads: int, progress: Progress | None = None
+    jobs: Iterator[Any], do: Callable[[Any], None], threads: int, progress: Progress | None = None
 ) -> None:
-    """Do all jobs, on so many threads at most; `progress` is told the designs of each.
+    """Do all jobs, on so many threads at most; `progress` is told the `size` of each.
 
     Jobs are made in the calling thread, while others are done already.
     """

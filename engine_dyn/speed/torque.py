@@ -17,7 +17,7 @@ from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, fill_motion, make_motion
-from engine_dyn.speed.grouping import Call, Grouping, Piece
+from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import Columns
@@ -56,22 +56,18 @@ def torque_extremes(
     whole = Inputs.of(inputs, shape)
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance, ("cylinders",))
 
-    def solve(call: Call) -> None:
-        designs = call.designs()
-        motion = make_motion(call.columns.fine.shape[1])
-        if swing.size:
-            _swings(call.size, call.columns, designs, swing, motion)
-        if high.size or low.size:
-            friction = np.ascontiguousarray(call.chosen.full("friction_torque"), dtype=float)
-            of_load = designs.part >= call.needs.parts.first_load
-            alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-            _extremes(call.size, call.columns, alone, friction, high, low, motion)
-
-    def solve_piece(piece: Piece) -> None:
+    def solve(piece: Piece) -> None:
         for call in piece.calls():
-            solve(call)
+            designs, motion = call.designs(), make_motion(call.columns.fine.shape[1])
+            if swing.size:
+                _swings(call.size, call.columns, designs, swing, motion)
+            if high.size or low.size:
+                friction = np.ascontiguousarray(call.chosen.full("friction_torque"), dtype=float)
+                of_load = designs.part >= call.needs.parts.first_load
+                alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
+                _extremes(call.size, call.columns, alone, friction, high, low, motion)
 
-    run_on_threads(grouping.pieces(None, 1), solve_piece, threads or os.cpu_count() or 1, progress)
+    run_on_threads(grouping.pieces(None, 1), solve, threads or os.cpu_count() or 1, progress)
     found = zip(TORQUE_NAMES, results, strict=True)
     return discard({n: array.reshape(shape) for n, array in found if n in wanted}, unknown)
 

@@ -179,8 +179,9 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
             mu = motion.force.mean()
         _fill_recurrence(mu, fixed, width, design, motion)
         start, change_mu = _ends(mu, fixed, closure, design, motion)
-        # The step is shortened so that no q changes by more than 2 max(q, 1/4).
-        fraction = 1.0
+        # The step is shortened so that no q changes by more than 2 max(q, 1/4), and mu does not fall
+        # below a quarter.
+        fraction = 1.0 if change_mu > -0.75 * mu else 0.75 * mu / -change_mu
         for j in range(nodes):
             delta[j] += motion.grow[j] * start + motion.push[j] * change_mu
             most = 2.0 * max(1.0 + d[j], 0.25 * tau[j])
@@ -192,8 +193,6 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
             change = max(change, abs(fraction * delta[j]))
             smallest = min(smallest, (1.0 + d[j]) / tau[j])
         mu += fraction * change_mu
-        if not fixed:
-            mu = max(mu, FLOOR)
         if not (change < 1e300):
             return -step, mu, smallest
         if fraction == 1.0 and change <= LAST_STEP:
@@ -218,7 +217,9 @@ def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         if wanted == POWER_MEAN and taken > 0:
             break
         more, mu, smallest = _steps(wanted, width, design, motion)
-        if more < 0:
+        if wanted == closure and more < 0:
             return more, mu, smallest
-        taken += more
+        taken += abs(more)
+        if wanted != closure and (more < 0 or smallest <= FLOOR):
+            _start(motion)  # it may run with the time of its cycle given, where it stalls else
     return taken, mu, smallest

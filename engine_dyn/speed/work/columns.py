@@ -57,9 +57,6 @@ ATMOSPHERE = 101325.0
 SAME_PLACE = 1e-9
 """Part of an interval by which rounding may displace a phase."""
 
-ROWS_AT_ONCE = 384
-"""Diagrams whose pressures exist at a time."""
-
 VALUE, SLOPE, MIDDLE, BETWEEN = range(4)
 """What `Columns.fine` has of each part."""
 
@@ -356,12 +353,9 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
         add_products(pressure, inside.size, curve.at_node, one, rates[here])
 
     add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
-    for begin in range(0, rows.size, ROWS_AT_ONCE):
-        some = rows[begin : begin + ROWS_AT_ONCE]
-        pressure = pressures_of_rows(
-            source.family, some, np.concatenate([inside, at_node]), member.pressure_factor
-        )
-        add(pressure - ATMOSPHERE, slice(1 + begin, 1 + begin + some.size))
+    angle = np.concatenate([inside, at_node])
+    pressure = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
+    add(pressure - ATMOSPHERE, slice(1, None))
     return work + halves, halves, rates
 
 
