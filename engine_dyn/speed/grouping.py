@@ -78,11 +78,10 @@ class Piece:
     `finer` is the factor on the number of nodes with which those of `source` were chosen.
     """
 
+    grouping: Grouping
     chosen: Chosen
     source: Source
     finer: int
-    tolerance: float
-    driven: DrivenMachine
 
     @property
     def size(self) -> int:
@@ -94,29 +93,24 @@ class Piece:
         needs = needs_of(self.chosen, self.source.load is not None)
         terms = max(len(self.source.box.degrees), MOST_COLUMNS // MOST_PARTS)
         if needs.parts.number * terms > MOST_COLUMNS and self.size > 1:
-            for half in (slice(None, self.size // 2), slice(self.size // 2, None)):
+            for half in np.array_split(np.arange(self.size), 2):
                 yield from replace(self, chosen=self.chosen.subset(half)).calls()
             return
         columns = columns_of(self.source, needs.parts)
         # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
-        rough_parts = columns.rough > ROUGHNESS * self.tolerance
+        rough_parts = columns.rough > ROUGHNESS * self.grouping.tolerance
         rough_parts[:FIRST_GAS] = False
         rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
         rough = np.asarray(rough_parts[needs.part].any(axis=0))
         if not rough.any() or 2 * self.finer > ROUGHEST:
-            yield Call(self.chosen, needs, self.source, columns, self.driven)
+            yield Call(self.chosen, needs, self.source, columns, self.grouping.driven)
             return
-        nodes = self.source.nodes
-        closer = nodes_of(nodes.times, 2 * nodes.number * nodes.times, is_steep(self.driven))
-        some = replace(self, chosen=self.chosen.subset(rough), finer=2 * self.finer)
-        yield from replace(some, source=replace(self.source, nodes=closer)).calls()
+        number, _, times = self.source.nodes
+        nodes = nodes_of(times, 2 * number * times, self.grouping.is_steep)
+        closer = replace(self, source=replace(self.source, nodes=nodes), finer=2 * self.finer)
+        yield from replace(closer, chosen=self.chosen.subset(rough)).calls()
         if not rough.all():
             yield from replace(self, chosen=self.chosen.subset(~rough)).calls()
-
-
-def is_steep(driven: DrivenMachine) -> bool:
-    """Whether the torque over speed may be steep: it is a table, or that of a motor."""
-    return driven.motor or driven.over_speed is not None
 
 
 @dataclass(frozen=True)
@@ -132,6 +126,11 @@ class Grouping:
     driven: DrivenMachine
     tolerance: float
     keys: tuple[str, ...]
+
+    @property
+    def is_steep(self) -> bool:
+        """Whether the torque over speed may be steep: it is a table, or that of a motor."""
+        return self.driven.motor or self.driven.over_speed is not None
 
     def pieces(self, places: Integers | None, finer: int, alone: bool = False) -> Iterator[Piece]:
         """Designs at some flat places, or all, in groups and in pieces sorted by their diagram.
@@ -152,9 +151,7 @@ class Grouping:
                 for some in np.array_split(
                     chosen.places, 2 * pairs if chosen.places.size > FEW else pairs
                 ):
-                    yield Piece(
-                        Chosen(self.inputs, some), source, finer, self.tolerance, self.driven
-                    )
+                    yield Piece(self, Chosen(self.inputs, some), source, finer)
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
@@ -166,7 +163,7 @@ class Grouping:
             cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
             times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
-            nodes = nodes_of(times, finer * FEWEST_NODES, is_steep(self.driven))
+            nodes = nodes_of(times, finer * FEWEST_NODES, self.is_steep)
             ratio, offset = (same.take(name) for name in CRANK)
             for alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
                 ratio, offset = (alike.take(name)[:1] for name in CRANK)

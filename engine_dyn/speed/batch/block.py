@@ -173,8 +173,9 @@ class Peaks(NamedTuple):
         How far u may rise between coarse nodes above what their values tell.
     step : Rows (1, lane)
         To the next node; before that, 1 where there is a node to begin at, else 0.
-    seen : Rows (2 * 4 + 3, lane)
-        What is seen at `node`: `WorkTable.fine`, the load, its remainder and its steepness.
+    seen : Rows (2 * 4 + 4, lane)
+        What is seen at `node`: `WorkTable.fine`, then the load, what polynomials through coarse
+        nodes say of X and r, and the steepness.
     """
 
     node: Rows
@@ -218,7 +219,7 @@ def make_scratch(columns: Columns) -> Scratch:
     table = [coarse] * 4 + [terms, 1, terms]
     curves = [coarse] * 3 + [coarse + 2 * HALO] * 4
     lanes = [1] * len(Lanes._fields)
-    peaks = [2, 2, 1, 1, 2 * kinds + 3]
+    peaks = [2, 2, 1, 1, 2 * kinds + 4]
     ends = np.cumsum([*table, *curves, *lanes, *peaks, MOST_TERMS])
     rows: Any = iter(np.split(new_rows(ends[-1]), ends[:-1]))
     whole = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3))

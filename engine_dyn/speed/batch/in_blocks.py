@@ -39,7 +39,7 @@ def solve_in_blocks(
     """
     nodes, coarse = columns.fine.shape[1], columns.coarse.shape[1]
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
-    curves = np.empty((4, LANES, nodes if task.angles.node.size else 0))
+    curves = np.empty((2, LANES, nodes if task.angles.node.size else 0))
     blocks = Designs(*map(rows_of, designs))._replace(
         factor=rows_of(designs.factor, designs.factor.shape[1]),
         part=rows_of(designs.part, designs.target.size),
@@ -94,7 +94,7 @@ def solve_blocks(
 ) -> None:  # fmt: skip
     """Solve the first `count` designs; `left` says which remain for the general solver.
 
-    The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (4, lane,
+    The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (2, lane,
     fine node).
     """
     lanes, curves, number = scratch.lanes, scratch.curves, designs.table
@@ -113,7 +113,7 @@ def solve_blocks(
         here = min(LANES, count - block * LANES)
         finish_block(block, here, task, designs, results, left, scratch)
         if task.angles.node.size > 0:
-            fill_curves(block, task.variable, task.form, columns, weights, designs, scratch, fine)
+            fill_curves(block, task.variable, columns, weights, designs, scratch, fine)
             for lane in range(here):
                 if not left[block * LANES + lane]:
                     store_curves(

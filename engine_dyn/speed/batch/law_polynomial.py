@@ -25,9 +25,8 @@ SIZES = (4, 6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
 """Numbers of terms that are tried, the first at once where a law is proportional to q."""
 
 REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES)
-"""Largest half-width of the range, over its centre, with which each number is tried: about that
-with which it is enough for a power of the speed, whose terms fall by the factor 1/(z + sqrt(z^2 -
-1)), where z is 1 over that half-width."""
+"""Largest half-width of the range, over its centre, with which each number is tried: terms of a
+power of the speed fall by 1/(z + sqrt(z^2 - 1)), where z is 1 over that half-width."""
 
 MARGIN = 0.3
 """Part of the range of u by which the range of the polynomial is wider on both sides."""
@@ -98,10 +97,8 @@ def fit_laws(
             enough = enough or is_proportional(designs.first[block, k], form)
             if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and enough:
                 some, lanes.terms[0, k] = True, size
-                one, _ = law_of(
-                    designs.speed[block, k], designs.first[block, k], designs.second[block, k],
-                    designs.gear[block, k], form,
-                )  # fmt: skip
+                numbers = designs.first[block, k], designs.second[block, k], designs.gear[block, k]
+                one, _ = law_of(designs.speed[block, k], *numbers, form)
                 for m in range(size):
                     q = middle + _POINTS[i, m] / lanes.half[0, k]
                     if lanes.free[0, k] == 0.0:

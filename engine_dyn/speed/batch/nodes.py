@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, is_proportional, law_of, load_terms
 from engine_dyn.speed.batch.block import HALO, ColumnRows, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
@@ -23,7 +22,7 @@ __all__ = ["Seen", "fill_curves", "load_at_nodes", "seen_by", "work_at_nodes"]
 KINDS = 4
 """What `Columns.fine` has of each part."""
 
-LOAD, REST, STEEP = range(2 * KINDS, 2 * KINDS + 3)
+LOAD, SMOOTH, REST, STEEP = range(2 * KINDS, 2 * KINDS + 4)
 """Rows of `Peaks.seen` behind those of P and V."""
 
 
@@ -83,27 +82,14 @@ def load_at_nodes(scratch: Scratch) -> None:
     seen = peaks.seen
     for k in range(LANES):
         coarse, place = peaks.node[0, k] // weights.shape[0], peaks.node[0, k] % weights.shape[0]
-        y = r = 0.0
+        y = work = drive = 0.0
         for j in range(STENCIL):
             there = HALO + coarse + j - (STENCIL // 2 - 1)
             y += weights[place, j] * curves.load[there, k]
-            r += weights[place, j] * (curves.drive[there, k] - curves.work[there, k])
-        seen[LOAD, k], seen[REST, k], seen[STEEP, k] = y, r, curves.steep[coarse, k]
-
-
-@inlined
-def load_at_node(node: int, scratch: Scratch) -> None:
-    """The same, where all lanes are at one node."""
-    weights, curves, seen = scratch.table.weights, scratch.curves, scratch.peaks.seen
-    coarse, place = node // weights.shape[0], node % weights.shape[0]
-    y = r = 0.0 * read(curves.steep, coarse)
-    for j in range(STENCIL):
-        there = HALO + coarse + j - (STENCIL // 2 - 1)
-        y = y + weights[place, j] * read(curves.load, there)
-        r = r + weights[place, j] * (read(curves.drive, there) - read(curves.work, there))
-    write(seen, LOAD, y)
-    write(seen, REST, r)
-    write(seen, STEEP, read(curves.steep, coarse))
+            work += weights[place, j] * curves.work[there, k]
+            drive += weights[place, j] * curves.drive[there, k]
+        seen[LOAD, k], seen[SMOOTH, k], seen[REST, k] = y, work, drive - work
+        seen[STEEP, k] = curves.steep[coarse, k]
 
 
 @inlined
@@ -112,16 +98,17 @@ def seen_by(
 ) -> Seen:
     """U and its slope at the nodes that were looked at, docs/solver.md (96).
 
-    The integral of X is known where a polynomial misses it. The slope of the load is
-    beta (u tau + r).
+    What polynomials through coarse nodes miss of X and of its integral is known, and so what they
+    miss of the load and of r, docs/solver.md (73). The slope of the load is beta (u tau + r).
     """
     seen, width = scratch.peaks.seen, scratch.width
     gas, eta, beta = read(designs.gas, block), read(designs.eta, block), read(weights.beta, block)
     moving, turning = eta * read(seen, KINDS + VALUE), eta * read(seen, KINDS + SLOPE)
     rough = gas * read(seen, BETWEEN) - eta * read(seen, KINDS + BETWEEN)
-    energy = gas * read(seen, VALUE) - moving
-    energy = energy - (read(seen, LOAD) + rough * (beta * read(seen, STEEP)))
-    slope = gas * read(seen, SLOPE) - turning - beta * (energy + read(seen, REST))
+    work, steep = gas * read(seen, VALUE) - moving, read(seen, STEEP)
+    energy = work - (read(seen, LOAD) + rough * (beta * steep))
+    rest = read(seen, REST) + (steep - 1.0) * (work - read(seen, SMOOTH))
+    slope = gas * read(seen, SLOPE) - turning - beta * (energy + rest)
     tau_middle = eta * read(seen, KINDS + MIDDLE)
     middle = gas * read(seen, MIDDLE) - tau_middle
     u, tau = energy, 1.0 + moving
@@ -133,38 +120,18 @@ def seen_by(
 
 @inlined
 def fill_curves(
-    block: int, variable: bool, form: Form, columns: ColumnRows, weights: Weights, designs: Designs,
+    block: int, variable: bool, columns: ColumnRows, weights: Weights, designs: Designs,
     scratch: Scratch, curves: Floats,
 ) -> None:  # fmt: skip
-    """Q of the designs of a block at all fine nodes, and its slope (97): (4, lane, node).
-
-    The other two are scratch: slopes of tau, and tau.
-    """
-    nodes, seen, lanes = scratch.peaks.node, scratch.peaks.seen, scratch.lanes
-    value, gas, eta = scratch.peaks.value, designs.gas, designs.eta
+    """Q of the designs of a block at all fine nodes, and its slope: (2, lane, node)."""
+    nodes, found = scratch.peaks.node, scratch.peaks.value
     for node in range(curves.shape[2]):
         for k in range(LANES):
             nodes[0, k] = node
         work_at_nodes(block, columns, designs, scratch)
-        load_at_node(node, scratch)
-        write(value, 0, seen_by(block, variable, weights, designs, scratch).u)
+        load_at_nodes(scratch)
+        seen = seen_by(block, variable, weights, designs, scratch)
+        write(found, 0, 1.0 + seen.u)
+        write(found, 1, seen.slope * (1.0 / scratch.width))
         for k in range(LANES):
-            turning = eta[block, k] * seen[KINDS + SLOPE, k]
-            curves[0, k, node] = value[0, k]
-            curves[1, k, node] = gas[block, k] * seen[SLOPE, k] - turning
-            curves[2, k, node] = turning if variable else 0.0
-            curves[3, k, node] = 1.0 + eta[block, k] * seen[KINDS + VALUE, k] if variable else 1.0
-    for k in range(LANES):
-        law, _ = law_of(
-            designs.speed[block, k], designs.first[block, k], designs.second[block, k],
-            designs.gear[block, k], form,
-        )  # fmt: skip
-        kappa, gain = designs.kappa[block, k], 1.0 / lanes.mu[0, k]
-        for node in range(curves.shape[2]):
-            u = curves[0, k, node]
-            force = 1.0 + u
-            if not is_proportional(designs.first[block, k], form):  # which needs no power
-                force, _ = load_terms(1.0 + u, law)
-            slope = curves[1, k, node] - kappa * (force * gain - 1.0)
-            curves[0, k, node] = 1.0 + u
-            curves[1, k, node] = (slope - u * curves[2, k, node]) / curves[3, k, node]
+            curves[0, k, node], curves[1, k, node] = found[0, k], found[1, k]

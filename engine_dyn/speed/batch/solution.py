@@ -174,10 +174,8 @@ def begin_rest(
             lanes.state[0, k] = SETTLED
         lanes.free[0, k] = 1.0
         if lanes.slope[0, k] == 0.0:
-            law, _ = law_of(
-                designs.speed[block, k], designs.first[block, k], designs.second[block, k],
-                designs.gear[block, k], form,
-            )  # fmt: skip
+            numbers = designs.first[block, k], designs.second[block, k], designs.gear[block, k]
+            law, _ = law_of(designs.speed[block, k], *numbers, form)
             lanes.free[0, k], lanes.slope[0, k] = 0.0, 1.0
             if lanes.state[0, k] == SOLVING and not is_flat(law):
                 lanes.state[0, k] = LEFT

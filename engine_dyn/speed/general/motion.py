@@ -124,10 +124,8 @@ def begin_design(
     docs/method.md (51), and (67) for idle.
     """
     fill_motion(which, task.variable, columns, designs, motion)
-    law, sign = law_of(
-        designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
-        task.form,
-    )  # fmt: skip
+    numbers = designs.first[which], designs.second[which], designs.gear[which]
+    law, sign = law_of(designs.speed[which], *numbers, task.form)
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
     for j in range(motion.w.size):

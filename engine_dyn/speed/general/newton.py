@@ -179,8 +179,8 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
             mu = motion.force.mean()
         _fill_recurrence(mu, fixed, width, design, motion)
         start, change_mu = _ends(mu, fixed, closure, design, motion)
-        # The step is shortened so that no q changes by more than 2 max(q, 1/4), and mu does not fall
-        # below a quarter.
+        # The step is shortened so that no q changes by more than 2 max(q, 1/4), and mu stays above
+        # a quarter of it.
         fraction = 1.0 if change_mu > -0.75 * mu else 0.75 * mu / -change_mu
         for j in range(nodes):
             delta[j] += motion.grow[j] * start + motion.push[j] * change_mu

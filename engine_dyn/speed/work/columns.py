@@ -28,6 +28,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box
+from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.speed.work.parts import (
     FIRST_GAS,
     FRICTION_PARTS,
@@ -191,7 +192,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (source.load.mean - source.load(theta))
     stride = source.nodes.stride
-    fine, coarse = arranged(work, halves, rates, source.width, stride)
+    fine, coarse = arranged(work, halves, rates, source.width, weights_between(stride))
     in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # of the box
     middle = np.asarray(np.einsum("t,ptn->pn", in_the_middle, work))
     return (

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from engine_dyn.compilation import kernel
-from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS, STENCIL, weights_between
+from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS, STENCIL
 from engine_dyn.types import Floats
 
 __all__ = ["POINTS", "WEIGHTS", "add_products", "arranged", "cumulate"]
@@ -62,31 +62,19 @@ def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float) -> Float
     return np.asarray(level[..., 0])
 
 
+@kernel
 def arranged(
-    work: Floats, halves: Floats, rates: Floats, width: float, stride: int
+    work: Floats, halves: Floats, rates: Floats, width: float, weights: Floats
 ) -> tuple[Floats, Floats]:
     """Work in the order in which solvers read it: `fine` and `coarse` of `columns.Columns`.
 
-    `width` is that of an interval [rad].
-    """
-    parts, terms, nodes = work.shape
-    fine, coarse = (np.empty((parts, n, k, terms)) for n, k in ((nodes, 4), (nodes // stride, 2)))
-    _arrange(work, halves, rates, width, weights_between(stride), fine, coarse)
-    return fine, coarse
-
-
-@kernel
-def _arrange(
-    work: Floats, halves: Floats, rates: Floats, width: float, weights: Floats, fine: Floats,
-    coarse: Floats,
-) -> None:  # fmt: skip
-    """Fill `fine` and `coarse`.
-
     What is missed of the middles is docs/solver.md (60), of the integral of the work (63), and of
-    its mean over a coarse interval (72).
+    its mean over a coarse interval (72). `width` is that of an interval [rad]; `weights` are those
+    of `weights_between`.
     """
     parts, terms, nodes = work.shape
-    stride, wide = weights.shape[0], coarse.shape[1]
+    stride, wide = weights.shape[0], nodes // weights.shape[0]
+    fine, coarse = np.empty((parts, nodes, 4, terms)), np.empty((parts, wide, 2, terms))
     integral = np.empty((wide + STENCIL) * stride + 1)  # with halves of a stencil at both ends
     begin = (STENCIL // 2 - 1) * stride
     for part in range(parts):
@@ -116,3 +104,4 @@ def _arrange(
                     pair = y[(c - m) % wide * stride] + y[(c + 1 + m) % wide * stride]
                     mean -= MEAN_BY_PAIRS[m] * pair
                 coarse[part, c, 0, term], coarse[part, c, 1, term] = y[c * stride], mean
+    return fine, coarse
