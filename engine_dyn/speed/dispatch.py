@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
-from engine_dyn.speed.grouping import Call, Grouping, Piece
+from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
 from engine_dyn.speed.pieces import Progress, run_on_threads
@@ -81,14 +82,9 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def solve(self, places: Integers | None = None, progress: Progress | None = None) -> None:
-        """Solve the designs at some flat places, or all, in pieces."""
-        pieces = self.grouping.pieces(places, self.finer, self.alone)
-        run_on_threads(pieces, self._solve_piece, self.threads, progress)
-
-    def _solve_piece(self, piece: Piece) -> None:
-        for call in piece.calls():
-            _solve_call(self, call)
+    def pieces(self, places: Integers | None = None) -> Iterator[Piece]:
+        """The designs at some flat places, or all, in pieces."""
+        return self.grouping.pieces(places, self.finer, self.alone)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -185,7 +181,7 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    sweep.solve(progress=progress)
+    run_on_threads(sweep.pieces(), partial(_solve_piece, sweep), sweep.threads, progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -240,7 +236,8 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            replace(sweep, finer=finer, general=True, alone=True).solve(missed)
+            again = replace(sweep, finer=finer, general=True, alone=True)
+            run_on_threads(again.pieces(missed), partial(_solve_piece, again), sweep.threads)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -262,37 +259,38 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    second.solve(None if known.all() else np.flatnonzero(known))
+    pieces = second.pieces(None if known.all() else np.flatnonzero(known))
+    run_on_threads(pieces, partial(_solve_piece, second), sweep.threads)
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
-def _solve_call(sweep: Sweep, call: Call) -> None:
+def _solve_piece(sweep: Sweep, piece: Piece) -> None:
     """Solve designs by the batch solver, and what it leaves, or all, by the general one."""
-    chosen, columns, results = call.chosen, call.columns, sweep.results
-    code = int(chosen.take("method")[0])
-    task = Task(
-        code, bool(chosen.take("inertia_model")[0]), sweep.closure, sweep.grouping.tolerance,
-        sweep.iterated, call.driven.form,
-        angles_of(sweep.angles, columns.width, call.source.nodes.number),
-    )  # fmt: skip
-    if code == THESIS:
-        solve_as_printed(call, task, sweep.angles, results)
-        return
-    designs = call.designs()
-    if task.form.kind == POWER and code != CLOSED:
-        designs = designs._replace(first=np.where(designs.first <= NO_EXPONENT, 0.0, designs.first))
-    left = np.ones(call.size, dtype=np.bool_)
+    results, tolerance, form = sweep.results, sweep.grouping.tolerance, sweep.grouping.driven.form
+    code, model = (int(piece.chosen.take(name)[0]) for name in ("method", "inertia_model"))
     in_batch = METHODS[code].in_batch and not sweep.general
-    if in_batch:
-        solve_in_blocks(task, columns, designs, results, left)
-        if sweep.second:
-            # Solved by the same solver as before, else both could not be compared.
-            left |= results.deferred[chosen.places]
-        elif results.deferred.size:
-            results.deferred[chosen.places] = left
-    if sweep.tally is not None:
-        solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
-        sweep.tally.notes.append((solver, call.size, to_general))
-    rest = np.flatnonzero(left)
-    if rest.size:
-        solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)
+    for call in piece.calls():
+        columns = call.columns
+        angles = angles_of(sweep.angles, columns.width, call.source.nodes.number)
+        task = Task(code, bool(model), sweep.closure, tolerance, sweep.iterated, form, angles)
+        if code == THESIS:
+            solve_as_printed(call, task, sweep.angles, results)
+            continue
+        designs = call.designs()
+        if form.kind == POWER and code != CLOSED:
+            limited = np.where(designs.first <= NO_EXPONENT, 0.0, designs.first)
+            designs = designs._replace(first=limited)
+        left = np.ones(call.size, dtype=np.bool_)
+        if in_batch:
+            solve_in_blocks(task, columns, designs, results, left)
+            if sweep.second:
+                # Solved by the same solver as before, else both could not be compared.
+                left |= results.deferred[call.chosen.places]
+            elif results.deferred.size:
+                results.deferred[call.chosen.places] = left
+        if sweep.tally is not None:
+            solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
+            sweep.tally.notes.append((solver, call.size, to_general))
+        rest = np.flatnonzero(left)
+        if rest.size:
+            solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)
