@@ -75,7 +75,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
         log(line)
     log("table of designs that share nothing")
     # The first designs are those of the reference, whatever the length.
-    big = problem.join(sample, problem.table(2_000 if quick else 400_000, seed=2))
+    big = problem.joined(sample, problem.table(2_000 if quick else 400_000, seed=2))
     unshared = [case for case in others if case.series != report.SHARING]
     table = measure.compare([*own.cases(threads, quick), *unshared], big, exact, seconds)
     log("sampled designs")

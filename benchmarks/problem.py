@@ -192,7 +192,7 @@ def pressure_of(phi: Any, heat: Any) -> Floats:
     return np.asarray(motored + heat * (PRESSURE(phi) - motored))
 
 
-def join(first: Designs, second: Designs) -> Designs:
+def joined(first: Designs, second: Designs) -> Designs:
     """One table after the other."""
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(first, name), getattr(second, name)])

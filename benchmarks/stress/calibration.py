@@ -215,7 +215,7 @@ def knots_of(family: Family) -> Floats:
     return family.row(0).angle
 
 
-def join(readings: list[Reading]) -> Reading:
+def joined(readings: list[Reading]) -> Reading:
     """One reading of several."""
     names = [n for n in Reading.__dataclass_fields__ if n not in ("asked", "examples")]
     columns: dict[str, Any] = {
@@ -247,7 +247,7 @@ def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> 
         for done, reading in enumerate(pool.map(measure, jobs), 1):
             readings.append(reading)
             say(f"delta_error: {done} of {len(jobs)} groups")
-    return join(readings)
+    return joined(readings)
 
 
 def own_error(seed: int, designs: int = 24) -> float:

@@ -446,7 +446,7 @@ def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, de
 @pytest.fixture(scope="module")
 def reading() -> calibration.Reading:
     jobs = calibration.jobs_of(SEED, 200)
-    return calibration.join([calibration.measure(job) for job in jobs])
+    return calibration.joined([calibration.measure(job) for job in jobs])
 
 
 def test_tolerance_is_met_on_sane_designs(reading: calibration.Reading) -> None:

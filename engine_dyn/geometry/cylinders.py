@@ -304,7 +304,7 @@ class Cylinders:
         return replace(self.arrangement, throws=throws)
 
     @cached_property
-    def equal(self) -> bool:
+    def are_equal(self) -> bool:
         """Whether all factors are 1."""
         return {member[1:] for member in self.members} == {EQUAL[1:]}
 
@@ -315,7 +315,7 @@ class Cylinders:
         if len(self.members) == 1:
             return part
         firing = "even firing" if self.even else "uneven firing"
-        return f"{part}, {firing}{'' if self.equal else ', unequal cylinders'}"
+        return f"{part}, {firing}{'' if self.are_equal else ', unequal cylinders'}"
 
 
 CylindersByCount = Mapping[int, Cylinders]

@@ -188,7 +188,7 @@ class Engine(_Group):
     def torque_mean(self) -> float:
         """Mean torque over the cycle [N m]."""
         means, cylinders = [], self.cylinders
-        for member in cylinders.members[:1] if cylinders.equal else cylinders.members:
+        for member in cylinders.members[:1] if cylinders.are_equal else cylinders.members:
             own = map(float, member.own(self.crank_ratio, self.offset_ratio))
             mean = _mean_gas(self.diagram, *own, member.pressure_factor)
             means.append(member.radius_factor * mean)

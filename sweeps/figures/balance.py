@@ -109,7 +109,7 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
         yield f"{base}_over_angle", _by_side(view, looks, title)
     varied = [
         (whole, along)
-        for whole, along in study.along(main)
+        for whole, along in study.views_by_axis(main)
         if along not in (None, DIRECTION) and whole.varies(main, along)
     ]
     for whole, along in varied:
@@ -135,7 +135,7 @@ def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
         for name, (label, colour, dashes) in PARTS.items()
         if name in names
     }
-    axes = [(whole, along) for whole, along in study.along(names) if along != DIRECTION]
+    axes = [(whole, along) for whole, along in study.views_by_axis(names) if along != DIRECTION]
     for whole, along in axes or [(study.view, None)]:
         view = whole.only(names, [along, DIRECTION])
         if _nothing(view, names):

@@ -64,7 +64,7 @@ def bearing_pressures(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
-    for whole, along in study.along(names):
+    for whole, along in study.views_by_axis(names):
         if along != SPEED or not whole.varies(names, along):
             continue
         facet = facet_of(whole, names, [SPEED, JOURNALS])
@@ -74,7 +74,7 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
         base, each = (0.5, 1.85) if across else (3.3, 0.0)
         sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
         for panel, index in zip(sheet.panels, shown, strict=True):
-            here = view.cut({facet: index}) if facet else view
+            here = view.slice_at({facet: index}) if facet else view
             _lines(panel, here, names, what, sheet.entries)
             parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
             panel.set_title(across.tag(index))

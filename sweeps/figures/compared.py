@@ -61,7 +61,7 @@ def compared(study: Study, names: Sequence[str]) -> NamedFigures:
             view = study.view.only(pair, ())
             yield f"compared_{name}{view.suffix}", _running_figure(view, name, running)
         else:
-            for whole, along in study.along(pair):
+            for whole, along in study.views_by_axis(pair):
                 if along is not None:
                     figure = _line_figure(whole, name, along)
                     yield stem_of(f"compared_{name}", whole, along), figure

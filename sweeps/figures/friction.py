@@ -48,7 +48,7 @@ def friction_names(view: View) -> list[str]:
 
 def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the components stacked over each axis, and `fmep`; of one design as bars."""
-    for whole, along in study.along(names):
+    for whole, along in study.views_by_axis(names):
         if along is None:
             yield _one_design(whole, names)
             continue

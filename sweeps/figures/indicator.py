@@ -56,7 +56,7 @@ def work_names(view: View) -> list[str]:
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw p over V, and both logarithmic where the clearance volume is known."""
     # Axes that change the travel of the piston alone leave the loops nearly the same.
-    found = study.along(names[:1])
+    found = study.views_by_axis(names[:1])
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis(along)

@@ -33,7 +33,7 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
 
     Without loads, the lines are those of another axis of few values.
     """
-    found = {along: view for view, along in study.along(names) if along is not None}
+    found = {along: view for view, along in study.views_by_axis(names) if along is not None}
     few = [axis for axis, view in found.items() if view.axis(axis).size <= MOST_LINES]
     along = LOAD if LOAD in found else few[0] if few else None
     if along is None:

@@ -56,7 +56,7 @@ def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
         view = study.view
         mixed = UNIT_CHANGES.get(group[0], "")
         if mixed in axes:
-            view = view.cut({mixed: view.default(mixed)})
+            view = view.slice_at({mixed: view.default(mixed)})
             axes.remove(mixed)
         if len(axes) == 1:
             yield f"{stem}_{axes[0]}", line_figure(view, group, axes[0])

@@ -60,7 +60,7 @@ def _loads(view: View) -> list[tuple[str, str, str]]:
 def polar_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one component of each load against the other over the cycle."""
     for stem, *components in _loads(study.view):
-        found = study.along(components)
+        found = study.views_by_axis(components)
         # Journals have a panel each, whatever else there is.
         others = [(view, axis) for view, axis in found if axis != "main_bearing"]
         for whole, along in others or [(found[0][0], None)]:

@@ -34,7 +34,7 @@ def _stacked(
     A variable that is drawn twice has a logarithmic ordinate the second time, if it is positive.
     """
     names = list(dict.fromkeys(drawn))
-    found = study.along(names)
+    found = study.views_by_axis(names)
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis(along)

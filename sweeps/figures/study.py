@@ -65,7 +65,7 @@ class Study:
         options = replace(self.view.options, angle=None, zero="firing-tdc")
         return self if self.given is None else study_of(self.given, options.select, options)
 
-    def along(self, names: Sequence[str]) -> list[tuple[View, str | None]]:
+    def views_by_axis(self, names: Sequence[str]) -> list[tuple[View, str | None]]:
         """Each axis that changes the variables, with the view in which it is an axis."""
         found: list[tuple[View, str | None]] = []
         axes = self.view.axes(names)
@@ -76,8 +76,8 @@ class Study:
         return found or [(self.view.only(names, ()), None)]
 
     def views_of(self, name: str) -> Iterator[tuple[View, str | None]]:
-        """What `along` gives for one variable, and its families away from the nominal design."""
-        yield from self.along([name])
+        """Those of one variable by axis, and its families away from the nominal design."""
+        yield from self.views_by_axis([name])
         if "design" in self.view.array(name).dims and len(self.aside) <= MOST_ASIDES:
             for parameter, view, _ in self.aside:
                 if view.varies([name], parameter):
@@ -230,8 +230,9 @@ def study_of(
         own=_own_values(data),
         options=options,
     )
-    view = view.cut({dim: _selected(view, dim, value) for dim, value in select.items()})
-    view = view.cut({str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING})
+    view = view.slice_at({dim: _selected(view, dim, value) for dim, value in select.items()})
+    single = {str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING}
+    view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
     if "design" not in view.data.sizes:

@@ -66,7 +66,7 @@ def groups(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each group of which at least two variables are there, along each axis."""
     for stem, (title, ordinate, _) in GROUPS.items():
         members = _members(study.view, stem)
-        for whole, along in study.along(members) if members else ():
+        for whole, along in study.views_by_axis(members) if members else ():
             if along is None or whole.varies(members, along):
                 figure = together(whole, members, along, title, ordinate)
                 yield stem_of(stem, whole, along), figure

@@ -53,7 +53,7 @@ def torque_components(study: Study, names: Sequence[str]) -> NamedFigures:
     load = [name for name in names if name == "load_torque" and over_angle(study.view, name)]
     title, base = "Components of the torque", "torque_components"
     yield base, together(study.view, sums, None, title, "Torque", _look)
-    for whole, along in study.along([*sums, *load]):
+    for whole, along in study.views_by_axis([*sums, *load]):
         if along is None:
             continue
         if whole.varies(sums, along):
@@ -155,7 +155,7 @@ def cylinders_names(view: View) -> list[str]:
 def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw engines of different numbers of cylinders: torque beside speed, a row for each."""
     names = [name for name in names if name != "load_torque"]
-    for whole, along in study.along(names):
+    for whole, along in study.views_by_axis(names):
         if along != "cylinders":
             continue
         view = whole.only(names, [along])

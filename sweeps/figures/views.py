@@ -281,7 +281,7 @@ class View:
             dim, values, (), axis_label(own, dim), own, is_log(values), remarks, nominal
         )
 
-    def cut(self, index: Mapping[str, int]) -> View:
+    def slice_at(self, index: Mapping[str, int]) -> View:
         """One slice: the dimensions of `index` are gone."""
         index = {dim: i for dim, i in index.items() if dim in self.data.sizes}
         if not index:
@@ -306,7 +306,7 @@ class View:
         names, kept = list(names), set(keep)
         rest = [dim for dim in self.axes(names) if dim not in kept]
         idle = [dim for dim in rest if self.idle(names, dim)]
-        view = self.cut({dim: self.default(dim) for dim in rest})
+        view = self.slice_at({dim: self.default(dim) for dim in rest})
         return replace(view, fixed={**view.fixed, **{dim: self.same(dim) for dim in idle}})
 
     def same(self, dim: str) -> str:

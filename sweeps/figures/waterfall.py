@@ -46,7 +46,7 @@ def waterfall_names(view: View) -> list[str]:
 def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each amplitude over order and speed; other axes are cut at one slice."""
     for name in names:
-        for whole, along in study.along([name]):
+        for whole, along in study.views_by_axis([name]):
             if along != SPEED:
                 continue
             view = whole.only([name], [SPEED])

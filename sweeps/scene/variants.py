@@ -70,7 +70,7 @@ def variant_words(
 def _cylinder_words(values: GivenValues, engines: Sequence[Cylinders]) -> tuple[str, ...]:
     centred = not (values.nonzero("pin_offset") or values.nonzero("crank_offset"))
     varied = {OF_CYLINDER[key].what for key in values.cylinder_keys}
-    equal = all(engine.equal for engine in engines) and not values.nonzero("misfire")
+    equal = all(engine.are_equal for engine in engines) and not values.nonzero("misfire")
     equal = equal and varied <= {"firing_angle"}
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     return (
