@@ -31,14 +31,16 @@ def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arr
     with making:  # threads that want the same wait for the one that makes it
         with _lock:
             known = _kept.get(family, {}).get(key)
-        made = make() if known is None else known
+        if known is not None:
+            return cast("Arrays", known)
+        made = make()
         with _lock:
             _making.pop((id(family), key), None)
             kept = _kept.setdefault(family, {})
             kept[key] = made
             while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
                 kept.pop(next(iter(kept)))
-    return cast("Arrays", made)
+    return made
 
 
 def _bytes_of(kept: dict[Hashable, tuple[npt.NDArray[Any], ...]]) -> int:

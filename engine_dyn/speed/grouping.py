@@ -27,7 +27,7 @@ from engine_dyn.types import Integers
 
 __all__ = ["Call", "Grouping", "Piece"]
 
-SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 10
+SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 13
 """Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
 divided for the threads."""
 

@@ -341,9 +341,9 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
     """What `_add_gas` adds of one cylinder, three curves (a pressure of 1 and rows, term, node)."""
     inside, at_node = _angles(member, source.nodes, source.family.period)
-    curve = _velocity_of(member, source.box, source.nodes, source.family.period)
+    speed = _velocity_of(member, source.box, source.nodes, source.family.period)
     half = inside.size // 2
-    early, late = (np.ascontiguousarray(part) for part in np.split(curve.inside, [half], axis=1))
+    early, late = (np.ascontiguousarray(part) for part in np.split(speed.inside, [half], axis=1))
     weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
     shape = rows.size + 1, len(source.box.degrees), source.nodes.number
     work, halves, rates = (np.zeros(shape) for _ in range(3))
@@ -351,13 +351,15 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
     def add(pressure: Floats, here: slice) -> None:
         add_products(pressure, 0, early, weights, halves[here])
         add_products(pressure, half, late, weights, work[here])
-        add_products(pressure, inside.size, curve.at_node, one, rates[here])
+        add_products(pressure, inside.size, speed.at_node, one, rates[here])
 
     add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
     angle = np.concatenate([inside, at_node])
-    pressure = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
-    add(pressure - ATMOSPHERE, slice(1, None))
-    return work + halves, halves, rates
+    add(pressures_of_rows(source.family, rows, angle, member.pressure_factor), slice(1, None))
+    for curve in (work, halves, rates):
+        curve[1:] -= ATMOSPHERE * curve[:1]
+    work += halves
+    return work, halves, rates
 
 
 def _add_friction(
