@@ -138,19 +138,19 @@ class Grouping:
         `finer` is a factor on the number of nodes; where `alone`, each crank ratio and offset gets
         columns of its own, which miss nothing.
         """
-        size = self.inputs.size if places is None else places.size
-        for begin in range(0, size, SLAB):
-            end = min(begin + SLAB, size)
+        every = self.inputs.size if places is None else places.size
+        for begin in range(0, every, SLAB):
+            end = min(begin + SLAB, every)
             slab = np.arange(begin, end) if places is None else places[begin:end]
             for chosen, source in self._groups(Chosen(self.inputs, slab), finer, alone):
                 row = np.floor(chosen.take("row")).astype(np.int64)
                 if row.size > 1:
                     chosen = chosen.subset(_order(row))
-                pairs = -(-chosen.places.size // (2 * PIECE))
+                size, rows = chosen.places.size, np.unique(row).size
+                pairs = max(-(-size // (2 * PIECE)), rows // (2 * MOST_PARTS))
                 # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
-                for some in np.array_split(
-                    chosen.places, 2 * pairs if chosen.places.size > FEW else pairs
-                ):
+                whole = size <= FEW and rows <= MOST_PARTS
+                for some in np.array_split(chosen.places, 1 if whole else 2 * pairs):
                     yield Piece(self, Chosen(self.inputs, some), source, finer)
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
