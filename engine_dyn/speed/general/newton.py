@@ -204,22 +204,22 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
 def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[int, float, float]:
     """Solve for d at the nodes, in place; `width` is the angle between them [rad].
 
-    Newton's steps start from the level where the mean of q is 1, after some cycles of implicit
-    Euler. With the closure `cycle_time`, mu is unknown too, and they start from the
-    solution with the power mean. Returns the number of steps (negative: not converged), mu and the
-    smallest q.
+    The start is where the mean of q is 1, after some cycles of implicit Euler. With `cycle_time`,
+    mu is unknown too: steps go on from the solution with the power mean, or begin again. Returns
+    their number (negative: not converged), mu and the smallest q.
     """
-    _start(motion)
-    if is_power(design.law) and not design.flat:
-        _settle(width, design, motion)
     taken, mu, smallest = 0, 1.0, 0.0
-    for wanted in (POWER_MEAN, closure):
-        if wanted == POWER_MEAN and taken > 0:
+    for number in range(3):
+        if number != 1:
+            _start(motion)
+        if number == 0 and is_power(design.law) and not design.flat:
+            _settle(width, design, motion)
+        wanted = POWER_MEAN if number == 0 else closure
+        more, new_mu, least = _steps(wanted, width, design, motion)
+        runs = more > 0 and least > FLOOR
+        taken = more if more < 0 else max(taken, 0) + more
+        if number < 2 or runs:
+            mu, smallest = new_mu, least  # else it says whether the first try stalled
+        if wanted == closure and (runs or closure == POWER_MEAN):
             break
-        more, mu, smallest = _steps(wanted, width, design, motion)
-        if wanted == closure and more < 0:
-            return more, mu, smallest
-        taken += abs(more)
-        if wanted != closure and (more < 0 or smallest <= FLOOR):
-            _start(motion)  # it may run with the time of its cycle given, where it stalls else
     return taken, mu, smallest
