@@ -26,21 +26,25 @@ _lock = threading.Lock()
 
 def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arrays:
     """Return the arrays of this key, or those that `make` gives. They must not be changed."""
+    mine = id(family), key
     with _lock:
-        making = _making.setdefault((id(family), key), threading.Lock())
-    with making:  # threads that want the same wait for the one that makes it
+        making = _making.setdefault(mine, threading.Lock())
+    try:
+        with making:  # threads that want the same wait for the one that makes it
+            with _lock:
+                known = _kept.get(family, {}).get(key)
+            if known is not None:
+                return cast("Arrays", known)
+            made = make()
+            with _lock:
+                kept = _kept.setdefault(family, {})
+                kept[key] = made
+                while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
+                    kept.pop(next(iter(kept)))
+            return made
+    finally:
         with _lock:
-            known = _kept.get(family, {}).get(key)
-        if known is not None:
-            return cast("Arrays", known)
-        made = make()
-        with _lock:
-            _making.pop((id(family), key), None)
-            kept = _kept.setdefault(family, {})
-            kept[key] = made
-            while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
-                kept.pop(next(iter(kept)))
-    return made
+            _making.pop(mine, None)
 
 
 def _bytes_of(kept: dict[Hashable, tuple[npt.NDArray[Any], ...]]) -> int:

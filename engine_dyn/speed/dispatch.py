@@ -271,7 +271,7 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> None:
     in_batch = METHODS[code].in_batch and not sweep.general
     for call in piece.calls():
         columns = call.columns
-        angles = angles_of(sweep.angles, columns.width, call.source.nodes.number)
+        angles = angles_of(sweep.angles, columns.width, call.piece.source.nodes.number)
         task = Task(code, bool(model), sweep.closure, tolerance, sweep.iterated, form, angles)
         if code == THESIS:
             solve_as_printed(call, task, sweep.angles, results)
@@ -280,17 +280,17 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> None:
         if form.kind == POWER and code != CLOSED:
             limited = np.where(designs.first <= NO_EXPONENT, 0.0, designs.first)
             designs = designs._replace(first=limited)
-        left = np.ones(call.size, dtype=np.bool_)
+        left = np.ones(call.piece.size, dtype=np.bool_)
         if in_batch:
             solve_in_blocks(task, columns, designs, results, left)
             if sweep.second:
                 # Solved by the same solver as before, else both could not be compared.
-                left |= results.deferred[call.chosen.places]
+                left |= results.deferred[call.piece.chosen.places]
             elif results.deferred.size:
-                results.deferred[call.chosen.places] = left
+                results.deferred[call.piece.chosen.places] = left
         if sweep.tally is not None:
             solver, to_general = (BATCH, int(left.sum())) if in_batch else (GENERAL, 0)
-            sweep.tally.notes.append((solver, call.size, to_general))
+            sweep.tally.notes.append((solver, call.piece.size, to_general))
         rest = np.flatnonzero(left)
         if rest.size:
             solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)

@@ -44,30 +44,24 @@ CRANK = ("crank_ratio", "offset_ratio")
 
 @dataclass(frozen=True)
 class Call:
-    """Designs whose columns are known: one call of a kernel."""
+    """A piece whose columns are known: one call of a kernel."""
 
-    chosen: Chosen
+    piece: Piece
     needs: Needs
-    source: Source
     columns: Columns
-    driven: DrivenMachine
-
-    @property
-    def size(self) -> int:
-        """Number of designs."""
-        return self.chosen.places.size
 
     def designs(self) -> Designs:
         """Reduced numbers of the designs, filled up to whole blocks with the last of them."""
+        piece, size = self.piece, self.piece.size
         filled: Integers | slice = slice(None)
-        if self.size % LANES:
-            filled = np.minimum(np.arange(self.size + -self.size % LANES), self.size - 1)
+        if size % LANES:
+            filled = np.minimum(np.arange(size + -size % LANES), size - 1)
         needs = self.needs._replace(
             part=self.needs.part[:, filled], share=self.needs.share[:, filled]
         )
         return reduced(
-            self.chosen.subset(filled), needs, self.source.box, float(self.columns.missed),
-            LAWS[self.driven.form.kind],
+            piece.chosen.subset(filled), needs, piece.source.box, float(self.columns.missed),
+            LAWS[piece.grouping.driven.form.kind],
         )  # fmt: skip
 
 
@@ -103,7 +97,7 @@ class Piece:
         rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
         rough = np.asarray(rough_parts[needs.part].any(axis=0))
         if not rough.any() or 2 * self.finer > ROUGHEST:
-            yield Call(self.chosen, needs, self.source, columns, self.grouping.driven)
+            yield Call(self, needs, columns)
             return
         number, _, times = self.source.nodes
         nodes = nodes_of(times, 2 * number * times, self.grouping.is_steep)

@@ -155,7 +155,8 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
 
     The coefficient k follows from the mean of the samples.
     """
-    family, size, designs = call.source.family, call.size, call.designs()
+    piece, designs = call.piece, call.designs()
+    family, size = piece.source.family, piece.size
     compared = ("delta", "delta_error")
     nothing = np.empty((1, 0))
     periodic = Results(
@@ -172,9 +173,9 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
         if code in (status.NO_STEADY_STATE, status.INVALID_INPUT):
             store_nothing(target, code, results)
             continue
-        one = call.chosen.subset(np.array([i]))
+        one = piece.chosen.subset(np.array([i]))
         value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
-        cycle, mean_torque = _cycle_of(value, family, call.source.cylinders, task.variable)
+        cycle, mean_torque = _cycle_of(value, family, piece.source.cylinders, task.variable)
         # An idle engine has no load.
         surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
         coefficient = surplus / value["speed"] ** value["exponent"]

@@ -59,13 +59,14 @@ def torque_extremes(
     def solve(piece: Piece) -> None:
         for call in piece.calls():
             designs, motion = call.designs(), make_motion(call.columns.fine.shape[1])
+            chosen, count = call.piece.chosen, call.piece.size
             if swing.size:
-                _swings(call.size, call.columns, designs, swing, motion)
+                _swings(count, call.columns, designs, swing, motion)
             if high.size or low.size:
-                friction = np.ascontiguousarray(call.chosen.full("friction_torque"), dtype=float)
+                friction = np.ascontiguousarray(chosen.full("friction_torque"), dtype=float)
                 of_load = designs.part >= call.needs.parts.first_load
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-                _extremes(call.size, call.columns, alone, friction, high, low, motion)
+                _extremes(count, call.columns, alone, friction, high, low, motion)
 
     run_on_threads(grouping.pieces(None, 1), solve, threads or os.cpu_count() or 1, progress)
     found = zip(TORQUE_NAMES, results, strict=True)

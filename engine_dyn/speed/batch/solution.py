@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, is_flat, is_proportional, law_of
+from engine_dyn.loads.laws import Form, is_proportional
 from engine_dyn.speed.batch.block import (
     HALO,
     LEFT,
@@ -174,11 +174,7 @@ def begin_rest(
             lanes.state[0, k] = SETTLED
         lanes.free[0, k] = 1.0
         if lanes.slope[0, k] == 0.0:
-            numbers = designs.first[block, k], designs.second[block, k], designs.gear[block, k]
-            law, _ = law_of(designs.speed[block, k], *numbers, form)
             lanes.free[0, k], lanes.slope[0, k] = 0.0, 1.0
-            if lanes.state[0, k] == SOLVING and not is_flat(law):
-                lanes.state[0, k] = LEFT
     return fit_laws(block, closure, form, designs, lanes, scratch.law, scratch.values)
 
 
