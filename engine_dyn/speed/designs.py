@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,23 +87,22 @@ class Chosen:
     inputs: Inputs
     places: Integers
 
-    @cached_property
-    def _places_by_axis(self) -> tuple[Integers, ...]:
-        return tuple(np.unravel_index(self.places, self.inputs.shape))
+    def places_in(self, shape: tuple[int, ...]) -> Integers:
+        """Flat places of the designs in an array of a shape that broadcasts to that of all."""
+        found, stride, step = np.zeros(1, dtype=np.int64), 1, 1
+        for length, own in zip(self.inputs.shape[::-1], shape[::-1], strict=True):
+            if own > 1:
+                found = found + self.places // stride % length * step
+                step *= own
+            stride *= length
+        return found
 
     def take(self, name: str) -> npt.NDArray[Any]:
         """Values of an input, shape (designs,), or (1,) where all have the same."""
         array = self.inputs.arrays[name]
-        if array.size == 1:
-            return array.reshape(1)
         if array.size == self.inputs.size:
             return array.reshape(-1)[self.places]
-        axes = zip(self._places_by_axis, array.shape, strict=True)
-        return np.asarray(array[tuple(here if size > 1 else 0 for here, size in axes)])
-
-    def full(self, name: str) -> npt.NDArray[Any]:
-        """Values of an input, shape (designs,)."""
-        return np.broadcast_to(self.take(name), self.places.shape)
+        return np.asarray(array.reshape(-1)[self.places_in(array.shape)])
 
     def lever(self) -> Floats:
         """Piston area times crank radius [m3], as `take`."""

@@ -75,8 +75,9 @@ FIELDS = tuple(
 
 INPUT_NAMES = tuple(field.name for field in FIELDS)
 
+TABLE_NAMES = tuple(field.name for field in _OF_TABLES)
 TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS[: len(_OF_TABLES)])
-"""Inputs that the work tables depend on, under the names of the graph of quantities."""
+"""Inputs that the work tables depend on, here and in the graph of quantities."""
 
 DEFAULTS = {field.name: field.default for field in FIELDS if field.default is not None}
 """Values of inputs that need not be given."""

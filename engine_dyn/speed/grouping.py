@@ -19,6 +19,7 @@ from engine_dyn.loads.driven_machine import DrivenMachine, repeats_of
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.designs import Chosen, Designs, Inputs, Needs, needs_of, reduced
+from engine_dyn.speed.fields import TABLE_NAMES
 from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.boxes import box_of, boxes_of
 from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns_of, nodes_of
@@ -39,7 +40,8 @@ ROUGHNESS, ROUGHEST = 20.0, 32
 largest factor on the nodes because of a rough diagram."""
 
 CRANK = ("crank_ratio", "offset_ratio")
-"""Inputs that a design's box follows from."""
+LOAD = ("gear_ratio", "load_phase", "load_scale", "bore", "double_radius")
+"""Inputs that the box follows from; those that the work of a load over an angle depends on too."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,7 @@ class Call:
     def designs(self) -> Designs:
         """Reduced numbers of the designs, filled up to whole blocks with the last of them."""
         piece, size = self.piece, self.piece.size
-        filled: Integers | slice = slice(None)
-        if size % LANES:
-            filled = np.minimum(np.arange(size + -size % LANES), size - 1)
+        filled = np.minimum(np.arange(size + -size % LANES), size - 1)
         needs = self.needs._replace(
             part=self.needs.part[:, filled], share=self.needs.share[:, filled]
         )
@@ -133,14 +133,20 @@ class Grouping:
         columns of its own, which miss nothing.
         """
         every = self.inputs.size if places is None else places.size
+        names = (*TABLE_NAMES, *(LOAD if self.driven.over_angle else ()))
+        common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
         for begin in range(0, every, SLAB):
-            end = min(begin + SLAB, every)
-            slab = np.arange(begin, end) if places is None else places[begin:end]
-            for chosen, source in self._groups(Chosen(self.inputs, slab), finer, alone):
+            slab = np.arange(begin, min(begin + SLAB, every))
+            every_one = Chosen(self.inputs, slab if places is None else places[slab])
+            for chosen, source in self._groups(every_one, finer, alone):
+                # In a grid, designs that have a work table in common come to lie side by side.
+                if 1 < math.prod(common) <= self.inputs.size // LANES:
+                    chosen = chosen.subset(_order(chosen.places_in(common)))
                 row = np.floor(chosen.take("row")).astype(np.int64)
                 if row.size > 1:
-                    chosen = chosen.subset(_order(row))
-                size, rows = chosen.places.size, np.unique(row).size
+                    order = _order(row)
+                    chosen, row = chosen.subset(order), row[order]
+                size, rows = chosen.places.size, 1 + int(np.count_nonzero(np.diff(row)))
                 pairs = max(-(-size // (2 * PIECE)), rows // (2 * MOST_PARTS))
                 # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
                 whole = size <= FEW and rows <= MOST_PARTS

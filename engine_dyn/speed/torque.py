@@ -63,7 +63,7 @@ def torque_extremes(
             if swing.size:
                 _swings(count, call.columns, designs, swing, motion)
             if high.size or low.size:
-                friction = np.ascontiguousarray(chosen.full("friction_torque"), dtype=float)
+                friction = np.full(count, chosen.take("friction_torque"), dtype=float)
                 of_load = designs.part >= call.needs.parts.first_load
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
                 _extremes(count, call.columns, alone, friction, high, low, motion)
