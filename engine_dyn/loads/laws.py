@@ -31,7 +31,7 @@ __all__ = [
     "Law",
     "LawFacts",
     "covers",
-    "is_flat",
+    "slope_of",
     "is_power",
     "is_proportional",
     "law_of",
@@ -232,16 +232,17 @@ def is_proportional(first: float, form: Form) -> bool:
 
 
 @inlined
-def is_flat(law: Law) -> bool:
-    """Whether a law does not depend on the speed at all, as an exponent 0: a closure sets the mean.
+def slope_of(law: Law) -> tuple[float, bool]:
+    """F'(1), and whether a law does not depend on the speed at all, as an exponent 0.
 
-    One that is flat at the nominal speed alone, or a table that is flat there, holds no speed.
+    Then a closure sets the mean speed. A law that is flat at the nominal speed alone, or a table
+    that is flat there, holds no speed.
     """
-    flat = law.kind != TABLE
+    flat, slope = law.kind != TABLE, 0.0
     for q in (0.25, 4.0, 1.0):
         value, slope = load_terms(q, law)
         flat = flat and value == 1.0 and slope == 0.0
-    return flat
+    return slope, flat
 
 
 @inlined

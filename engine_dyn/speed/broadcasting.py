@@ -1,7 +1,4 @@
-"""Arrays that broadcast against each other: their shape, codes, and what is not known.
-
-Both fronts of kernels, `dispatch` and `torque`, prepare their arguments with these functions.
-"""
+"""Arrays that broadcast against each other: their shape, codes, and what is not known."""
 
 from __future__ import annotations
 

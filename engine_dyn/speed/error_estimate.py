@@ -1,7 +1,4 @@
-"""The error of a solution, from its difference to one with more nodes: docs/method.md (105).
-
-The constants of this estimate, and the errors that iterations may leave for it, are here too.
-"""
+"""The error of a solution, from its difference to one with more nodes: docs/method.md (105)."""
 
 from __future__ import annotations
 

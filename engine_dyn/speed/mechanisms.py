@@ -1,7 +1,4 @@
-"""How many designs each solver solves.
-
-Whoever wants to know it calls `dispatch.solve` within `counted`.
-"""
+"""How many designs each solver solves: call `dispatch.solve` within `counted`."""
 
 from __future__ import annotations
 

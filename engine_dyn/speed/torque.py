@@ -21,7 +21,7 @@ from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.speed.work.maxima import max_between, max_near
+from engine_dyn.speed.work.maxima import largest, max_between, max_near
 from engine_dyn.types import Floats
 
 __all__ = ["torque_extremes"]
@@ -79,7 +79,7 @@ def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats
 
     `missed` is what the cubics through values and slopes miss in the middle of intervals.
     """
-    best = value.max() if sign > 0.0 else -value.min()
+    best = largest(sign, value)
     for j in range(value.size):
         n = (j + 1) % value.size
         here, up, down = sign * value[j], sign * width * slope[j], sign * width * slope[n]
@@ -105,7 +105,7 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
 def _highest(sign: float, v: Floats) -> float:
     """Largest sign * v of a periodic curve, by polynomials through seven nodes."""
     n = v.size
-    best = highest = v.max() if sign > 0.0 else -v.min()
+    best = highest = largest(sign, v)
     for j in range(n):
         d = sign * v[j]
         c, e = sign * v[(j - 1) % n], sign * v[(j + 1) % n]

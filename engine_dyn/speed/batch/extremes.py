@@ -38,9 +38,6 @@ JAGGED = 3.0
 varies, it may be as low as `LIGHTEST`."""
 
 
-# --- where to look --------------------------------------------------------------------------------
-
-
 @inlined
 def find_candidates(lanes: Lanes, curves: Curves) -> None:
     """Nodes beside which the largest and the smallest u may lie, in `tops` and `bottoms`.
@@ -113,9 +110,6 @@ def next_starts(sign: float, size: int, stride: int, high: Rows, u: Rows, peaks:
                 peaks.step[0, k] = 1.0
             start += 1 if held and hidden > 0.0 else stride - start % stride
         peaks.start[0, k] = start
-
-
-# --- climbing -------------------------------------------------------------------------------------
 
 
 @inlined

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, is_flat, is_proportional, law_of, load_terms
+from engine_dyn.loads.laws import Form, is_proportional, law_of, load_terms, slope_of
 from engine_dyn.speed.batch.block import LEFT, MOST_TERMS, SOLVING, Lanes
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
@@ -99,7 +99,7 @@ def fit_laws(
                 some, lanes.terms[0, k] = True, size
                 numbers = designs.first[block, k], designs.second[block, k], designs.gear[block, k]
                 one, _ = law_of(designs.speed[block, k], *numbers, form)
-                if lanes.free[0, k] == 0.0 and not is_flat(one):
+                if lanes.free[0, k] == 0.0 and not slope_of(one)[1]:
                     lanes.state[0, k] = LEFT
                 for m in range(size):
                     q = middle + _POINTS[i, m] / lanes.half[0, k]

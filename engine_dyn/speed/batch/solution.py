@@ -14,9 +14,6 @@ which is linear in y. One pass solves it, exactly for the integrals of X that ar
 a polynomial through r: docs/solver.md (70) to (74). Passes are repeated with the remainder of their
 results. The equation contains the closure <F> = mu, because y is periodic, so an idle engine is one
 with a tiny beta.
-
-Along the period all is a recurrence; the designs of a block go through it side by side, as lanes of
-vectors.
 """
 
 from __future__ import annotations

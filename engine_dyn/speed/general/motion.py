@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Law, is_flat, is_power, law_of, load_terms
+from engine_dyn.loads.laws import Law, is_power, law_of, slope_of
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
@@ -105,14 +105,14 @@ def fill_motion(
     for j in range(motion.w.size):
         motion.w[j] = motion.dw[j] = motion.w_missed[j] = 0.0
         motion.tau[j], motion.dtau[j], motion.tau_missed[j] = 1.0, 0.0, 0.0
-    gas, eta, factor = designs.gas[which], designs.eta[which], designs.factor[which]
-    for piece in range(designs.part.shape[0]):
-        share = gas * designs.share[piece, which]
+    gas, eta, pieces = designs.gas[which], designs.eta[which], designs.part.shape[0]
+    for piece in range(pieces + 1):  # the last is the masses
+        part, share, curves = SQUARE, eta if variable else -eta, inertia if variable else work
+        if piece < pieces:
+            part, share = designs.part[piece, which], gas * designs.share[piece, which]
+            curves = work
         if share != 0.0:
-            _add_part(designs.part[piece, which], share, columns, factor, work)
-    _add_part(
-        SQUARE, eta if variable else -eta, columns, factor, inertia if variable else work
-    )  # fmt: skip
+            _add_part(part, share, columns, designs.factor[which], curves)
 
 
 @inlined
@@ -144,8 +144,7 @@ def begin_design(
     closed = is_power(law) and (law.first == 0.0 or law.first == 2.0)
     if task.method == CLOSED and not closed:
         code = INVALID_INPUT
-    _, slope = load_terms(1.0, law)
-    flat = is_flat(law)
+    slope, flat = slope_of(law)
     return Design(designs.unsure[which], kappa, law, slope, flat, designs.speed[which]), code
 
 

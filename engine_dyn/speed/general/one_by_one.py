@@ -19,6 +19,7 @@ from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import store, store_curves, store_nothing
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.work.columns import Columns
+from engine_dyn.speed.work.maxima import largest
 from engine_dyn.types import Integers
 
 __all__ = ["solve_one_by_one"]
@@ -117,8 +118,8 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
     wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution.
     """
-    most = motion.w.max()
-    least = motion.w.min() + design.kappa * width * motion.w.size
+    most = largest(1.0, motion.w)
+    least = design.kappa * width * motion.w.size - largest(-1.0, motion.w)
     # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
     if most - least < 1.0:
         return False

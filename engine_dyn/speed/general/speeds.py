@@ -49,8 +49,9 @@ def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
 
     Every interval is looked at in which a local maximum may be higher than the highest node.
     """
-    q, rate = motion.q, motion.rate
-    node = q.argmax() if sign > 0.0 else q.argmin()
+    q, rate, node = motion.q, motion.rate, 0
+    for j in range(q.size):
+        node = j if sign * q[j] > sign * q[node] else node
     highest = sign * q[node]
     # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
     best, miss = highest, width * abs(rate[node])
@@ -134,8 +135,10 @@ def speeds_of(
     """
     _fill_solution(mu, missed, width, design, motion)
     nan, nominal = math.nan, design.nominal
-    high, high_miss = _extreme(1.0, width, motion)
-    low, low_miss = _extreme(-1.0, width, motion)
+    low = low_miss = high = high_miss = 0.0
+    for sign in (1.0, -1.0):  # one call, because the compiler copies it to each
+        high, high_miss = low, low_miss
+        low, low_miss = _extreme(sign, width, motion)
     if not (low > FLOOR):
         return nan, nan, nan, nan, nan
     range_of_q = high - low

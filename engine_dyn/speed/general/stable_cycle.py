@@ -16,6 +16,7 @@ from engine_dyn.loads.laws import FLOOR
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.radau import interval_of, pass_interval
 from engine_dyn.speed.methods import CYCLE_TIME
+from engine_dyn.speed.work.maxima import largest
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 
 __all__ = ["stable_cycle"]
@@ -160,8 +161,9 @@ def stable_cycle(
     here = slow = quick = late_slow = late_quick = 0.0
     # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
     # of the work and the load of a cycle, docs/solver.md (88): none begins `above`.
-    gain = motion.w.max() - motion.w.min() + abs(design.kappa) * width * motion.w.size
-    e, above = motion.tau[0] + max(motion.w[0], 0.0), max(motion.tau.max(), 1.0) + gain
+    range_of_work = largest(1.0, motion.w) + largest(-1.0, motion.w)
+    gain = range_of_work + abs(design.kappa) * width * motion.w.size
+    e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
     step, cycles = 0.05, 0
     for number in range(MOST_MU):
         mu = math.exp(sense * here)

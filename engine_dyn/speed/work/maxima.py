@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import where
+from engine_dyn.types import Floats
 
-__all__ = ["cubic_in_middle", "max_between", "max_near"]
+__all__ = ["cubic_in_middle", "largest", "max_between", "max_near"]
+
+
+@inlined
+def largest(sign: float, curve: Floats) -> float:
+    """Largest sign * value; NumPy's own function takes half a second to compile."""
+    found = -math.inf
+    for value in curve:
+        found = max(found, sign * value)
+    return found
 
 
 @inlined
