@@ -68,8 +68,6 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     ),
     "angle goes back": (line(100, "-320,1"), {}, ("line 100", "must rise or fall")),
     "constant angle": (text(0 * ANGLE), {}, ("does not rise",)),
-    "cycles of unequal length": (cycles_of(1440, 1440, 1439, 1440), {"average": True},
-                                 ("cycle 3 of 4 has 1439 samples, the others 1440", "angle_step")),
     "many cycles": (cycles_of(1440, 1440), {"write": True},
                     ("2 cycles", "--average, or average = true")),
     "cycle that is not there": (cycles_of(1440, 1440), {"cycle": 3},
