@@ -124,7 +124,9 @@ def _value(name: str, text: Any) -> Any:
     )
     try:
         if list[float] in kinds:
-            return [plain_number(part) for part in text.split(",")]
+            listed = text.strip()
+            listed = listed[1:-1] if listed[:1] == "[" and listed[-1:] == "]" else listed
+            return [plain_number(part) for part in listed.split(",")]
         if str not in kinds and float in kinds:
             return plain_number(text)
         if str not in kinds and int in kinds:

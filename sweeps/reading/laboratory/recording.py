@@ -67,7 +67,8 @@ def read_recording(
     Parameters
     ----------
     path : Path
-        A file that ends with one of `SUFFIXES`, or of the format that is chosen.
+        A file that ends with one of `SUFFIXES`, a text of any ending, or one of the format that
+        is chosen.
     label : str, optional
         The file as messages should call it; its path if not given.
     choices : ReadingChoices, optional
@@ -82,16 +83,23 @@ def read_recording(
     name = str(path) if label is None else label
     chosen = choices or ReadingChoices()
     suffix = Path(path).suffix.lower()
-    format = chosen.format or SUFFIXES.get(suffix)
-    if format is None:
-        old = " (save it as .xlsx)" if suffix == ".xls" else ""
-        raise SceneError(
-            f"{name}: must end with one of {', '.join(SUFFIXES)}{old}, or have its format given: "
-            f"{', '.join(_KINDS)}"
-        )
     with reading(name, "a recording of a laboratory"):
         data = file_bytes(Path(path), MOST_BYTES)
     if not data:
         raise SceneError(f"{name}: empty; expected a recording of a laboratory")
-    columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
+    text = text_tables.is_text(data)
+    format = chosen.format or SUFFIXES.get(suffix) or ("text" if text else None)
+    if format is None:
+        old = " (save it as .xlsx)" if suffix == ".xls" else ""
+        raise SceneError(
+            f"{name}: is no text, and must end with one of {', '.join(SUFFIXES)}{old}, or have its "
+            f"format given: {', '.join(_KINDS)}"
+        )
+    try:
+        columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
+    except SceneError as error:
+        if chosen.format is not None or text == (format == "text"):
+            raise
+        others = "format = 'text'" if text else f"its format: {', '.join(_KINDS)}"
+        raise SceneError(f"{error}; if the ending of its name is wrong, give {others}") from None
     return recording_of(name, hashlib.sha256(data).hexdigest(), columns, first_line)

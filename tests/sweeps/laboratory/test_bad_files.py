@@ -143,10 +143,11 @@ def matrix_of_texts(path: Path) -> None:
 
 
 FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
-    "other ending": ("a.xls", write_bytes(b"x"), ("must end with one of", ".xlsx")),
-    "no known ending": ("a.log", write_bytes(b"x"), ("format given: text, fixed_width, xlsx",)),
+    "other ending": ("a.xls", write_bytes(b"x\x00"), ("must end with one of", ".xlsx")),
+    "no known ending": ("a.log", write_bytes(b"x\x00"), ("format given: text, fixed_width, xlsx",)),
     "password": ("a.xlsx", write_bytes(b"\xd0\xcf\x11\xe0" + bytes(2000)), ("password",)),
-    "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"), ("not an .xlsx file",)),
+    "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"),
+                          ("not an .xlsx file", "give format = 'text'")),
     "xlsx that inflates": ("a.xlsx", bomb, ("when inflated",)),
     "xlsx that is wide": ("a.xlsx", wide_sheet, ("a.xlsx",)),
     "mat 7.3": ("a.mat", write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600)),
@@ -158,7 +159,9 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "half a parquet": ("a.parquet", damaged("parquet, backward"), ("not a Parquet file",)),
     "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
     "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
-    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90), ("not a text file",)),
+    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90),
+                        ("not a text file", "its format: text, fixed_width, xlsx")),
+    "text of no table": ("a.log", write_bytes(b"hello"), ("no table of numbers",)),
 }  # fmt: skip
 
 
