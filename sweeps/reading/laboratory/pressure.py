@@ -190,6 +190,7 @@ def imported(
     return ImportedPressure(
         file, recording.sha256, recorded, done, geometry,
         tuple(dict.fromkeys(said)), tuple(dict.fromkeys(warnings)),
+        engine is not None and {"bore", "stroke"} <= engine.values.keys(),
     )  # fmt: skip
 
 
