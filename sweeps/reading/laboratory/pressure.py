@@ -20,7 +20,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.dead_centre import looks_motored
+from engine_dyn.recordings.dead_centre import imep_of_tenth, looks_motored
 from engine_dyn.recordings.heat_release import (
     coefficient_of_variation,
     mean_pressures,
@@ -49,7 +49,7 @@ from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import angle_factor, pressure_unit, unit_of_name
 from sweeps.reading.laboratory.work_loops import with_loop_angles
-from sweeps.reading.silenced_warnings import STATED_UNIT
+from sweeps.reading.silenced_warnings import BRAKE_TORQUE, STATED_UNIT
 
 __all__ = ["imported", "read_pressure"]
 
@@ -178,6 +178,7 @@ def imported(
             found = examine(cycles, geometry, silenced=("gap",) if options.is_loop else ())
             warnings += [f"{before}{finding}" for finding in found]
             warnings += [f"{before}{line}" for line in _unlikely_peak(cycles)]
+        warnings += _too_little_torque(recorded, geometry, options, engine, period, recording.label)
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)
@@ -493,6 +494,34 @@ def _unlikely_peak(cycles: RecordedCycles) -> list[str]:
     return [
         f"{check.name}: {check.what} is {largest:.3g} {check.unit}; usual is {check.low:g} to "
         f"{check.high:g} {check.unit}; check the unit of the pressure, its calibration and pegging"
+    ]
+
+
+def _too_little_torque(
+    recorded: Mapping[str, RecordedCycles], geometry: CylinderGeometry, options: PressureOptions,
+    engine: EngineMeasures | None, period: float, label: str,
+) -> list[str]:  # fmt: skip
+    """A warning where the indicated torque is below that at the shaft, which friction forbids."""
+    brake = options.brake_torque
+    if brake is None:
+        return []
+    values = {} if engine is None else engine.values
+    own = None if engine is None else engine.own_cylinders
+    count = values.get("cylinders", 0 if own is None else own.count)
+    if not count or not {"bore", "stroke"} <= values.keys():
+        raise SceneError(f"{label}: brake_torque: needs an engine with bore, stroke and cylinders")
+    works = [float(mean_pressures(cycles, geometry).net.mean()) for cycles in recorded.values()]
+    imep = sum(works) / len(works)
+    of_mean_pressure = geometry.swept_volume * count / period
+    if imep * of_mean_pressure >= brake:
+        return []
+    tenths = [imep_of_tenth(cycles, geometry) for cycles in recorded.values()]
+    degree = 10.0 * sum(tenths) / len(tenths) * of_mean_pressure
+    return [
+        f"{BRAKE_TORQUE}: the indicated torque is {imep * of_mean_pressure:.4g} N m (imep "
+        f"{imep / BAR:.4g} bar, {counted(int(count), 'cylinder')}), less than the {brake:.4g} N m "
+        f"at the shaft, which cannot be; check dead centre (1 degree is worth {degree:+.3g} N m), "
+        "unit and calibration"
     ]
 
 

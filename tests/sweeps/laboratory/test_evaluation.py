@@ -105,7 +105,7 @@ def test_a_two_stroke_recording() -> None:
 
 
 def test_findings_stand_below_the_figure() -> None:
-    cycles = engine.cycles(0.5, shift=2.0)
+    cycles = engine.cycles(0.5, shift=6.0)
     data = evaluated(cycles, engine.GEOMETRY, findings=examine(cycles, engine.GEOMETRY))
     texts = " ".join(text.get_text().replace("\n", " ") for text in figure(data).texts)
     assert "dead_centre: compression and expansion" in texts
