@@ -153,7 +153,7 @@ def imported(
         In one line.
     """
     said: list[str] = []
-    warnings: list[str] = []
+    warnings = list(recording.remarks)
     degrees = period / DEGREE
     engine = measures_of(engine) if isinstance(engine, Engine) else engine
     _check_together(options, degrees, recording.label)
@@ -171,7 +171,7 @@ def imported(
                 recording, options, geometry, engine, degrees, said
             )
         recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
-        _say_ratios(engine, options, geometry, said)
+        _say_ratios(engine, options, geometry, said, warnings)
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
@@ -445,12 +445,12 @@ def _geometry(engine: EngineMeasures | None, options: PressureOptions) -> Cylind
 
 def _say_ratios(
     engine: EngineMeasures | None, options: PressureOptions, geometry: CylinderGeometry,
-    said: list[str],
+    said: list[str], warnings: list[str],
 ) -> None:  # fmt: skip
-    """Tell an assumed crank ratio, and the compression ratio or that it is unknown."""
+    """Warn of an assumed crank ratio; tell the compression ratio, or that it is unknown."""
     if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
-        said.append(
-            f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
+        warnings.append(
+            f"crank_ratio: {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
         )
     if geometry.compression_ratio is None:
         said.append(

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, shown
 from sweeps.reading.laboratory import (
     fixed_width,
     matlab_files,
@@ -36,19 +37,22 @@ MOST_BYTES = 1 << 30
 
 
 class _Kind(NamedTuple):
-    """What reads the columns and the line of the first sample, and endings that tell the format."""
+    """What reads columns and the line of the first sample, endings of files, choices that count."""
 
     read: Reader
     suffixes: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
 
 
 _KINDS: Mapping[Format, _Kind] = {
-    "text": _Kind(text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv")),
-    "fixed_width": _Kind(fixed_width.read),
-    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm")),
+    "text": _Kind(
+        text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv"), ("separator", "decimal")
+    ),
+    "fixed_width": _Kind(fixed_width.read, (), ("decimal",)),
+    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm"), ("sheet",)),
     "mat": _Kind(matlab_files.read, (".mat",)),
-    "tdms": _Kind(tdms_files.read, (".tdms",)),
-    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf")),
+    "tdms": _Kind(tdms_files.read, (".tdms",), ("group",)),
+    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",)),
     "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
     "parquet": _Kind(parquet_tables.read, (".parquet",)),
 }
@@ -102,4 +106,10 @@ def read_recording(
             raise
         others = "format = 'text'" if text else f"its format: {', '.join(_KINDS)}"
         raise SceneError(f"{error}; if the ending of its name is wrong, give {others}") from None
-    return recording_of(name, hashlib.sha256(data).hexdigest(), columns, first_line)
+    remarks = tuple(
+        f"{key} = {shown(getattr(chosen, key))}: does nothing, the file is read as {format}"
+        for key in ReadingChoices.model_fields
+        if getattr(chosen, key) is not None and key not in ("format", *_KINDS[format].choices)
+    )
+    sha256 = hashlib.sha256(data).hexdigest()
+    return replace(recording_of(name, sha256, columns, first_line), remarks=remarks)

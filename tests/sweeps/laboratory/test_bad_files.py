@@ -194,6 +194,29 @@ def test_a_format_without_lines_of_numbers(tmp_path: Path) -> None:
         )
 
 
+def test_choices_that_do_nothing_are_said(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text())
+    chosen = {"separator": ",", "decimal": ".", "sheet": "one"}
+    (tmp_path / "b.csv").write_text("angle,speed\n" + rows(np.arange(9.0), np.ones(9)))
+    for path in (tmp_path / "a.csv", tmp_path / "b.csv"):
+        found = read_recording(path, None, ReadingChoices(**chosen))
+        assert found.remarks == ("sheet = 'one': does nothing, the file is read as text",)
+    assert found.remarks[0] in read_pressure(tmp_path / "a.csv", **chosen).warnings
+    from tests.support.laboratory import matlab
+
+    matlab(tmp_path / "run.mat")
+    found = read_recording(tmp_path / "run.mat", None, ReadingChoices(separator=";"))
+    assert found.remarks == ("separator = ';': does nothing, the file is read as mat",)
+
+
+def test_an_assumed_crank_ratio_is_warned_of(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text())
+    told = "crank_ratio: 0.28 assumed for the imep; give crank_ratio or engine"
+    assert told in read_pressure(tmp_path / "a.csv").warnings
+    for keys in ({"crank_ratio": 0.25}, {"engine": "ntua"}):
+        assert told not in read_pressure(tmp_path / "a.csv", **keys).warnings
+
+
 def test_missing_files_and_folders(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="no such file"):
         read_pressure(tmp_path / "raw.csv")
