@@ -281,9 +281,10 @@ def cut_into_cycles(
     count = round(period / (usual if step is None else step))
     even: Floats = np.linspace(-0.5 * period, 0.5 * period, count, endpoint=False)
     rows = [np.interp(even + k * period, angle, pressure) for k in range(first, last)]
+    some = " to ".join(dict.fromkeys((str(lengths.min()), str(lengths.max()))))
     said.append(
-        f"{which}: cycles of {lengths.min()} to {lengths.max()} samples at different angles "
-        f"interpolated onto one grid of {count}"
+        f"{which}: cycles of {some} samples at different angles interpolated onto one grid of "
+        f"{count}"
     )
     return _recorded(even, np.array(rows), period)
 
