@@ -1,8 +1,9 @@
 """Whether the recorded dead centre is the engine's, and how surely that is known.
 
-Of fired cycles it is a suspicion: exponents, pegging and compression ratio enter, and may explain
-the same. Of a motored cycle it is a measurement: its largest pressure lies 0.3 to 1 degree before
-dead centre, because heat and charge are lost (thermodynamic loss angle).
+Of fired cycles it is a suspicion, and of large shifts alone: exponents, pegging and compression
+ratio enter, and explain smaller ones as well. Of a motored cycle it is a measurement: its largest
+pressure lies 0.3 to 1 degree before dead centre, because heat and charge are lost (thermodynamic
+loss angle).
 
 Sources: Lancaster, Krieger and Lienesch, SAE paper 750026, 1975 (log p - log V as a check of the
 phase); Stas, Thermodynamic determination of TDC in piston combustion engines, SAE paper 960610,
@@ -13,7 +14,7 @@ from memory, not compared); loss angles as makers of indicating systems state th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,20 +41,11 @@ __all__ = [
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """From which to which angle before dead centre the pressure of a motored cycle is largest."""
 
-LEAST_SHIFT = 1.3 * DEGREE
-"""Smaller shifts are not suspected (fitted, see docs/measured_pressure.md)."""
-
-LEAST_RATIO = 1.4
-"""Nor shifts of fewer standard uncertainties (fitted, see docs/measured_pressure.md)."""
+LEAST_SHIFT = 4.0 * DEGREE
+"""Smaller shifts are not suspected: of recorded engines they had the wrong sign."""
 
 MOST_UNCERTAINTY = 2.0 * DEGREE
 """Nor shifts that are known less: the lines are too rough, or no combustion engine's."""
-
-AS_WELL = 4.0
-"""What another explanation may add to the sum of squares to count as good: two deviations."""
-
-WIDE = 30.0
-"""How many times less pegging and compression ratio are known when they are asked for alone."""
 
 PEAK_WINDOW = 8.0 * DEGREE
 MOTORED_AT = 40.0 * DEGREE
@@ -77,9 +69,6 @@ class DeadCentre:
         Standard uncertainty of the shift [rad].
     suspected : bool
         Whether the shift is large and sure enough to be told.
-    pegging, compression_ratio : float
-        Pressure that would have to be added [Pa], and compression ratio [1], to explain the same
-        without a shift; NaN where they explain it clearly worse or would have to be out of reason.
     imep_of_tenth : float
         Change of imep if the pressure is moved 0.1 degree later [Pa].
     end : float
@@ -89,8 +78,6 @@ class DeadCentre:
     shift: float
     uncertainty: float
     suspected: bool
-    pegging: float
-    compression_ratio: float
     imep_of_tenth: float
     end: float
 
@@ -232,28 +219,10 @@ def dead_centre_of_fired(
     lines = lines_of(cycles)
     best = fitted_shift(lines, geometry, priors)
     known = best.shift_uncertainty <= MOST_UNCERTAINTY
-    large = abs(best.shift) > max(LEAST_SHIFT, LEAST_RATIO * best.shift_uncertainty)
-    suspected = known and large
-    pegging = compression_ratio = math.nan
-    if suspected:
-        fixed = replace(priors, shift=(0.0, 1e-6))
-        limit = best.misfit + AS_WELL * best.excess**2
-        share, constant = priors.pegging
-        other = fitted_shift(
-            lines, geometry, replace(fixed, pegging=(WIDE * share, WIDE * constant)), best.end
-        )
-        if other.misfit < limit and abs(other.pegging) < 0.5 * math.exp(lines.log_pressure[0]):
-            pegging = other.pegging
-        if geometry.compression_ratio is not None:
-            wide = replace(fixed, clearance=(0.0, WIDE * priors.clearance[1]))
-            other = fitted_shift(lines, geometry, wide, best.end)
-            if other.misfit < limit and abs(other.clearance) < math.log(2.0):
-                ratio = (geometry.compression_ratio - 1.0) * math.exp(-other.clearance)
-                compression_ratio = 1.0 + ratio
+    suspected = known and abs(best.shift) > LEAST_SHIFT
     return DeadCentre(
-        best.shift, best.shift_uncertainty, suspected, pegging, compression_ratio,
-        imep_of_tenth(cycles, geometry), best.end,
-    )  # fmt: skip
+        best.shift, best.shift_uncertainty, suspected, imep_of_tenth(cycles, geometry), best.end
+    )
 
 
 def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
@@ -271,16 +240,9 @@ def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
             f"usual is {-LOSS_ANGLE[1] / DEGREE:g} to {-LOSS_ANGLE[0] / DEGREE:g}; the pressure "
             f"comes {size} ({sure}); {tenth}"
         )
-    others = []
-    if not math.isnan(found.pegging):
-        others.append(f"a pressure {abs(found.pegging) / BAR:.2g} bar too "
-                      f"{'low' if found.pegging > 0 else 'high'}")  # fmt: skip
-    if not math.isnan(found.compression_ratio):
-        others.append(f"a compression ratio of {found.compression_ratio:.3g}")
-    as_well = f"; {' or '.join(others)} would explain it as well" if others else ""
     return (
-        f"compression and expansion look as if the pressure came {size} ({sure}){as_well}; without "
-        f"a motored cycle this is a suspicion; {tenth}"
+        f"compression and expansion look as if the pressure came {size} ({sure}); without a "
+        f"motored cycle this is a suspicion; {tenth}"
     )
 
 

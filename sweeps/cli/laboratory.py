@@ -94,6 +94,10 @@ def import_(
         for step in found.steps:
             say(step)
         say(f"{output}: {len(found.mean.angle)} points")
+        if figures is not None and not found.sized:
+            from sweeps.reading.laboratory.evaluation import NOT_SIZED
+
+            say(f"{figures}: {NOT_SIZED}; give engine")
     warn(f"{raw}: {warning}" for warning in found.warnings)
 
 
@@ -106,8 +110,9 @@ def _draw(found: ImportedPressure, folder: Path) -> None:
     for number, (name, cycles) in enumerate(found.recorded.items(), start=1):
         findings = examine(cycles, found.geometry)
         sheet = evaluated(
-            cycles, found.geometry, title=one_line(f"{found.file}, {name}", 60), findings=findings
-        )
+            cycles, found.geometry, title=one_line(f"{found.file}, {name}", 60), findings=findings,
+            sized=found.sized,
+        )  # fmt: skip
         draw(sheet, folder / f"cylinder_{number}" if len(found.recorded) > 1 else folder)
 
 
@@ -124,7 +129,9 @@ def _value(name: str, text: Any) -> Any:
     )
     try:
         if list[float] in kinds:
-            return [plain_number(part) for part in text.split(",")]
+            listed = text.strip()
+            listed = listed[1:-1] if listed[:1] == "[" and listed[-1:] == "]" else listed
+            return [plain_number(part) for part in listed.split(",")]
         if str not in kinds and float in kinds:
             return plain_number(text)
         if str not in kinds and int in kinds:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import click
 
 from sweeps.cli.calibrating import calibrate
-from sweeps.cli.exits import FAILURE, end, open_closed_streams, warn
+from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, warn
 from sweeps.cli.identifying import identify
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
@@ -25,7 +25,26 @@ from sweeps.cli.searching import best, optimise, sensitivities
 __all__ = ["main"]
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class _Commands(click.Group):
+    """Commands whose options with one value may be given once: click takes the last in silence."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command, and refuse an option that is given again."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if command is not None and not ctx.resilient_parsing:
+            parser = command.make_parser(click.Context(command, parent=ctx, info_name=name))
+            _, _, given = parser.parse_args(list(rest))
+            for option in given:
+                one = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
+                if one and given.count(option) > 1:
+                    count = given.count(option)
+                    end(f"{option.opts[-1]}: given {count} times; must be given once", BAD_INPUT)
+        return name, command, rest
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="engine-dyn", prog_name="engine-dyn")
 def main() -> None:
     """Dynamics of reciprocating engines, swept over many designs.

@@ -104,7 +104,7 @@ def run(
     single: bool, threads: int | None, shard: str | None, scheduler: str | None,
     uncertainty: bool, full_paths: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
-    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
+    """Run SCENE (a TOML file, a built-in scene, or - for standard input); write a netCDF archive.
 
     Designs are computed and written in blocks. An interrupted run leaves its finished blocks in
     the folder OUTPUT.partial; the same command with --resume completes it. Only one run can write

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 PRESSURE, VOLUME, TRAVEL, RATIO = "pressure", "cylinder_volume", "position", "compression_ratio"
 
+VOLUMES = (VOLUME, "relative_volume", "displaced_volume", "relative_displaced_volume")
+"""Of a recorded pressure; the first two with the clearance volume."""
+
 SHEET = (
     "pressure_of_cycle", "heat_release_rate", "heat_released", "imep_of_cycle",
     "peak_pressure_of_cycle", "peak_angle_of_cycle",
@@ -131,14 +134,14 @@ def recorded_names(view: View) -> list[str]:
     """Variables of an evaluated recording (`sweeps.reading.laboratory.evaluation`)."""
     if not (over_angle(view, PRESSURE) and over_angle(view, SHEET[0])):
         return []
-    return [PRESSURE, *(n for n in (VOLUME, "displaced_volume", *SHEET) if view.has(n))]
+    return [PRESSURE, *(n for n in (*VOLUMES, *SHEET) if view.has(n))]
 
 
 def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one page about a recording: pressure, work diagrams, heat release, spread of cycles."""
     view = study.view
     draws = [_whole_cycle, _near_dead_centre, _over_volume]
-    if view.has(VOLUME):
+    if any(view.has(name) for name in VOLUMES[:2]):
         draws.append(_log_log)
     if view.has("heat_released"):
         draws += [_heat_rate, _heat]
@@ -215,7 +218,7 @@ def _near_axis(panel: Axes, view: View) -> None:
 
 def _loop(panel: Axes, view: View) -> tuple[Floats, Floats]:
     """Closed loop of volume and mean pressure; the abscissa gets its label."""
-    volume = VOLUME if view.has(VOLUME) else "displaced_volume"
+    volume = next(name for name in VOLUMES if view.has(name))
     x_label(panel, view.label(volume), 2.9)
     v, p = view.numbers(volume), view.numbers(PRESSURE)
     return np.append(v, v[0]), np.append(p, p[0])

@@ -99,12 +99,14 @@ def _record(measured: Measured, path: Path, file: str, period: float, where: str
     try:
         if table.kind == "speed":
             angle, cycles, remarks = _speed_over_angle(recording, table, period)
+            remarks = (*recording.remarks, *remarks)
             return SpeedRecord(file, recording.sha256, None, angle, cycles, remarks)
         assert measured.wheel is not None
         times = _flat(recording, _column(recording, table.column, "column", ("time",)))
         times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
         teeth = find_turns(times, measured.wheel)
-        return SpeedRecord(file, recording.sha256, teeth, None, None, teeth.faults)
+        remarks = (*recording.remarks, *teeth.faults)
+        return SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
     except SceneError:
         raise
     except ValueError as error:
@@ -131,7 +133,7 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
             )  # fmt: skip
         except ValueError as error:
             raise SceneError(f"{where}: {error}") from None
-        read.append((file, recording.sha256, signal, interval, found))
+        read.append((file, recording, signal, interval, found))
     chosen = [(_height(one[-1]), one[-1].crossings.edge) for one in read]
     best = [one[-1] for one in read]
     if len({(round(height, 6), edge) for height, edge in chosen}) > 1:
@@ -157,8 +159,10 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
         if merits:
             best = min(merits, key=lambda merit: merit[:2])[2]
     return [
-        SpeedRecord(file, digest, found.teeth, None, None, found.remarks)
-        for (file, digest, *_), found in zip(read, best, strict=True)
+        SpeedRecord(
+            file, recording.sha256, found.teeth, None, None, (*recording.remarks, *found.remarks)
+        )
+        for (file, recording, *_), found in zip(read, best, strict=True)
     ]
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "kept_name",
     "read_text",
     "referred",
+    "text_of_bytes",
 ]
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
@@ -167,6 +168,11 @@ def read_text(path: Path, name: str, what: str) -> str:
     """
     with reading(name, what):
         data = _bytes(path)
+    return text_of_bytes(data, name, what)
+
+
+def text_of_bytes(data: bytes, name: str, what: str) -> str:
+    """Return the text of the bytes of a file, as `read_text` does of a file."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -8,7 +8,7 @@ from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["ALL", "KNOWN", "SILENCED", "STATED_UNIT", "read_silenced"]
+__all__ = ["ALL", "BRAKE_TORQUE", "KNOWN", "SILENCED", "STATED_UNIT", "read_silenced"]
 
 ALL = "all"
 """Word that silences every check."""
@@ -16,7 +16,10 @@ ALL = "all"
 STATED_UNIT = "stated_unit"
 """Name of the warning that a file states another unit than the one given."""
 
-KNOWN = (*NAMES, *RECORDING_CHECKS, STATED_UNIT, ALL)
+BRAKE_TORQUE = "brake_torque"
+"""Name of the warning that a recording has less torque than was measured at the shaft."""
+
+KNOWN = (*NAMES, *RECORDING_CHECKS, STATED_UNIT, BRAKE_TORQUE, ALL)
 """Names of checks of what is given, of results, and of recorded pressure."""
 
 SILENCED = (

@@ -10,7 +10,7 @@ from typing import Any
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.referred_files import read_text
 
-__all__ = ["parse_toml"]
+__all__ = ["parse_toml", "toml_of_text"]
 
 _PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
@@ -24,7 +24,11 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
     SceneError
         For a file that cannot be read, or is not TOML: with the line and what stands on it.
     """
-    text = read_text(path, name, what)
+    return toml_of_text(read_text(path, name, what), name)
+
+
+def toml_of_text(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a text, as `parse_toml` does of a file."""
     if _DEEP_KEY.search(text):
         # Python's reader takes the square of their number of memory.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")

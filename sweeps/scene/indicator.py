@@ -118,8 +118,6 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
 
     Among the files of an archive, one that was imported is not imported again.
     """
-    if table.format is None and path.suffix.lower() not in SUFFIXES:
-        return kept(path) is not None or not table.model_fields_set - _OWN
     try:
         head = file_bytes(path, MOST_BYTES)[:HEAD]
     except (OSError, ValueError):
@@ -127,7 +125,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     if kept(path) and head.startswith(HEADER.encode()):
         return True
     own = _OWN_HEADER.search(head) is not None
-    text = SUFFIXES.get(path.suffix.lower()) == "text"
+    text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
     return text and own and not table.model_fields_set - _OWN
 
 

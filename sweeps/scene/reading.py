@@ -9,22 +9,24 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import IO, Any, Unpack
 
 from engine_dyn.types import Floats
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN, INERTIA_MODEL, METHOD
-from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine
-from sweeps.reading.referred_files import kept_files
+from sweeps.reading.referred_files import kept_files, text_of_bytes
+from sweeps.reading.regular_files import MOST_TEXT, reading
 from sweeps.reading.silenced_warnings import read_silenced
-from sweeps.reading.toml_files import parse_toml
+from sweeps.reading.toml_files import parse_toml, toml_of_text
 from sweeps.reading.torque_tables import read_torque_tables
 from sweeps.scene.axes import read_axes, read_settings
 from sweeps.scene.characteristic import read_characteristic
@@ -66,6 +68,11 @@ __all__ = [
 
 MOST_DESIGNS = 10**15
 
+WHAT = "a scene (TOML)"
+
+STANDARD_INPUT = "-"
+"""In place of a file."""
+
 
 def built_in_scenes() -> dict[str, Path]:
     """Scenes that come with the package: name and file."""
@@ -75,7 +82,7 @@ def built_in_scenes() -> dict[str, Path]:
 def is_scene(path: Path) -> bool:
     """Whether a TOML file is a scene, and no engine file; False for a file that cannot be read."""
     try:
-        raw = parse_toml(path, str(path), "a scene (TOML)")
+        raw = parse_toml(path, str(path), WHAT)
     except SceneError:
         return False
     return "engine" in raw or "output" in raw
@@ -90,8 +97,9 @@ def read_scene(
     Parameters
     ----------
     scene : str, Path, dict or Scene, optional
-        Path of a TOML file, name of a built-in scene, a dict of the same shape (paths in it are
-        relative to the working folder), or a Scene, which comes back as it is.
+        Path of a TOML file, name of a built-in scene, "-" for the standard input, a dict of the
+        same shape (paths in both are relative to the working folder), or a Scene, which comes back
+        as it is.
     **tables
         Tables and keys of a scene: `engine`, `set`, `axes`, `designs`, `indicator`, `solver`,
         `output` and so on. They make a scene of their own, or replace whole tables of the one that
@@ -153,8 +161,7 @@ def given_scene(
     if isinstance(scene, Mapping) or (scene is None and tables):
         name, base, given = "scene", Path(), scene or {}
     elif isinstance(scene, str | Path):
-        path, name = _find(scene)
-        base, given = path.parent, parse_toml(path, name, "a scene (TOML)")
+        path, name, base, given = _found(scene)
     elif scene is None:
         raise no_scene()
     else:
@@ -179,9 +186,9 @@ def with_uncertainty(scene: str | Path) -> Scene:
     SceneError
         As `read_scene`; where nothing is uncertain.
     """
-    path, name = _find(scene)
-    raw = plain(parse_toml(path, name, "a scene (TOML)"), name)
-    return scene_of({**raw, "uncertainty": raw.get("uncertainty", {})}, name, path.parent, path)
+    path, name, base, given = _found(scene)
+    raw = plain(given, name)
+    return scene_of({**raw, "uncertainty": raw.get("uncertainty", {})}, name, base, path)
 
 
 def scene_of(
@@ -246,17 +253,35 @@ def _sample_named(raw: Mapping[str, Any]) -> Iterator[None]:
         raise SceneError(str(error).replace("[designs]", "[sample]")) from None
 
 
-def _find(scene: str | Path) -> tuple[Path, str]:
-    """Path of a scene and what messages call it."""
+def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
+    """Path of a scene, what messages call it, its folder and its tables.
+
+    One from the standard input or a pipe is no file: its folder is the working folder.
+    """
     known = built_in_scenes()
     text = str(scene)
     if isinstance(scene, str) and text in known:
-        return known[text], f"{text}.toml"
+        path, name = known[text], f"{text}.toml"
+        return path, name, path.parent, parse_toml(path, name, WHAT)
+    if text == STANDARD_INPUT:
+        return None, "standard input", Path(), _of_stream(sys.stdin.buffer, "standard input")
     if not os.path.exists(scene):  # which is false for a name too long, and for a null character
         raise SceneError(
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )
-    return Path(scene), text
+    path = Path(scene)
+    if path.is_fifo() and path.is_relative_to("/dev"):  # a pipe of the shell, which has a writer
+        with reading(text, WHAT), path.open("rb") as stream:
+            return None, text, Path(), _of_stream(stream, text)
+    return path, text, path.parent, parse_toml(path, text, WHAT)
+
+
+def _of_stream(stream: IO[bytes], name: str) -> dict[str, Any]:
+    """Tables of a scene that comes through a pipe."""
+    data = stream.read(MOST_TEXT + 1)
+    if len(data) > MOST_TEXT:
+        raise SceneError(f"{name}: larger than {size_text(MOST_TEXT)}; expected {WHAT}")
+    return toml_of_text(text_of_bytes(data, name, WHAT), name)
 
 
 def _together(

@@ -179,7 +179,7 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "parquet, backward": (parquet, "run.parquet", {"direction": "backward"}),
     "netCDF, several cycles": (netcdf, "run.nc", {"average": True}),
     "fixed width, with blank fields": (fixed_width, "run12.txt", {"format": "fixed_width"}),
-    "text, of another ending": (avl, "run12.log", {"format": "text"}),
+    "text, of another ending": (avl, "run12.ind", {}),
     "text, rows of cycles": (rows_of_cycles, "rows.csv", {"unit": "bar", "average": True}),
 }  # fmt: skip
 """Style: what writes the file, its name, and the options that it needs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import json
 import os
 import re
@@ -13,10 +14,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
+from click.testing import CliRunner
 
 import sweeps
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
@@ -60,12 +63,15 @@ fail_on = ["stalled", "not_converged"]
 """
 
 
-def shell(*arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+def shell(
+    *arguments: str | Path, folder: Path, text: str | None = None
+) -> subprocess.CompletedProcess[str]:
     """Run the installed command in a process of its own."""
     command = Path(sys.executable).with_name("engine-dyn")
     return subprocess.run(
-        [str(command), *map(str, arguments)], cwd=folder, capture_output=True, text=True
-    )
+        [str(command), *map(str, arguments)],
+        cwd=folder, capture_output=True, text=True, input=text,
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +123,38 @@ def test_bad_input_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert done.stderr.startswith("engine-dyn: scene.toml: [axes] intertia: unknown key; did you")
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "out.nc").exists()
+
+
+@pytest.mark.parametrize("name", sorted(main.commands))
+def test_an_option_with_one_value_is_given_once(name: str) -> None:
+    """The last one counted in silence."""
+    command = main.commands[name]
+    for option in command.get_params(click.Context(command)):
+        if not isinstance(option, click.Option) or option.is_flag:
+            continue
+        for first, second in itertools.product(option.opts, repeat=2):
+            words = [name, first, "1", second, "2"]
+            if option.multiple:
+                assert "given 2 times" not in invoke(*words).output
+            else:
+                told = f"{option.opts[-1]}: given 2 times; must be given once"
+                assert told in refused(*words)
+    assert "given" not in invoke(name, "--help", "--help").output.splitlines()[0]
+
+
+def test_a_scene_comes_from_the_standard_input_or_a_pipe(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    output = tmp_path / "out.nc"
+    expected = ok("plan", tmp_path / "scene.toml")
+    told = CliRunner().invoke(main, ["plan", "-"], input=SCENE)
+    assert told.exit_code == 0 and told.stdout == expected
+    for stream in ("-", "/dev/stdin"):
+        words = ["run", stream, "-o", output, "-q", "--overwrite"]
+        assert shell(*words, folder=tmp_path, text=SCENE).returncode == 0
+        with sweeps.open(output) as archive:
+            assert archive.delta.shape == (3, 2)
+    bad = CliRunner().invoke(main, ["plan", "-"], input="engine = 1\nx = [")
+    assert bad.exit_code == 2 and bad.stderr.startswith("engine-dyn: standard input, line 2: ")
 
 
 def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:

@@ -157,8 +157,9 @@ def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> s
     good = [n for n, c in columns.items() if is_angle_unit(c.unit)]
     if len(good) != 1:
         good = [n for n in good or columns if _ANGLE.match(n) or n.lower().endswith("_deg")]
-    if not good and len(columns) == 2 and all(n.startswith("column ") for n in columns):
-        good = [n for n in columns if _looks_like_angles(columns[n].values)][:1]
+    if not good and all(n.startswith("column ") for n in columns):
+        good = [n for n in columns if _looks_like_angles(columns[n].values)]
+        good = good[:1] if len(columns) == 2 else good
     if len(good) == 1:
         said.append(f"column '{good[0]}' taken as the crank angle")
         return good[0]
@@ -193,7 +194,12 @@ def _pressures(
     good = [n for n in good if not _ELSEWHERE.search(n)]
     if not good and len(rest) == 1:
         good = list(rest)
-    if not good or (len(good) > 12 and not all(map(_CYCLE.match, good))):
+    if not good and options.columns_are is not None:
+        label = recording.label
+        good = [n for n, c in rest.items() if not c.unit or pressure_unit(c.unit, label)]
+    if not good or (
+        len(good) > 12 and options.columns_are is None and not all(map(_CYCLE.match, good))
+    ):
         _unclear(recording, "pressure_column", good)
     names = ", ".join(f"'{n}'" for n in good)
     what = "column" if len(good) == 1 else "columns"
@@ -225,6 +231,7 @@ def _is_wide(recording: Recording, options: PressureOptions) -> bool:
     columns = recording.columns.values()
     return (
         options.angle_column is None and options.pressure_column is None
+        and options.columns_are is None
         and len(columns) >= WIDE and all(c.values.ndim == 1 for c in columns)
         and not any(_ANGLE.match(c.name) for c in columns)
     )  # fmt: skip

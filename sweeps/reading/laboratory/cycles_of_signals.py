@@ -5,6 +5,7 @@ Angles are in degree here, as files have them: a grid of half degrees stays one.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -99,6 +100,10 @@ def crank_angles(
         said.append("angles fall from row to row")
         angles = -angles
     unwrapped, rolls_over = _unwrapped(angles, period, recording)
+    if rolls_over:  # the end of a cycle is the beginning of the next
+        kept = np.append((np.diff(unwrapped) > SAME) | (np.diff(angles) > -SAME), True)
+        unwrapped = unwrapped[kept]
+        flat = {name: values[kept] for name, values in flat.items()}
     several = unwrapped[-1] - unwrapped[0] > period * 1.01
     backward = options.direction == "backward" or (falls and several and options.direction is None)
     if backward:
@@ -203,7 +208,9 @@ def cut_into_cycles(
     recording: Recording, angle: Floats, pressure: Floats, period: float, name: str,
     step: float | None, said: list[str], *, regular: bool = True,
 ) -> RecordedCycles:  # fmt: skip
-    """Cut a signal into cycles from bottom dead centre of the gas exchange on; whole ones are kept.
+    """Cut a signal into cycles, at dead centres of gas exchange where there is a whole one.
+
+    Samples of two cycles are never mixed: what is left of a whole number of cycles is left out.
 
     Parameters
     ----------
@@ -216,7 +223,7 @@ def cut_into_cycles(
     name : str
         Of the column.
     step : float, optional
-        Onto this grid cycles that differ are interpolated [degree].
+        Onto this grid cycles that differ are interpolated [degree]; the usual step if not given.
     said : list of str
         What was found is added.
     regular : bool
@@ -226,52 +233,70 @@ def cut_into_cycles(
     Raises
     ------
     SceneError
-        For gaps, and for cycles of unequal length where no step is given.
+        For gaps, and for less than a cycle.
     """
-    where = f"{recording.label}, '{one_line(name, 60)}'"
+    which = f"'{one_line(name, 60)}'"
+    where = f"{recording.label}, {which}"
     usual = float(np.median(np.diff(angle)))
-    total = float(angle[-1] - angle[0]) + usual
-    if regular and total < period - max(5.0, 3.0 * usual):
+    span = float(angle[-1] - angle[0])
+    if regular and span + usual < period - max(5.0, 3.0 * usual):
         raise SceneError(
-            f"{where}: covers {total:.6g} degree; must be a whole cycle of {period:g} degree"
+            f"{where}: covers {span + usual:.6g} degree; must be a whole cycle of {period:g} degree"
         )
     number = np.floor(np.round((angle + 0.5 * period) / SAME) * SAME / period).astype(np.int64)
     inside: Floats = np.asarray(np.round(angle - number * period, 7), np.float64)
-    if total < 2.0 * period - 3.0 * usual:
+    # A cycle is whole if the recording reaches its ends but for less than a step.
+    margin = usual if regular else 0.5 * LONGEST
+    first = int(np.ceil((angle[0] - margin + SAME) / period + 0.5))
+    last = int(np.floor((angle[-1] + margin + SAME) / period + 0.5))
+    if span < period + SAME:
+        left = 0.0, 0.0
         cycles = [_one_cycle(inside, pressure, period, where)]
+    elif first == last:
+        begin = _begins_elsewhere(angle, inside, period)
+        end = int(np.searchsorted(angle, angle[begin] + period - SAME))
+        left = angle[begin] - angle[0], angle[-1] - angle[begin] - period + usual
+        if 0.5 * period - abs(inside[begin]) > margin:
+            ends = "dead centres of gas exchange" if period > 360.0 else "bottom dead centres"
+            found = f"no whole cycle between {ends}; one is cut at {inside[begin]:.6g} degree"
+            said.append(f"{which}: {found}")
+        rising = begin + np.argsort(inside[begin:end], kind="stable")
+        cycles = [(inside[rising], pressure[rising])]
     else:
-        begins = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
-        ends = np.append(begins[1:], len(number))
-        cycles = [(inside[b:e], pressure[b:e]) for b, e in zip(begins, ends, strict=True)]
-        for place, (cut, _) in ((0, cycles[0]), (-1, cycles[-1])):
-            if cut[-1] - cut[0] + (1.5 * usual if regular else LONGEST) < period:
-                cycles.pop(place)
-                said.append(
-                    f"the {'first' if place == 0 else 'last'} cycle is incomplete and left out"
-                )
-    if not cycles:
-        raise SceneError(f"{where}: has no whole cycle of {period:g} degree")
+        edges = pairwise(np.searchsorted(number, np.arange(first, last + 1)))
+        cycles = [(inside[low:high], pressure[low:high]) for low, high in edges]
+        left = (first - 0.5) * period - angle[0], angle[-1] - (last - 0.5) * period + usual
+    for part, degrees in zip(("first", "last"), left, strict=True):
+        if degrees > 1.5 * usual:  # a sample at an end is not told
+            said.append(f"{which}: the {part} {degrees:.4g} degree are no whole cycle and left out")
     grids = [grid for grid, _ in cycles]
     if regular:
-        for order, grid in enumerate(grids, start=1):
-            _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)
+        for place, grid in enumerate(grids, start=1):
+            _check_gaps(grid, period, f"{where}, cycle {place}" if len(grids) > 1 else where)
     lengths = np.array([len(grid) for grid in grids])
     if np.ptp(lengths) == 0:
         spread = float(np.abs(np.array(grids) - grids[0]).max())
         if spread < 0.01 * usual:
             return _recorded(grids[0], np.array([values for _, values in cycles]), period)
-    if step is None:
-        common = int(np.bincount(lengths).argmax())
-        odd = int(np.argmax(lengths != common)) if np.ptp(lengths) else 1
-        raise SceneError(
-            f"{where}: cycle {odd + 1} of {len(cycles)} has {counted(int(lengths[odd]), 'sample')}"
-            + (f", the others {common}" if np.ptp(lengths) else " at other angles than the first")
-            + "; angle_step interpolates all onto one grid"
-        )
-    even: Floats = np.linspace(-0.5 * period, 0.5 * period, round(period / step), endpoint=False)
-    rows = [np.interp(even, values_at, values, period=period) for values_at, values in cycles]
-    said.append(f"cycles of {lengths.min()} to {lengths.max()} samples interpolated onto one grid")
+    count = round(period / (usual if step is None else step))
+    even: Floats = np.linspace(-0.5 * period, 0.5 * period, count, endpoint=False)
+    rows = [np.interp(even + k * period, angle, pressure) for k in range(first, last)]
+    some = " to ".join(dict.fromkeys((str(lengths.min()), str(lengths.max()))))
+    said.append(
+        f"{which}: cycles of {some} samples at different angles interpolated onto one grid of "
+        f"{count}"
+    )
     return _recorded(even, np.array(rows), period)
+
+
+def _begins_elsewhere(angle: Floats, inside: Floats, period: float) -> int:
+    """First sample of a cycle that ends or begins with the recording.
+
+    Of the two the one that is cut nearer to a dead centre of gas exchange: there the end of
+    another cycle does the least harm.
+    """
+    from_end = int(np.searchsorted(angle, angle[-1] - period + SAME))
+    return 0 if abs(inside[0]) >= abs(inside[from_end]) else from_end
 
 
 def _recorded(angle: Floats, pressure: Floats, period: float) -> RecordedCycles:

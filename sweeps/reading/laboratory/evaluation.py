@@ -23,9 +23,11 @@ from engine_dyn.recordings.heat_release import (
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import LARGEST, LEAST_SAMPLES
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import BAR, CUBIC_CENTIMETRE, DEGREE
 
-__all__ = ["evaluated"]
+__all__ = ["NOT_SIZED", "evaluated"]
+
+NOT_SIZED = "bore and stroke unknown: relative volume, no heat release"
 
 ANGLE, CYCLE = "crank_angle", "recorded_cycle"
 
@@ -40,6 +42,7 @@ def evaluated(
     title: str = "Recorded pressure",
     gamma: float = GAMMA,
     findings: Sequence[Finding] = (),
+    sized: bool = True,
 ) -> xr.Dataset:
     """Evaluate recorded cycles for figures and reports.
 
@@ -56,6 +59,10 @@ def evaluated(
         Ratio of specific heats of the heat release [1].
     findings : sequence of Finding
         What `engine_dyn.recordings.signal_checks.examine` found; written below the figure.
+    sized : bool
+        Whether bore and stroke of `geometry` are the cylinder's. If not, volumes are relative to
+        the swept volume (`relative_volume`, `relative_displaced_volume`), and there is no heat
+        release.
 
     Returns
     -------
@@ -95,7 +102,7 @@ def evaluated(
     data["pressure_of_cycle"] = _named(
         (CYCLE, ANGLE), cycles.pressure / BAR, "absolute pressure of a recorded cycle", bar, "p"
     )
-    _add_volume(data, mean, geometry, gamma)
+    _add_volume(data, mean, geometry, gamma, sized)
     for name, values, said, unit, symbol in (
         ("imep_of_cycle", works.net / BAR, "imep of a cycle", bar, "p_i"),
         ("peak_pressure_of_cycle", peak / BAR, "largest pressure", bar, r"p_{max}"),
@@ -120,6 +127,8 @@ def evaluated(
         if np.isfinite(value):
             data[name] = _named((), np.float64(value), said, unit, symbol)
     data.attrs["summary"] = _summary(works.net, peak, variation)
+    if not sized:
+        data.attrs["summary"] += f"; {NOT_SIZED}"
     if motored:
         data.attrs["summary"] += f"; motored, loss angle {-at.mean() / DEGREE:.3g} degree"
     return data
@@ -135,30 +144,49 @@ def _named(
 
 
 def _add_volume(
-    data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float
+    data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float, sized: bool
 ) -> None:
     """Volume and what follows from it."""
     angle = mean.angle
+    before, over, unit, symbol = "", "", "cm3", "V"
+    scale = 1.0 / CUBIC_CENTIMETRE
+    if not sized:
+        before, over, unit, symbol = "relative_", ", over swept volume", "1", "V/V_h"
+        scale = 1.0 / geometry.swept_volume
     if geometry.compression_ratio is None:
-        data["displaced_volume"] = _named(
-            ANGLE, geometry.displaced(angle) * 1e6, "volume that the piston displaces", "cm3", "V"
-        )
+        data[f"{before}displaced_volume"] = _named(
+            ANGLE, geometry.displaced(angle) * scale, f"volume that the piston displaces{over}",
+            unit, symbol,
+        )  # fmt: skip
         return
-    data["cylinder_volume"] = _named(
-        ANGLE, geometry.volume(angle) * 1e6, "volume of the cylinder", "cm3", "V"
+    data[f"{before or 'cylinder_'}volume"] = _named(
+        ANGLE, geometry.volume(angle) * scale, f"volume of the cylinder{over}", unit, symbol
     )
+    if sized:
+        _add_heat(data, mean, geometry, gamma)
+    _add_exponents(data, mean, geometry)
+
+
+def _add_heat(
+    data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float
+) -> None:
+    """Heat release, where there are samples while the cylinder is closed."""
     try:
         released = heat_release(mean, geometry, gamma)
-    except ValueError:  # no samples while the cylinder is closed
+    except ValueError:
         return
     for name, values, said, unit, symbol in (
         ("heat_release_rate", released.rate[0] * DEGREE, "apparent net heat release rate",
          "J degree-1", r"dQ/d\varphi"),
         ("heat_released", released.heat[0], "apparent net heat release", "J", "Q"),
     ):  # fmt: skip
-        whole = np.full(angle.shape, np.nan)
-        whole[np.isin(angle, released.angle)] = values
+        whole = np.full(mean.angle.shape, np.nan)
+        whole[np.isin(mean.angle, released.angle)] = values
         data[name] = _named(ANGLE, whole, said, unit, symbol)
+
+
+def _add_exponents(data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry) -> None:
+    """Polytropic exponents of compression and expansion."""
     four = mean.period == FOUR_STROKE
     compression = COMPRESSION if four else (COMPRESSION[0] + 10.0, COMPRESSION[1])
     expansion = EXPANSION if four else (EXPANSION[0], EXPANSION[1] - 10.0)

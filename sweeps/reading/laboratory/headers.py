@@ -102,13 +102,22 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
     """
     names, units = [""] * width, [""] * width
     fitting: list[list[str]] = []
+    alone = False
     for row in reversed(above[-12:]):
         fields = [text.strip().strip('"').lstrip("#%").strip() for text in row]
         while len(fields) > width and not fields[-1]:
             fields.pop()
         if not any(fields):
             continue
-        if len(fields) > width or (width > 1 and sum(map(bool, fields)) < 2):
+        filled = sum(map(bool, fields))
+        if filled == 1 < width and not alone:  # one word between names and numbers
+            alone = True
+            continue
+        if (
+            len(fields) > width
+            or (width > 1 and filled < 2)
+            or (alone and not _are_names(fields, width))
+        ):
             break
         fitting.append(fields + [""] * (width - len(fields)))
         if len(fitting) == 3:
@@ -125,6 +134,11 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
         found_names.append(one_line(name, 200) or f"column {number}")
         found_units.append(one_line(own or unit, 60))
     return found_names, found_units
+
+
+def _are_names(fields: Sequence[str], width: int) -> bool:
+    """Whether a row has a name for each column; a text that begins with a digit is none."""
+    return len(fields) == width and all(text and not text[0].isdigit() for text in fields)
 
 
 def _bare(text: str) -> str:

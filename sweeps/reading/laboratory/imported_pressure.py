@@ -44,11 +44,13 @@ class ImportedPressure:
     cylinders : dict of RecordedCycles
         The same after all steps: one cycle where an average or one cycle was asked for.
     geometry : CylinderGeometry
-        That the works follow from; bore and stroke are 1 m where they are not known.
+        That the works follow from; bore and stroke are 1 m unless `sized`.
     steps : tuple of str
         What was found and done, in order.
     warnings : tuple of str
         What the checks say of it.
+    sized : bool
+        Whether bore and stroke are known.
     """
 
     file: str
@@ -58,6 +60,7 @@ class ImportedPressure:
     geometry: CylinderGeometry = field(repr=False)
     steps: tuple[str, ...]
     warnings: tuple[str, ...]
+    sized: bool = True
 
     @property
     def mean(self) -> RecordedCycles:

@@ -20,7 +20,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.dead_centre import looks_motored
+from engine_dyn.recordings.dead_centre import imep_of_tenth, looks_motored
 from engine_dyn.recordings.heat_release import (
     coefficient_of_variation,
     mean_pressures,
@@ -49,7 +49,7 @@ from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import angle_factor, pressure_unit, unit_of_name
 from sweeps.reading.laboratory.work_loops import with_loop_angles
-from sweeps.reading.silenced_warnings import STATED_UNIT
+from sweeps.reading.silenced_warnings import BRAKE_TORQUE, STATED_UNIT
 
 __all__ = ["imported", "read_pressure"]
 
@@ -153,7 +153,7 @@ def imported(
         In one line.
     """
     said: list[str] = []
-    warnings: list[str] = []
+    warnings = list(recording.remarks)
     degrees = period / DEGREE
     engine = measures_of(engine) if isinstance(engine, Engine) else engine
     _check_together(options, degrees, recording.label)
@@ -171,13 +171,14 @@ def imported(
                 recording, options, geometry, engine, degrees, said
             )
         recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
-        _say_ratios(engine, options, geometry, said)
+        _say_ratios(engine, options, geometry, said, warnings)
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
             found = examine(cycles, geometry, silenced=("gap",) if options.is_loop else ())
             warnings += [f"{before}{finding}" for finding in found]
             warnings += [f"{before}{line}" for line in _unlikely_peak(cycles)]
+        warnings += _too_little_torque(recorded, geometry, options, engine, period, recording.label)
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)
@@ -190,6 +191,7 @@ def imported(
     return ImportedPressure(
         file, recording.sha256, recorded, done, geometry,
         tuple(dict.fromkeys(said)), tuple(dict.fromkeys(warnings)),
+        engine is not None and {"bore", "stroke"} <= engine.values.keys(),
     )  # fmt: skip
 
 
@@ -443,12 +445,12 @@ def _geometry(engine: EngineMeasures | None, options: PressureOptions) -> Cylind
 
 def _say_ratios(
     engine: EngineMeasures | None, options: PressureOptions, geometry: CylinderGeometry,
-    said: list[str],
+    said: list[str], warnings: list[str],
 ) -> None:  # fmt: skip
-    """Tell an assumed crank ratio, and the compression ratio or that it is unknown."""
+    """Warn of an assumed crank ratio; tell the compression ratio, or that it is unknown."""
     if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
-        said.append(
-            f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
+        warnings.append(
+            f"crank_ratio: {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
         )
     if geometry.compression_ratio is None:
         said.append(
@@ -492,6 +494,34 @@ def _unlikely_peak(cycles: RecordedCycles) -> list[str]:
     return [
         f"{check.name}: {check.what} is {largest:.3g} {check.unit}; usual is {check.low:g} to "
         f"{check.high:g} {check.unit}; check the unit of the pressure, its calibration and pegging"
+    ]
+
+
+def _too_little_torque(
+    recorded: Mapping[str, RecordedCycles], geometry: CylinderGeometry, options: PressureOptions,
+    engine: EngineMeasures | None, period: float, label: str,
+) -> list[str]:  # fmt: skip
+    """A warning where the indicated torque is below that at the shaft, which friction forbids."""
+    brake = options.brake_torque
+    if brake is None:
+        return []
+    values = {} if engine is None else engine.values
+    own = None if engine is None else engine.own_cylinders
+    count = values.get("cylinders", 0 if own is None else own.count)
+    if not count or not {"bore", "stroke"} <= values.keys():
+        raise SceneError(f"{label}: brake_torque: needs an engine with bore, stroke and cylinders")
+    works = [float(mean_pressures(cycles, geometry).net.mean()) for cycles in recorded.values()]
+    imep = sum(works) / len(works)
+    of_mean_pressure = geometry.swept_volume * count / period
+    if imep * of_mean_pressure >= brake:
+        return []
+    tenths = [imep_of_tenth(cycles, geometry) for cycles in recorded.values()]
+    degree = 10.0 * sum(tenths) / len(tenths) * of_mean_pressure
+    return [
+        f"{BRAKE_TORQUE}: the indicated torque is {imep * of_mean_pressure:.4g} N m (imep "
+        f"{imep / BAR:.4g} bar, {counted(int(count), 'cylinder')}), less than the {brake:.4g} N m "
+        f"at the shaft, which cannot be; check dead centre (1 degree is worth {degree:+.3g} N m), "
+        "unit and calibration"
     ]
 
 

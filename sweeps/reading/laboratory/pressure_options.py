@@ -119,6 +119,11 @@ class PressureOptions(ReadingChoices):
     compression_ratio: float | None = Field(
         default=None, gt=1.0, le=50.0, description="a number above 1 and up to 50"
     )
+    brake_torque: float | None = Field(
+        default=None, gt=0.0, le=1e8,
+        description="a number in N m above 0: torque of the whole engine, measured at the shaft "
+                    "during the recording, for a check",
+    )  # fmt: skip
     pegging: Literal["inlet", "compression"] | None = Field(
         default=None,
         description="'inlet' or 'compression': pegging, how the absolute pressure is determined",

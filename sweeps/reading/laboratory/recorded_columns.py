@@ -55,12 +55,15 @@ class Recording:
         By name, in the order of the file.
     first_line : int, optional
         Number of the line (of a sheet: of the row) of the first sample; None for other files.
+    remarks : tuple of str
+        Which choices of the user had no meaning for the file.
     """
 
     label: str
     sha256: str
     columns: dict[str, Column] = field(repr=False)
     first_line: int | None = None
+    remarks: tuple[str, ...] = ()
 
     def place(self, sample: int) -> str:
         """Return the place of a sample (from 0), as editors and sheets show it: "line 12"."""

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, shown
 from sweeps.reading.laboratory import (
     fixed_width,
     matlab_files,
@@ -36,19 +37,22 @@ MOST_BYTES = 1 << 30
 
 
 class _Kind(NamedTuple):
-    """What reads the columns and the line of the first sample, and endings that tell the format."""
+    """What reads columns and the line of the first sample, endings of files, choices that count."""
 
     read: Reader
     suffixes: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
 
 
 _KINDS: Mapping[Format, _Kind] = {
-    "text": _Kind(text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv")),
-    "fixed_width": _Kind(fixed_width.read),
-    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm")),
+    "text": _Kind(
+        text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv"), ("separator", "decimal")
+    ),
+    "fixed_width": _Kind(fixed_width.read, (), ("decimal",)),
+    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm"), ("sheet",)),
     "mat": _Kind(matlab_files.read, (".mat",)),
-    "tdms": _Kind(tdms_files.read, (".tdms",)),
-    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf")),
+    "tdms": _Kind(tdms_files.read, (".tdms",), ("group",)),
+    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",)),
     "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
     "parquet": _Kind(parquet_tables.read, (".parquet",)),
 }
@@ -67,7 +71,8 @@ def read_recording(
     Parameters
     ----------
     path : Path
-        A file that ends with one of `SUFFIXES`, or of the format that is chosen.
+        A file that ends with one of `SUFFIXES`, a text of any ending, or one of the format that
+        is chosen.
     label : str, optional
         The file as messages should call it; its path if not given.
     choices : ReadingChoices, optional
@@ -82,16 +87,29 @@ def read_recording(
     name = str(path) if label is None else label
     chosen = choices or ReadingChoices()
     suffix = Path(path).suffix.lower()
-    format = chosen.format or SUFFIXES.get(suffix)
-    if format is None:
-        old = " (save it as .xlsx)" if suffix == ".xls" else ""
-        raise SceneError(
-            f"{name}: must end with one of {', '.join(SUFFIXES)}{old}, or have its format given: "
-            f"{', '.join(_KINDS)}"
-        )
     with reading(name, "a recording of a laboratory"):
         data = file_bytes(Path(path), MOST_BYTES)
     if not data:
         raise SceneError(f"{name}: empty; expected a recording of a laboratory")
-    columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
-    return recording_of(name, hashlib.sha256(data).hexdigest(), columns, first_line)
+    text = text_tables.is_text(data)
+    format = chosen.format or SUFFIXES.get(suffix) or ("text" if text else None)
+    if format is None:
+        old = " (save it as .xlsx)" if suffix == ".xls" else ""
+        raise SceneError(
+            f"{name}: is no text, and must end with one of {', '.join(SUFFIXES)}{old}, or have its "
+            f"format given: {', '.join(_KINDS)}"
+        )
+    try:
+        columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
+    except SceneError as error:
+        if chosen.format is not None or text == (format == "text"):
+            raise
+        others = "format = 'text'" if text else f"its format: {', '.join(_KINDS)}"
+        raise SceneError(f"{error}; if the ending of its name is wrong, give {others}") from None
+    remarks = tuple(
+        f"{key} = {shown(getattr(chosen, key))}: does nothing, the file is read as {format}"
+        for key in ReadingChoices.model_fields
+        if getattr(chosen, key) is not None and key not in ("format", *_KINDS[format].choices)
+    )
+    sha256 = hashlib.sha256(data).hexdigest()
+    return replace(recording_of(name, sha256, columns, first_line), remarks=remarks)

@@ -19,13 +19,16 @@ from sweeps.reading.laboratory.headers import is_number, names_and_units, start_
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
 
-__all__ = ["LINES", "encoding_of", "read"]
+__all__ = ["LINES", "encoding_of", "is_text", "read"]
 
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
 
 LINES = 500
 """Lines of the head that are looked at."""
+
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+"""Bytes that texts do not have; some end with the last of those of DOS, 0x1a."""
 
 _BLANK = r"\s+"
 _SEPARATORS = (";", "\t", "|", ",", _BLANK)
@@ -72,6 +75,13 @@ def read(
     rows = [_fields(line, form.separator) for line in head[: form.first]]
     names, units = names_and_units(rows, form.width)
     return _columns(data, encoding, form, names, units, label), form.first + 1
+
+
+def is_text(data: bytes) -> bool:
+    """Whether a file seems to be a text, by the bytes at its start."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return True
+    return _CONTROL.search(data[:HEAD].rstrip(b"\x1a")) is None
 
 
 def encoding_of(data: bytes, label: str) -> str:

@@ -65,20 +65,20 @@ def test_the_catalogue_passes_without_a_word(diagram: object, geometry: Cylinder
     assert examine(recorded(diagram), geometry) == []
 
 
-@pytest.mark.parametrize("shift", [-2.0, 2.0])
+@pytest.mark.parametrize("shift", [-6.0, -2.0, 2.0, 6.0])
 @pytest.mark.parametrize(("diagram", "geometry"), DIAGRAMS)
-def test_two_degrees_are_found_in_the_catalogue(
+def test_shifts_are_found_in_the_catalogue_and_large_ones_told(
     diagram: object, geometry: CylinderGeometry, shift: float
 ) -> None:
     if geometry.compression_ratio is None:
         pytest.skip("the compression ratio is not known: see the documentation")
     found = dead_centre_of_fired(recorded(diagram, shift), geometry)
     assert abs(found.shift / DEGREE - shift) < 2.0 * found.uncertainty / DEGREE
-    assert found.suspected
+    assert found.suspected == (abs(shift) > 4.0)
 
 
 @pytest.mark.parametrize("name", [n for n in CASES if "motored" not in n])
-@pytest.mark.parametrize("shift", [-2.0, 0.0, 2.0])
+@pytest.mark.parametrize("shift", [-6.0, -2.0, 0.0, 2.0, 6.0])
 def test_modelled_cycles(name: str, shift: float) -> None:
     kind, values, wall = CASES[name]
     from tests.support.cycles import WALL
@@ -90,14 +90,14 @@ def test_modelled_cycles(name: str, shift: float) -> None:
     )  # fmt: skip
     found = dead_centre_of_fired(recorded(cycle.diagram(1.0), shift), geometry)
     assert abs(found.shift / DEGREE - shift) < 1.0
-    assert found.suspected == (shift != 0.0)
+    assert found.suspected == (abs(shift) > 4.0)
 
 
-@pytest.mark.parametrize("shift", [-2.0, 0.0, 2.0])
+@pytest.mark.parametrize("shift", [-6.0, -2.0, 0.0, 2.0, 6.0])
 def test_a_cycle_that_is_none_of_the_package(shift: float) -> None:
     found = dead_centre_of_fired(engine.cycles(0.5, shift=shift), engine.GEOMETRY)
     assert found.shift / DEGREE == pytest.approx(shift, abs=0.7)
-    assert found.suspected == (shift != 0.0)
+    assert found.suspected == (abs(shift) > 4.0)
 
 
 def test_noise_enlarges_the_uncertainty() -> None:
@@ -128,19 +128,6 @@ def spark(shift: float) -> tuple[RecordedCycles, CylinderGeometry]:
     cycle: FourStrokeCycle = built(kind, {**values, **WALL["woschni"], "intake_pressure": 0.6,
                                           "combustion_start": -28.0})  # fmt: skip
     return recorded(cycle.diagram(1.0), shift), CylinderGeometry(0.1, 0.12, 0.28, 10.0)
-
-
-def test_what_would_explain_it_as_well_is_said() -> None:
-    recorded_cycles, geometry = spark(-2.0)
-    found = dead_centre_of_fired(recorded_cycles, geometry)
-    assert not math.isnan(found.pegging)
-    # It does explain it: with that pressure the lines fit a dead centre that is right.
-    other = RecordedCycles(
-        recorded_cycles.angle, recorded_cycles.pressure + found.pegging, recorded_cycles.period
-    )
-    assert not dead_centre_of_fired(other, geometry).suspected
-    text = text_of(found, 3e5)
-    assert "bar too low" in text and "suspicion" in text and "\n" not in text
 
 
 def test_imep_of_a_tenth_of_a_degree() -> None:
@@ -185,9 +172,9 @@ def test_peaks_of_single_motored_cycles() -> None:
 
 
 def test_the_text_names_shift_and_uncertainty() -> None:
-    found = DeadCentre(2.1 * DEGREE, 0.3 * DEGREE, True, math.nan, math.nan, 0.05 * BAR, -0.2)
+    found = DeadCentre(6.1 * DEGREE, 0.3 * DEGREE, True, 0.05 * BAR, -0.2)
     assert text_of(found, 10.0 * BAR) == (
-        "compression and expansion look as if the pressure came 2.1 degree late (standard "
+        "compression and expansion look as if the pressure came 6.1 degree late (standard "
         "uncertainty 0.3); without a motored cycle this is a suspicion; 0.1 degree is worth +0.05 "
         "bar (+0.5%) of imep"
     )

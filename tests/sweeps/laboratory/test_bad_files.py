@@ -68,8 +68,6 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     ),
     "angle goes back": (line(100, "-320,1"), {}, ("line 100", "must rise or fall")),
     "constant angle": (text(0 * ANGLE), {}, ("does not rise",)),
-    "cycles of unequal length": (cycles_of(1440, 1440, 1439, 1440), {"average": True},
-                                 ("cycle 3 of 4 has 1439 samples, the others 1440", "angle_step")),
     "many cycles": (cycles_of(1440, 1440), {"write": True},
                     ("2 cycles", "--average, or average = true")),
     "cycle that is not there": (cycles_of(1440, 1440), {"cycle": 3},
@@ -145,10 +143,11 @@ def matrix_of_texts(path: Path) -> None:
 
 
 FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
-    "other ending": ("a.xls", write_bytes(b"x"), ("must end with one of", ".xlsx")),
-    "no known ending": ("a.log", write_bytes(b"x"), ("format given: text, fixed_width, xlsx",)),
+    "other ending": ("a.xls", write_bytes(b"x\x00"), ("must end with one of", ".xlsx")),
+    "no known ending": ("a.log", write_bytes(b"x\x00"), ("format given: text, fixed_width, xlsx",)),
     "password": ("a.xlsx", write_bytes(b"\xd0\xcf\x11\xe0" + bytes(2000)), ("password",)),
-    "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"), ("not an .xlsx file",)),
+    "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"),
+                          ("not an .xlsx file", "give format = 'text'")),
     "xlsx that inflates": ("a.xlsx", bomb, ("when inflated",)),
     "xlsx that is wide": ("a.xlsx", wide_sheet, ("a.xlsx",)),
     "mat 7.3": ("a.mat", write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600)),
@@ -160,7 +159,9 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "half a parquet": ("a.parquet", damaged("parquet, backward"), ("not a Parquet file",)),
     "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
     "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
-    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90), ("not a text file",)),
+    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90),
+                        ("not a text file", "its format: text, fixed_width, xlsx")),
+    "text of no table": ("a.log", write_bytes(b"hello"), ("no table of numbers",)),
 }  # fmt: skip
 
 
@@ -191,6 +192,29 @@ def test_a_format_without_lines_of_numbers(tmp_path: Path) -> None:
         read_recording(tmp_path / "a.log", "a.log", ReadingChoices(format="fixed_width")).numbers(
             "p"
         )
+
+
+def test_choices_that_do_nothing_are_said(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text())
+    chosen = {"separator": ",", "decimal": ".", "sheet": "one"}
+    (tmp_path / "b.csv").write_text("angle,speed\n" + rows(np.arange(9.0), np.ones(9)))
+    for path in (tmp_path / "a.csv", tmp_path / "b.csv"):
+        found = read_recording(path, None, ReadingChoices(**chosen))
+        assert found.remarks == ("sheet = 'one': does nothing, the file is read as text",)
+    assert found.remarks[0] in read_pressure(tmp_path / "a.csv", **chosen).warnings
+    from tests.support.laboratory import matlab
+
+    matlab(tmp_path / "run.mat")
+    found = read_recording(tmp_path / "run.mat", None, ReadingChoices(separator=";"))
+    assert found.remarks == ("separator = ';': does nothing, the file is read as mat",)
+
+
+def test_an_assumed_crank_ratio_is_warned_of(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text())
+    told = "crank_ratio: 0.28 assumed for the imep; give crank_ratio or engine"
+    assert told in read_pressure(tmp_path / "a.csv").warnings
+    for keys in ({"crank_ratio": 0.25}, {"engine": "ntua"}):
+        assert told not in read_pressure(tmp_path / "a.csv", **keys).warnings
 
 
 def test_missing_files_and_folders(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from sweeps.reading.engine_files import load_engine
 from sweeps.reading.engine_measures import read_engine_measures
 from sweeps.reading.laboratory.pressure import read_pressure
 from tests.support import recorded_engine as engine
-from tests.support.laboratory import avl, four_cylinders, own, rows
+from tests.support.laboratory import avl, four_cylinders, imep, own, rows, samples
 
 OWN = """\
 title = "An engine that is yet to be measured"
@@ -45,13 +45,36 @@ def test_an_engine_file_needs_no_diagrams(tmp_path: Path) -> None:
     assert found.geometry.crank_ratio == pytest.approx(engine.GEOMETRY.crank_ratio)
     assert (found.geometry.bore, found.geometry.stroke) == (0.1, 0.12)
     assert found.geometry.compression_ratio is None
-    assert not any("assumed" in step for step in found.steps)
+    assert not any("assumed" in line for line in found.warnings)
 
 
 def test_diagrams_that_are_yet_to_be_written_are_not_read(tmp_path: Path) -> None:
     own(tmp_path / "raw.csv")
     path = written(tmp_path, '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n')
     assert read_pressure(tmp_path / "raw.csv", engine=path).geometry.bore == 0.1
+
+
+def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
+    """A pressure two degrees early does that, and nothing else told of it."""
+    own(tmp_path / "raw.csv")
+    keys = {"engine": written(tmp_path)}
+    angle, pressure = samples(-360.0)
+    works = {}
+    for shift in (0.0, -2.0):
+        moved = np.interp(angle - shift, angle, pressure, period=720.0)
+        mean_pressure = imep(angle * engine.DEGREE, moved * 1e5) * 1e5
+        works[shift] = mean_pressure * engine.SWEPT * 4.0 / (4.0 * np.pi)
+    brake = 0.95 * works[0.0]
+    assert works[-2.0] < brake
+    for shift, count in ((0.0, 0), (-2.0, 1)):
+        found = read_pressure(tmp_path / "raw.csv", shift=shift, brake_torque=brake, **keys)
+        told = [line for line in found.warnings if line.startswith("brake_torque: ")]
+        assert len(told) == count
+    indicated = float(told[0].split("indicated torque is ")[1].split(" N m")[0])
+    assert indicated == pytest.approx(works[-2.0], rel=3e-3)
+    assert f"less than the {brake:.4g} N m at the shaft" in told[0]
+    with pytest.raises(sweeps.SceneError, match="needs an engine with bore, stroke and cylinders"):
+        read_pressure(tmp_path / "raw.csv", brake_torque=brake)
 
 
 def test_firing_angles_come_from_the_file(tmp_path: Path) -> None:
@@ -117,7 +140,7 @@ def test_the_crank_ratio_may_be_given(tmp_path: Path) -> None:
     own(tmp_path / "raw.csv")
     found = read_pressure(tmp_path / "raw.csv", crank_ratio=0.3, engine="ntua")
     assert found.geometry.crank_ratio == 0.3
-    assert not any("assumed" in step for step in found.steps)
+    assert not any("assumed" in line for line in found.warnings)
     with pytest.raises(sweeps.SceneError, match=r"above 0 and up to 0\.5"):
         read_pressure(tmp_path / "raw.csv", crank_ratio=0.6)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import sweeps
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
@@ -18,6 +19,7 @@ from sweeps.figures.kinds import figures_of
 from sweeps.figures.study import study_of
 from sweeps.reading.laboratory.evaluation import evaluated
 from tests.support import recorded_engine as engine
+from tests.support.laboratory import rows, samples
 
 
 def figure(data: xr.Dataset) -> object:
@@ -65,6 +67,31 @@ def test_the_sheet_of_one_cycle_without_a_compression_ratio() -> None:
     assert titles(data) == ["Whole cycle", "Around firing dead centre", "p - V"]
 
 
+@pytest.mark.parametrize("ratio", [None, 16.0])
+def test_without_bore_and_stroke_volumes_are_relative(ratio: float | None, tmp_path: Path) -> None:
+    """They were those of a cylinder of 1 m, with its heat in joules."""
+    angle, pressure = samples(-360.0)
+    (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, pressure))
+    keys = {"compression_ratio": ratio} if ratio else {}
+    crank_ratio = engine.GEOMETRY.crank_ratio
+    found = sweeps.read_pressure(tmp_path / "p.csv", crank_ratio=crank_ratio, **keys)
+    assert not found.sized
+    cycles = found.recorded["p"]
+    data = evaluated(cycles, found.geometry, sized=found.sized)
+    clearance = engine.SWEPT / (engine.RATIO - 1.0)
+    expected = (engine.volume(cycles.angle) - (0.0 if ratio else clearance)) / engine.SWEPT
+    name = "relative_volume" if ratio else "relative_displaced_volume"
+    np.testing.assert_allclose(data[name], expected, atol=1e-12)
+    assert data[name].attrs["units"] == "1"
+    assert not {"cylinder_volume", "displaced_volume", "heat_released"} & set(data)
+    logarithmic = ["log p - log V"] if ratio else []
+    assert titles(data) == ["Whole cycle", "Around firing dead centre", "p - V", *logarithmic]
+    told = " ".join(text.get_text() for text in figure(data).texts).replace("\n", " ")
+    assert "bore and stroke unknown: relative volume, no heat release" in told
+    known = sweeps.read_pressure(tmp_path / "p.csv", engine="ntua")
+    assert known.sized
+
+
 def test_a_two_stroke_recording() -> None:
     angle = np.arange(-180.0, 180.0, 1.0) * engine.DEGREE
     volume = engine.volume(angle)
@@ -78,7 +105,7 @@ def test_a_two_stroke_recording() -> None:
 
 
 def test_findings_stand_below_the_figure() -> None:
-    cycles = engine.cycles(0.5, shift=2.0)
+    cycles = engine.cycles(0.5, shift=6.0)
     data = evaluated(cycles, engine.GEOMETRY, findings=examine(cycles, engine.GEOMETRY))
     texts = " ".join(text.get_text().replace("\n", " ") for text in figure(data).texts)
     assert "dead_centre: compression and expansion" in texts

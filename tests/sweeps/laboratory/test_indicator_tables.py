@@ -86,12 +86,29 @@ def test_a_format_is_chosen_where_no_ending_tells_it(tmp_path: Path) -> None:
     assert "format = 'fwf': must be one of text, fixed_width, xlsx, mat" in refused.stderr
 
 
+@pytest.mark.parametrize("head", ["angle_deg,sensor_V\n", "angle [deg],sensor [V]\n"])
+@pytest.mark.parametrize("volts", ["10, 0.5", "[10, 0.5]", " [ 10,0.5 ] "])
+def test_a_calibration_is_written_as_its_help_says(volts: str, head: str, tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    (tmp_path / "v.csv").write_text(head + rows(angle, pressure / 10.0 - 0.05, form=".8f"))
+    words = ["import", tmp_path / "v.csv", "-o", tmp_path / "p.csv"]
+    made = command(*words, "--calibration", volts)
+    assert made.exit_code == 0, made.output
+    found = sweeps.read_pressure(tmp_path / "p.csv").mean.pressure[0] / 1e5
+    assert np.allclose(found, pressure, atol=1e-5)
+    for wrong in ("[10, 0.5", "10", "[]"):
+        refused = command(*words, "--overwrite", "--calibration", wrong)
+        assert refused.exit_code == 2 and refused.stderr.count("\n") == 1, refused.output
+        assert "must be a list of two numbers" in refused.stderr
+
+
 @pytest.mark.parametrize("confidential", ["", "\nconfidential = true"])
+@pytest.mark.parametrize("form", ["", '\nformat = "fixed_width"'])
 def test_an_archive_holds_the_diagram_of_a_file_of_any_ending(
-    tmp_path: Path, confidential: str
+    tmp_path: Path, confidential: str, form: str
 ) -> None:
-    fixed_width(tmp_path / "run12.prn")
-    path = scene(tmp_path, f'file = "run12.prn"\nformat = "fixed_width"{confidential}')
+    (fixed_width if form else avl)(tmp_path / "run12.prn")
+    path = scene(tmp_path, f'file = "run12.prn"{form}{confidential}')
     assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
     words = ["--indicator", tmp_path / "run12.prn"] if confidential else []
     again = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", *words)

@@ -10,6 +10,7 @@ import pytest
 import sweeps
 from sweeps.reading.laboratory.evaluation import evaluated
 from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.laboratory.recording import SUFFIXES
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
 
@@ -32,6 +33,46 @@ def test_every_style_has_the_same_imep(style: str, tmp_path: Path) -> None:
     (tmp_path / "pressure.csv").write_text(found.text())
     written = read_pressure(tmp_path / "pressure.csv").mean
     assert imep(written.angle, written.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_format_that_is_given_counts_more_than_the_ending(style: str, tmp_path: Path) -> None:
+    write, name, options = STYLES[style]
+    path = tmp_path / name
+    format = options.get("format", SUFFIXES.get(path.suffix, "text"))
+    write(path)
+    path = path.rename(tmp_path / ("run.csv" if format == "mat" else "run.mat"))
+    found = read_pressure(path, **{**options, "format": format}).mean
+    assert imep(found.angle, found.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+
+
+@pytest.mark.parametrize("above", ["", "MEASURED\n", "1440\n", "2\n", "\nMEASURED\n\n"])
+def test_a_word_between_names_and_numbers_hides_no_names(above: str, tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    text = f"1440\nangle_deg;p_cyl_bar\n{above}" + rows(angle, pressure, separator=";")
+    (tmp_path / "run.ind").write_text(text)
+    found = read_pressure(tmp_path / "run.ind")
+    assert list(found.recorded) == ["p_cyl_bar"]
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+
+
+def test_a_date_above_numbers_without_names_is_no_name(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    text = "Date;2024-05-03\nRun12\n" + rows(angle, pressure, separator=";")
+    (tmp_path / "run.csv").write_text(text)
+    assert list(read_pressure(tmp_path / "run.csv", unit="bar").recorded) == ["column 2"]
+
+
+@pytest.mark.parametrize("count", [1, 12, 70])
+@pytest.mark.parametrize("head", ["", "71\n"])
+def test_cycles_in_columns_need_no_names(head: str, count: int, tmp_path: Path) -> None:
+    angle, _ = samples(-360.0)
+    cycles = [samples(-360.0, seed=seed)[1] for seed in range(count)]
+    (tmp_path / "run.txt").write_text(head + rows(angle, *cycles, separator="\t"))
+    found = read_pressure(tmp_path / "run.txt", columns_are="cycles", average=True, unit="bar")
+    (recorded,) = found.recorded.values()
+    assert recorded.cycles == count
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
 
 
 def test_a_shift_of_two_degrees_would_be_seen_here(tmp_path: Path) -> None:

@@ -193,13 +193,16 @@ def test_a_known_gap_angle_is_taken(teeth: Path) -> None:
 def test_a_format_is_taken_where_no_ending_tells_it(teeth: Path) -> None:
     (teeth / "teeth.log").write_bytes((teeth / FILES[0]).read_bytes())
     keys: dict[str, Any] = {"kind": "teeth", "wheel": "60-2", "at": {"load": 20}, "gap_angle": GAP}
-    path = scene_with(teeth, "log.toml", file="teeth.log", format="text", **keys)
-    same = scene_with(teeth, "same.toml", file=FILES[0], **keys)
-    assert float(sweeps.measured(path).delta_measured[0]) == float(
-        sweeps.measured(same).delta_measured[0]
-    )
-    with pytest.raises(SceneError, match="have its format given: text, fixed_width"):
-        sweeps.measured(scene_with(teeth, "none.toml", file="teeth.log", **keys))
+    (teeth / "teeth.mat").write_bytes((teeth / FILES[0]).read_bytes())
+    same = sweeps.measured(scene_with(teeth, "same.toml", file=FILES[0], **keys))
+    text = scene_with(teeth, "log.toml", file="teeth.log", **keys)
+    given = scene_with(teeth, "mat.toml", file="teeth.mat", format="text", **keys)
+    for path in (text, given):
+        assert float(sweeps.measured(path).delta_measured[0]) == float(same.delta_measured[0])
+    with pytest.raises(
+        SceneError, match="if the ending of its name is wrong, give format = 'text'"
+    ):
+        sweeps.measured(scene_with(teeth, "none.toml", file="teeth.mat", **keys))
 
 
 def test_given_errors_are_taken_out(teeth: Path) -> None:
