@@ -82,6 +82,11 @@ NODES: tuple[Node, ...] = (
         lambda cylinder_set, cylinders_by_count: throws_per_cylinder(
             cylinder_set, cylinders_by_count
         ),
+        when="shared_pins",
+    ),
+    hidden(
+        "throws_per_cylinder", "1", "number of throws over that of cylinders", (), lambda: 1.0,
+        when="own_pins",
     ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
@@ -112,7 +117,7 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "crank_mass_at_pin", "M''_c", "kg", "mass of a crank throw reduced to the crank radius",
+        "crank_mass_at_pin", "M''_c", "kg", "mass of each throw, reduced to the crank radius",
         "Asgari eq. 6, Kakaitsas eq. 2.15", needs=("crank_mass",),
         make=lambda crank_mass: crank_mass,
     ),

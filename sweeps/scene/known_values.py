@@ -90,8 +90,6 @@ def _neutral(words: Sequence[str]) -> dict[str, float]:
         found["offset_ratio"] = 0.0
     if "equal" in words:
         found["pressure_share"] = found["mass_share"] = 1.0
-    if "own_pins" in words:
-        found["throws_per_cylinder"] = 1.0
     if "equal_throws" in words:
         found["stroke_share"] = 1.0
     if "uniform_friction" in words:
