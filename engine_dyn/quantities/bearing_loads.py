@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.forces import bearings, torque
 from engine_dyn.geometry import masses, slider_crank
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE, MPA
@@ -198,7 +199,7 @@ def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
 NODES: tuple[Node, ...] = (
     hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
            (*_LOADED, *_UNBALANCE, *_COUNTED), _of_all_journals, throws=True,
-           width=16 * bearings.EXTREMES.itemsize, threaded=True),
+           width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True),
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
