@@ -870,3 +870,13 @@ def test_unequal_throws_with_an_offset_through_a_scene() -> None:
     np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
     whole, torque = found["torque_after_throw"].isel(cylinder=0), found["torque"].values
     np.testing.assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))
+
+
+def test_an_engine_that_is_not_covered_is_not_taken_for_another() -> None:
+    """The word is near "radial", which it does not mean."""
+    with pytest.raises(SceneError) as refused:
+        read_scene({"engine": "ntua", "set": {"arrangement": "axial 5", "cylinders": 5},
+                    "output": {"quantities": ["delta"]}})  # fmt: skip
+    line = str(refused.value)
+    assert line.startswith("scene: [set] arrangement = 'axial 5': axial engines are not covered")
+    assert "did you mean" not in line and "\n" not in line
