@@ -403,12 +403,14 @@ NODES = (
     ),
     _scalar(
         "best_fraction_rms", "c_{rms}", "1",
-        "balance fraction with the smallest root-mean-square shaking force", "this project",
+        "balance fraction with the smallest root-mean-square shaking force, none if the "
+        "counterweights of all throws cancel", "this project",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
     ),
     _scalar(
         "best_fraction_peak", "c_{peak}", "1",
-        "balance fraction with the smallest peak shaking force", "Asgari section 2: 0.5 to 0.63",
+        "balance fraction with the smallest peak shaking force, none if the counterweights of all "
+        "throws cancel", "Asgari section 2: 0.5 to 0.63",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
     ),
 )  # fmt: skip
