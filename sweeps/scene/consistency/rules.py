@@ -31,8 +31,12 @@ _EXCLUSIONS = (
         "not allowed together with [indicator], which is measured",
     ),
     Exclusion(
+        CYCLE_KEYS, lambda scene: not scene.engine.family.diagrams,
+        "not allowed: engine {engine} has no diagrams",
+    ),
+    Exclusion(
         CYCLE_KEYS, lambda scene: scene.engine.cycles is None,
-        "not allowed: engine {engine} has no diagrams that are modelled by the first law; all "
+        "not allowed: engine {engine} has diagrams that are not modelled by the first law; all "
         "[[diagram]] must be 'first_law' or 'two_stroke'",
     ),
     Exclusion(
