@@ -29,7 +29,8 @@ class Engine:
     values : mapping
         Value of each parameter that the engine gives, in the parameter's file unit.
     family : Family or FamilyGrid
-        Indicator diagrams over load, or over load and speed.
+        Indicator diagrams over load, or over load and speed; without a diagram, an engine still
+        has its balance and moments of inertia.
     compression_ratio : float, optional
         Largest over smallest volume of a cylinder [1]: the geometric one if it is given, else that
         of the diagrams; None where they do not say it, or differ in it.

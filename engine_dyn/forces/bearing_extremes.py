@@ -26,15 +26,15 @@ __all__ = ["CRANK_PIN", "INPUTS", "MAIN_JOURNAL", "PISTON_PIN", "Sampled", "extr
 CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
 """Which load."""
 
-INPUTS = 7
+INPUTS = 8
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
-of the diagrams, and the four `bearings.Factors`."""
+of the diagrams, and the five `bearings.Factors`."""
 
-RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING = range(INPUTS)
+RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING, THROWS = range(INPUTS)
 
-SHARE, RADIUS, BANK_SINE, BANK_COSINE = range(4)
+SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE = range(5)
 """Rows of a cylinder's numbers: mass times crank radius and crank radius, over the engine's; sine
-and cosine of its direction from upright."""
+and cosine of its direction from upright; its share in its throw."""
 
 
 SAME = 1.0 + 1e-12
@@ -47,7 +47,7 @@ class Sampled(NamedTuple):
 
     Attributes
     ----------
-    cylinders : ndarray, shape (4, Z)
+    cylinders : ndarray, shape (5, Z)
         `SHARE` and so on of each cylinder.
     curve : ndarray of int64, shape (Z,)
         Which of the curves below is a cylinder's: those of one phase and one pressure share it.
@@ -86,6 +86,7 @@ class Sampled(NamedTuple):
         cylinders = np.array([
             [member.mass_factor * member.radius_factor for member in members],
             [member.radius_factor for member in members], np.sin(banks), np.cos(banks),
+            engine.throw_shares[: len(members)],
         ])  # fmt: skip
         return cls(
             cylinders, np.array([kinds.index((m.phase, m.pressure_factor)) for m in members]),
@@ -190,7 +191,8 @@ def _load_of_throw(
         sine, cosine = sampled.turn[number, 0], sampled.turn[number, 1]
         top = sine_of_top(ratio, offset)
         upright = math.sqrt(1.0 - top * top)
-        throw_pull = turning * radius
+        throw_share = sampled.cylinders[THROW_SHARE, cylinder]
+        throw_pull = (turning + throw_share * inputs[THROWS, design]) * radius
         for i in range(samples):
             s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             lean = ratio * (s - offset)

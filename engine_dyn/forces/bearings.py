@@ -20,16 +20,17 @@ Loads
   journals beside it, loaded in the middle, so each of the two bears half (statically determinate
   shares; continuity of the shaft and clearances are left out). A throw bears the loads of all its
   rods and the centrifugal force of its own mass less that of its counterweights (those on its two
-  webs together act in its middle): with the part of the rod m_t r omega^2 e for each cylinder.
+  webs together act in its middle): with the part of the rod m_t r omega^2 e for each cylinder,
+  which has its share of the throw.
   Journal j lies before throw j and the last one behind the last throw: one more than there are
   throws. The loads of all journals add up to the forces of all cylinders, N s - P a +
   m_t r omega^2 e.
 - Piston pin, the force of the piston on pin and rod: P_g - m_piston b along the cylinder towards
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
-All are sums of four parts with a factor each: gas pressure, crankcase pressure, reciprocating and
-rotating masses. Weights are left out. Curves over the crank angle are such sums; extremes are found
-design by design by a kernel (`bearing_extremes`).
+All are sums of five parts with a factor each: gas pressure, crankcase pressure, reciprocating and
+rotating masses, and throws. Weights are left out. Curves over the crank angle are such sums;
+extremes are found design by design by a kernel (`bearing_extremes`).
 
 Source: Rakopoulos notes, loads of the bearings and polar diagrams (without formulas there); the
 components after Kakaitsas (2015), ch. 2. Shares of the main journals: derived here, as is usual
@@ -91,8 +92,8 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     return load / (diameter * width)
 
 
-PARTS = 4
-"""Gas pressure, crankcase pressure, reciprocating and rotating masses."""
+PARTS = 5
+"""Gas pressure, crankcase pressure, reciprocating and rotating masses, throws."""
 
 SAMPLE = np.pi / 360.0
 """Half a degree: spacing of the angles at which peaks are looked for; a parabola refines them."""
@@ -112,24 +113,27 @@ Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
 
 
 class Factors(NamedTuple):
-    """What the four parts of a load are multiplied with, for each design.
+    """What the five parts of a load are multiplied with, for each design.
 
     Attributes
     ----------
     gas, crankcase, reciprocating, rotating : array_like
         p scale times area [m2], p_c times area [N], m r omega^2 and m_turning r omega^2 [N].
+    throws : array_like
+        m r omega^2 of each throw [N]; only main journals bear it.
     """
 
     gas: Any
     crankcase: Any
     reciprocating: Any
     rotating: Any
+    throws: Any = 0.0
 
 
 def _piston_force(
     phi: Any, member: Member, crank_ratio: Any, offset: Any, family: Family, row: Any
 ) -> Any:
-    """Parts of P of a cylinder, four along the last axis.
+    """Parts of P of a cylinder, five along the last axis.
 
     `crank_ratio` and `offset` are those of the cylinder's own crank radius, the factors those of
     the engine's.
@@ -138,7 +142,7 @@ def _piston_force(
     share = member.mass_factor * member.radius_factor
     inertia = -share * slider_crank.acceleration(phi, crank_ratio, offset)
     none = np.zeros(np.shape(inertia))
-    return np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none), axis=-1)
+    return np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none, none), axis=-1)
 
 
 def _crank_pin(
@@ -192,6 +196,8 @@ def _main_journal(
         x = side * np.cos(bank) - pushed * np.sin(bank)
         y = -side * np.sin(bank) - pushed * np.cos(bank)
         x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
+        share = engine.throw_shares[cylinder]
+        x[..., 4], y[..., 4] = share * x[..., 3], share * y[..., 3]
         total = total + 0.5 * np.stack([x, y], axis=-1)
     return total
 
@@ -248,9 +254,9 @@ def main_journal_load(
 ) -> tuple[Any, Any]:  # fmt: skip
     """Loads of the main journals [N], x and y (engine-fixed); NaN past an engine's last journal.
 
-    Parameters as `crank_pin_load`; `factors.rotating` with all that turns, per cylinder, less its
-    counterweights;
-    `journals` are their numbers, from 1, and broadcast.
+    Parameters as `crank_pin_load`; `factors.rotating` with the part of each rod that turns and
+    `factors.throws` with each throw, less their counterweights; `journals` are their numbers, from
+    1, and broadcast.
     """
     numbers = np.asarray(journals)
     x: Any = np.nan

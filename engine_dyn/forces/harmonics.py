@@ -209,10 +209,11 @@ def gravity_harmonics(
     by_count: CylindersByCount,
     offset: Any = 0.0,
     first_only: bool = False,
+    throw_turning_mass: Any = 0.0,
 ) -> Complexes:
     """Harmonics of the gravity torque [N m], as `mechanism.gravity_torque`.
 
-    `first_only`: of cylinder 1 alone.
+    `first_only`: of cylinder 1 alone, with its share of its throw.
     """
     of_radius = {}
     for radius in {m.radius_factor for engine in by_count.values() for m in engine.members}:
@@ -220,15 +221,15 @@ def gravity_harmonics(
         of_radius[radius] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
 
     def summed(nu: Floats, engine: Cylinders) -> Any:
-        pairs = list(zip(engine.members, banks_of(engine), strict=True))
+        each = list(zip(engine.members, banks_of(engine), engine.throw_shares, strict=True))
         total: Any = 0.0
-        for member, bank in pairs[:1] if first_only else pairs:
+        for member, bank, share in each[:1] if first_only else each:
             speed, top = of_radius[member.radius_factor]
             lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
             along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed
             turned = member.radius_factor * np.exp(1j * nu * member.phase)
-            total = total + turned * (along + rotating_mass * lean)
-        most = len(pairs) * (reciprocating_mass + rotating_mass)
+            total = total + turned * (along + (rotating_mass + share * throw_turning_mass) * lean)
+        most = len(each) * (reciprocating_mass + rotating_mass + throw_turning_mass)
         return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
 
     return GRAVITY * crank_radius * _by_count(summed, orders, cylinders, by_count)

@@ -137,24 +137,28 @@ def gravity_torque(
     cylinders: Any,
     by_count: CylindersByCount,
     offset: Any = 0.0,
+    throw_turning_mass: Any = 0.0,
 ) -> Any:
     """Torque of the weights of all running gear [N m], r (G_l c/(r omega) + G_r sin(theta)) each.
 
     A cylinder at angle g from upright (see `banks_of`) feels G_l cos(g) along its axis, and its
     throw stands at theta + g.
-    `rotating_mass` is per cylinder at its own crank radius [kg], less what its counterweight is
-    there; `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two errors).
+    `reciprocating_mass` and `rotating_mass` are those of each cylinder, `throw_turning_mass` that
+    of each throw [kg]; what turns is at its own crank radius, less what its counterweight is there.
+    Rakopoulos notes, T_G (printed with two errors).
     """
 
     def of_engine(engine: Cylinders) -> Any:
         whole: Any = 0.0
-        for member, bank in zip(engine.members, banks_of(engine), strict=True):
+        each = zip(engine.members, banks_of(engine), engine.throw_shares, strict=True)
+        for member, bank, share in each:
             angle, own = phi + member.phase, member.own(crank_ratio, offset)
+            turning = rotating_mass + share * throw_turning_mass
             sine, cosine = _sine_and_cosine(angle, *own)
             lean = sine * np.cos(bank) + cosine * np.sin(bank)
             along = member.mass_factor * np.cos(bank)
             velocity = slider_crank.velocity(angle, *own)
-            one = reciprocating_mass * along * velocity + rotating_mass * lean
+            one = reciprocating_mass * along * velocity + turning * lean
             whole = whole + member.radius_factor * one
         return whole
 

@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 
-MOST_CYLINDERS = 16
+MOST_CYLINDERS = 24
 
 TURN = 2.0 * math.pi
 

@@ -20,6 +20,7 @@ __all__ = [
     "mean_factor",
     "mean_of_cylinders",
     "mean_stroke_ratio",
+    "throws_per_cylinder",
     "value_of_sets",
 ]
 
@@ -73,6 +74,11 @@ def mean_factor(name: str, cylinder_set: Any, by_count: CylindersByCount) -> Any
     )
 
 
+def throws_per_cylinder(cylinder_set: Any, by_count: CylindersByCount) -> Any:
+    """Number of throws over that of cylinders [1]: 1/2 where two rods share each pin."""
+    return value_of_sets(cylinder_set, by_count, lambda engine: np.mean(engine.throw_shares))
+
+
 def mean_stroke_ratio(
     crank_ratio: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount
 ) -> Any:
@@ -95,14 +101,15 @@ def mean_stroke_ratio(
 
 
 def engine_inertia_of_cylinders(
-    reciprocating_mass: Any, rotating_mass: Any, crank_radius: Any, crank_ratio: Any,
-    cylinders: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount,
+    reciprocating_mass: Any, rod_mass_at_crank: Any, crank_mass: Any, crank_radius: Any,
+    crank_ratio: Any, cylinders: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount,
 ) -> Any:  # fmt: skip
     """Cycle mean of the running gear's inertia [kg m2] where masses or crank radii differ.
 
-    Z r^2 (m mean(f_m f_r^2 v^2) + m_r mean(f_r^2)), with the reduced velocity v of each cylinder
-    and its factors f_m on the mass and f_r on the crank radius: `masses.engine_inertia` with means
-    over the cylinders. docs/method.md (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries.
+    Z r^2 (m mean(f_m f_r^2 v^2) + m_rod mean(f_r^2) + m_throw mean(s f_r^2)), with the reduced
+    velocity v of each cylinder, its factors f_m on the mass and f_r on the crank radius, and its
+    share s in its throw: `masses.engine_inertia` with means over the cylinders. docs/method.md
+    (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries.
     """
 
     def of_one(member: Member) -> Any:
@@ -110,9 +117,13 @@ def engine_inertia_of_cylinders(
         return factor * mean_square_velocity(*member.own(crank_ratio, offset))
 
     reciprocating = mean_of_cylinders(cylinder_set, by_count, of_one)
-    rotating = value_of_sets(
+    rods = value_of_sets(
         cylinder_set, by_count, lambda engine: np.mean(np.square(engine.radius_factors))
     )
+    throws = value_of_sets(
+        cylinder_set, by_count,
+        lambda engine: np.mean(np.square(engine.radius_factors) * engine.throw_shares),
+    )  # fmt: skip
     return cylinders * crank_radius**2 * (
-        reciprocating_mass * reciprocating + rotating_mass * rotating
+        reciprocating_mass * reciprocating + rod_mass_at_crank * rods + crank_mass * throws
     )  # fmt: skip

@@ -203,6 +203,22 @@ class Cylinders:
         return tuple(member.radius_factor for member in self.members)
 
     @cached_property
+    def throw_shares(self) -> tuple[float, ...]:
+        """Share of each cylinder in its throw [1]: 1 over the number of rods on the pin.
+
+        1 where no throws are known: each cylinder then has its own.
+        """
+        if self.arrangement is None:
+            return (1.0,) * len(self.members)
+        throws = [cylinder.throw for cylinder in self.arrangement.cylinders]
+        return tuple(1.0 / throws.count(throw) for throw in throws)
+
+    @cached_property
+    def own_pins(self) -> bool:
+        """Whether each cylinder has a throw of its own."""
+        return set(self.throw_shares) == {1.0}
+
+    @cached_property
     def equal_throws(self) -> bool:
         """Whether all crank radii are the engine's."""
         return set(self.radius_factors) == {1.0}

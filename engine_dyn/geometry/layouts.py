@@ -51,6 +51,7 @@ __all__ = [
     "arrangement_from_text",
     "boxer",
     "in_line",
+    "not_covered",
     "parallel_twin",
     "radial",
     "vee",
@@ -142,7 +143,7 @@ def vee(
     name = f"V{cylinders}"
     _check_count("V", cylinders, 2, MOST)
     if cylinders % 2:
-        raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number")
+        raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number; {_TABLE}")
     if not 0.0 < bank_angle <= math.pi:
         raise ValueError(
             f"{name}: bank angle = {bank_angle / DEGREE:g} degree: must be above 0 and at most 180"
@@ -318,6 +319,24 @@ def arrangement_from_text(text: str, period: float = FOUR_STROKE) -> Arrangement
         raise ValueError(f"arrangement = '{text}': {error}") from None
 
 
+_TABLE = "a table of throws, banks and cylinders describes such an engine"
+
+_NOT_COVERED = {
+    r"wankel|rotary": "Wankel engines are not covered: a rotor is no piston on a crank",
+    r"opposed[- ]piston": "opposed pistons are not covered: each cylinder has two, on two cranks",
+    r"free[- ]piston": "free-piston engines are not covered: they have no crank",
+    r"axial|barrel|(swash|wobble)[- ]?plate": "axial engines are not covered: their pistons work "
+    "along the shaft, on a plate",
+}
+"""Engines whose mechanism is another one, by the words for them."""
+
+
+def not_covered(text: str) -> str | None:
+    """Why an engine that a text names is none of this project; None for all others."""
+    words = text.strip().lower()
+    return next((why for name, why in _NOT_COVERED.items() if re.match(name, words)), None)
+
+
 _FORMS = (
     "must be one of 'in-line N', 'V<N> ANGLE', 'boxer N', 'W<N> ANGLE,ANGLE,...', 'radial N', "
     "'parallel twin ANGLE'"
@@ -355,11 +374,13 @@ def _read(text: str, period: float) -> Arrangement:
             if first[0] == "w":
                 banks = [_angle(word) for word in (angles or "").split(",") if word]
                 return w_engine(cylinders, banks, pins, order, numbering or "banks", period)
-            if angles is None and crank is None:
+            if angles is None and crank is None and not cylinders % 2:
                 raise ValueError(f"the bank angle is missing, such as 'V{cylinders} 90'")
             bank_angle = 0.5 * math.pi if angles is None else _angle(angles)
             return vee(cylinders, bank_angle, pins, order, numbering, crank, period)
-    raise ValueError(_FORMS)
+    if words and re.match(r"vr\d*$", words[0]):
+        raise ValueError(f"VR engines have no text, as each cylinder has its own pin; {_TABLE}")
+    raise ValueError(not_covered(text) or _FORMS)
 
 
 def _taken_order(words: list[str]) -> tuple[int, ...] | None:

@@ -50,13 +50,16 @@ def reciprocating_mass(
 
 
 def rotating_mass(
-    crank_mass: Any, rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any
-) -> Any:
-    """Throw (reduced to the crank radius) plus the rod's turning part [kg].
+    crank_mass: Any, rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any,
+    throws_per_cylinder: Any = 1.0,
+) -> Any:  # fmt: skip
+    """Mass of one cylinder that turns, at the crank radius [kg]: throw and the rod's turning part.
 
-    docs/method.md (19); Kakaitsas (2015), eq. 2.11.
+    Where rods share a pin, a cylinder has its share of the throw: `throws_per_cylinder`.
+    docs/method.md (19); Kakaitsas (2015), eq. 2.11, with a throw for each cylinder.
     """
-    return crank_mass + rod_mass_at_crank(rod_mass, rod_centre_of_gravity, rod_length)
+    rod = rod_mass_at_crank(rod_mass, rod_centre_of_gravity, rod_length)
+    return throws_per_cylinder * crank_mass + rod
 
 
 def crank_mass_at_pin(throw_mass: Any, throw_radius: Any, crank_radius: Any) -> Any:

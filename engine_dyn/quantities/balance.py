@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.forces import balance
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
 __all__ = ["DIRECTIONS", "NODES", "PARAMETERS"]
@@ -36,7 +36,7 @@ PARAMETERS = (
     ),
     parameter(
         "counterweight_mass", "B", "kg",
-        "counterweight mass of each cylinder, opposite its throw, scaled with its crank radius",
+        "counterweight mass of each throw, opposite its pin, scaled with its crank radius",
         "Asgari eq. 12", low=0.0, low_included=True,
     ),
     parameter(
@@ -78,9 +78,9 @@ _ENGINE = (
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
 """What does not depend on the speed: sizes of weights, where forces are compared."""
 
-_FORCE = (*_ENGINE, "turning_mass", "shaft_unbalance", "pair_unbalance")
+_FORCE = (*_ENGINE, "turning_mass", "throw_turning_mass", "shaft_unbalance", "pair_unbalance")
 _SPACES = ("cylinder_spacing", "bank_offset")
-_MOMENT = (*_ENGINE, "turning_mass", *_SPACES, "balance_couple")
+_MOMENT = (*_ENGINE, "turning_mass", "throw_turning_mass", *_SPACES, "balance_couple")
 
 _NAMES = {
     "shaft_unbalance": "shaft", "pair_unbalance": "pair", "cylinder_spacing": "spacing",
@@ -133,19 +133,20 @@ def _vector(
 
 
 def _turning_force(
-    name: str, symbol: str, long_name: str, mass: str, sign: float, source: str
-) -> Node:
-    """Force of what turns with the crank: a mass at each pin, or opposite to it."""
+    name: str, symbol: str, long_name: str, masses_of: dict[str, str], sign: float, source: str,
+    when: str = "",
+) -> Node:  # fmt: skip
+    """Force of what turns with the crank: masses of rods and throws, or opposite to them."""
 
     def make(*, crank_angle: Any, **needs: Any) -> Any:
-        turning = sign * np.asarray(needs.pop(mass))
-        gear = _gear({**needs, "reciprocating_mass": 0.0, "turning_mass": turning})
+        turning = {of: sign * np.asarray(needs.pop(mass)) for of, mass in masses_of.items()}
+        gear = _gear({**needs, "reciprocating_mass": 0.0, **turning})
         return _components(gear.force(crank_angle))
 
     ratios = tuple(one for one in _ENGINE if one != "reciprocating_mass")
     return Node(
-        name, symbol, "N", long_name, source, kind="curve", adds=("direction",),
-        needs=("crank_angle", *ratios, mass), make=make, throws=True,
+        name, symbol, "N", long_name, source, kind="curve", adds=("direction",), when=when,
+        needs=("crank_angle", *ratios, *masses_of.values()), make=make, throws=True,
     )  # fmt: skip
 
 
@@ -182,41 +183,55 @@ def _ellipses(
 
 
 NODES = (
-    Node(
-        "turning_mass", "", "kg", "rotating mass left unbalanced by the counterweights",
-        public=False, when="weights_by_fraction",
-        needs=("counterweight_fraction", "reciprocating_mass"),
-        make=lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
+    hidden(
+        "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
+        ("counterweight_fraction", "reciprocating_mass"),
+        lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
         * reciprocating_mass,
+        when="weights_by_fraction",
     ),
-    Node(
-        "turning_mass", "", "kg", "rotating mass left unbalanced by the counterweights",
-        public=False, when="weights_given", needs=("rotating_mass", "weight_at_pin"),
-        make=lambda rotating_mass, weight_at_pin: rotating_mass - weight_at_pin,
+    hidden(
+        "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
+        ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank, when="weights_given",
     ),
-    Node(
-        "weight_at_pin", "", "kg",
-        "counterweight mass of each cylinder, reduced to the crank radius",
-        public=False, when="weights_given",
-        needs=("counterweight_mass", "counterweight_radius", "double_radius"),
-        make=lambda counterweight_mass, counterweight_radius, double_radius: counterweight_mass
+    hidden(
+        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights", (),
+        lambda: 0.0, when="weights_by_fraction",
+    ),
+    hidden(
+        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
+        ("crank_mass", "weight_at_pin"),
+        lambda crank_mass, weight_at_pin: crank_mass - weight_at_pin, when="weights_given",
+    ),
+    hidden(
+        "weight_at_pin", "kg", "given counterweight of a throw, reduced to the crank radius",
+        ("counterweight_mass", "counterweight_radius", "double_radius"),
+        lambda counterweight_mass, counterweight_radius, double_radius: counterweight_mass
         * counterweight_radius / (0.5 * double_radius),
     ),
-    Node(
-        "weight_at_pin", "", "kg",
-        "counterweight mass of each cylinder, reduced to the crank radius",
-        public=False, when="weights_by_fraction", needs=("unbalanced_mass",),
-        make=lambda unbalanced_mass: unbalanced_mass,
+    hidden(
+        "rod_weight_at_pin", "kg", "counterweight for a rod and its piston, at the crank radius",
+        ("counterweight_fraction", "reciprocating_mass", "rod_mass_at_crank"),
+        lambda counterweight_fraction, reciprocating_mass, rod_mass_at_crank:
+        balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rod_mass_at_crank),
     ),
-    Node(
-        "throw_turning_mass", "", "kg", "rotating mass minus the given counterweights",
-        public=False, when="counterweights", needs=("turning_mass",),
-        make=lambda turning_mass: turning_mass,
+    hidden(
+        "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
+        ("turning_mass",), lambda turning_mass: turning_mass, when="counterweights",
     ),
-    Node(
-        "throw_turning_mass", "", "kg", "rotating mass minus the given counterweights",
-        public=False, when="no_counterweights", needs=("rotating_mass",),
-        make=lambda rotating_mass: rotating_mass,
+    hidden(
+        "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
+        ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank,
+        when="no_counterweights",
+    ),
+    hidden(
+        "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
+        ("throw_turning_mass",), lambda throw_turning_mass: throw_turning_mass,
+        when="counterweights",
+    ),
+    hidden(
+        "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
+        ("crank_mass",), lambda crank_mass: crank_mass, when="no_counterweights",
     ),
     Node(
         "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
@@ -253,14 +268,17 @@ NODES = (
         ),
     ),
     Node(
-        "unbalanced_mass", "M", "kg", "mass at the crank pin to be balanced by a counterweight",
-        "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass"),
-        make=lambda counterweight_fraction, reciprocating_mass, rotating_mass:
-        balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass),
+        "unbalanced_mass", "M", "kg",
+        "mass at a crank pin, with all its rods, to be balanced by a counterweight",
+        "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass",
+                               "throws_per_cylinder"),
+        make=lambda counterweight_fraction, reciprocating_mass, rotating_mass, throws_per_cylinder:
+        balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass)
+        / throws_per_cylinder,
     ),
     Node(
         "counterweight_required", "B", "kg",
-        "counterweight mass of each cylinder for the balance fraction c", "Asgari eq. 12",
+        "counterweight mass of each throw for the balance fraction c", "Asgari eq. 12",
         needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
         balance.counterweight_mass(
@@ -321,11 +339,18 @@ NODES = (
     ),
     _turning_force(
         "throw_force", "P_r", "centrifugal force of the rotating masses of all throws",
-        "rotating_mass", 1.0, "Kakaitsas eq. 2.14",
+        {"turning_mass": "rod_mass_at_crank", "throw_turning_mass": "crank_mass"}, 1.0,
+        "Kakaitsas eq. 2.14",
     ),
     _turning_force(
-        "counterweight_force", "P_B", "centrifugal force of all counterweights", "weight_at_pin",
-        -1.0, "Asgari eqs. 9, 12, figure 6",
+        "counterweight_force", "P_B", "centrifugal force of all counterweights",
+        {"turning_mass": "rod_weight_at_pin", "throw_turning_mass": "crank_mass"}, -1.0,
+        "Asgari eqs. 9, 12, figure 6", "weights_by_fraction",
+    ),
+    _turning_force(
+        "counterweight_force", "P_B", "centrifugal force of all counterweights",
+        {"throw_turning_mass": "weight_at_pin"}, -1.0, "Asgari eqs. 9, 12, figure 6",
+        "weights_given",
     ),
     _vector(
         "reciprocating_moment", "M_J", "N m",
@@ -378,12 +403,14 @@ NODES = (
     ),
     _scalar(
         "best_fraction_rms", "c_{rms}", "1",
-        "balance fraction with the smallest root-mean-square shaking force", "this project",
+        "balance fraction with the smallest root-mean-square shaking force, none if the "
+        "counterweights of all throws cancel", "this project",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
     ),
     _scalar(
         "best_fraction_peak", "c_{peak}", "1",
-        "balance fraction with the smallest peak shaking force", "Asgari section 2: 0.5 to 0.63",
+        "balance fraction with the smallest peak shaking force, none if the counterweights of all "
+        "throws cancel", "Asgari section 2: 0.5 to 0.63",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
     ),
 )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.forces import bearings, torque
 from engine_dyn.geometry import masses, slider_crank
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE, MPA
@@ -17,7 +18,7 @@ __all__ = ["NODES", "PARAMETERS"]
 
 NOTES = "Rakopoulos notes, bearing loads; derived here"
 
-PARTS_WIDTH = 64
+PARTS_WIDTH = 80
 """Bytes of a load's components, with the parts that they are summed from."""
 
 BEARINGS = {
@@ -44,18 +45,19 @@ PARAMETERS = tuple(
 
 _COUNTED = ("cylinder_set", "cylinders_by_count")
 _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
+_UNBALANCE = ("journal_rod_mass", "journal_throw_mass")
 _LOADED = (
     "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
     "double_radius", "reciprocating_mass", "speed", "period",
 )  # fmt: skip
 
 
-def _factors(turning: Any, needs: dict[str, Any]) -> bearings.Factors:
+def _factors(turning: Any, needs: dict[str, Any], throws: Any = 0.0) -> bearings.Factors:
     area = torque.piston_area(needs["bore"])
     centrifugal = 0.5 * needs["double_radius"] * needs["speed"] ** 2
     return bearings.Factors(
         needs["pressure_scale"] * area, needs["crankcase_pressure"] * area,
-        needs["reciprocating_mass"] * centrifugal, turning * centrifugal,
+        needs["reciprocating_mass"] * centrifugal, turning * centrifugal, throws * centrifugal,
     )  # fmt: skip
 
 
@@ -68,7 +70,7 @@ def _piston_pin_factors(needs: dict[str, Any]) -> bearings.Factors:
 
 
 def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
-    return _factors(needs["throw_turning_mass"], needs)
+    return _factors(needs["journal_rod_mass"], needs, needs["journal_throw_mass"])
 
 
 def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
@@ -196,8 +198,8 @@ def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
 
 NODES: tuple[Node, ...] = (
     hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
-           (*_LOADED, "throw_turning_mass", *_COUNTED), _of_all_journals, throws=True,
-           width=16 * bearings.EXTREMES.itemsize, threaded=True),
+           (*_LOADED, *_UNBALANCE, *_COUNTED), _of_all_journals, throws=True,
+           width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True),
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
@@ -209,7 +211,7 @@ NODES: tuple[Node, ...] = (
     *_load_nodes("piston_pin", "piston-pin load, cylinder 1", "F_{P}", _RODS,
                  _piston_pin_factors, bearings.piston_pin_load),
     *_load_nodes("main_journal", "main-journal load, on the bearing", "F_{H}",
-                 ("throw_turning_mass", "main_bearing"), _journal_factors,
+                 (*_UNBALANCE, "main_bearing"), _journal_factors,
                  bearings.main_journal_load),
     _part("crank_pin_radial", "F_{C,r}",
           "crank-pin load along the crank throw, positive outwards, cylinder 1"),

@@ -273,12 +273,14 @@ NODES: tuple[Node, ...] = (
         "gravity torque of the running gear, positive in the sense of rotation, including the "
         "given counterweights, all cylinders",
         f"{NOTES}, T_G", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass",
-               "double_radius", "cylinder_set", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, double_radius,
-        cylinder_set, cylinders_by_count, offset_ratio: mechanism.gravity_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, 0.5 * double_radius,
-            cylinder_set, cylinders_by_count, offset_ratio,
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "journal_rod_mass",
+               "journal_throw_mass", "double_radius", "cylinder_set", "cylinders_by_count",
+               "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass,
+        journal_throw_mass, double_radius, cylinder_set, cylinders_by_count, offset_ratio:
+        mechanism.gravity_torque(
+            crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass, 0.5 * double_radius,
+            cylinder_set, cylinders_by_count, offset_ratio, journal_throw_mass,
         ),
     ),
     *_PRESSURES,

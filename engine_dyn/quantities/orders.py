@@ -33,13 +33,15 @@ def _gravity(scope: str, first_only: bool) -> Node:
     def make(**needs: Any) -> Any:
         return harmonics.gravity_harmonics(
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
-            needs["throw_turning_mass"], 0.5 * needs["double_radius"], needs["cylinder_set"],
+            needs["journal_rod_mass"], 0.5 * needs["double_radius"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
+            needs["journal_throw_mass"],
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
-        (*_MOTION, "reciprocating_mass", "throw_turning_mass", "double_radius", *_COUNTED), make,
+        (*_MOTION, "reciprocating_mass", "journal_rod_mass", "journal_throw_mass", "double_radius",
+         *_COUNTED), make,
     )  # fmt: skip
 
 

@@ -205,7 +205,7 @@ PARAMETERS: tuple[Node, ...] = (
         make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
     ),
     parameter(
-        "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
+        "crank_mass", r"m_\sigma", "kg", "mass of each throw, reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15", when="throw_given",
         needs=("throw_mass", "throw_radius", "double_radius"),
         make=lambda throw_mass, throw_radius, double_radius: masses.crank_mass_at_pin(
@@ -213,7 +213,7 @@ PARAMETERS: tuple[Node, ...] = (
         ),
     ),
     parameter(
-        "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
+        "crank_mass", r"m_\sigma", "kg", "mass of each throw, reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15", when="crank_mass_given",
     ),
     parameter(

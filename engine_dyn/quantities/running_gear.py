@@ -10,6 +10,7 @@ from engine_dyn.geometry.cylinder_means import (
     engine_inertia_of_cylinders,
     mean_factor,
     mean_stroke_ratio,
+    throws_per_cylinder,
 )
 from engine_dyn.geometry.cylinder_volume import cylinder_volume
 from engine_dyn.loads import friction
@@ -75,6 +76,18 @@ NODES: tuple[Node, ...] = (
             "mass", cylinder_set, cylinders_by_count
         ),
     ),
+    hidden(
+        "throws_per_cylinder", "1", "number of throws over that of cylinders",
+        ("cylinder_set", "cylinders_by_count"),
+        lambda cylinder_set, cylinders_by_count: throws_per_cylinder(
+            cylinder_set, cylinders_by_count
+        ),
+        when="shared_pins",
+    ),
+    hidden(
+        "throws_per_cylinder", "1", "number of throws over that of cylinders", (), lambda: 1.0,
+        when="own_pins",
+    ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
         when="offset",
@@ -104,7 +117,7 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "crank_mass_at_pin", "M''_c", "kg", "mass of a crank throw reduced to the crank radius",
+        "crank_mass_at_pin", "M''_c", "kg", "mass of each throw, reduced to the crank radius",
         "Asgari eq. 6, Kakaitsas eq. 2.15", needs=("crank_mass",),
         make=lambda crank_mass: crank_mass,
     ),
@@ -115,11 +128,13 @@ NODES: tuple[Node, ...] = (
         make=lambda reciprocating_mass: reciprocating_mass,
     ),
     Node(
-        "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
+        "rotating_mass", "m_r", "kg",
+        "rotating mass per cylinder at the crank radius, with its share of its throw",
         "Kakaitsas eq. 2.11",
-        needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
-        make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod: masses.rotating_mass(
-            crank_mass, rod_mass, rod_centre_of_gravity, rod
+        needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod", "throws_per_cylinder"),
+        make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder:
+        masses.rotating_mass(
+            crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder
         ),
     ),
     Node(
@@ -138,12 +153,12 @@ NODES: tuple[Node, ...] = (
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="unequal_throws",
-        needs=("reciprocating_mass", "rotating_mass", "double_radius", "crank_ratio",
-               "offset_ratio", "cylinders", "cylinder_set", "cylinders_by_count"),
-        make=lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio, offset_ratio,
-        cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
-            reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio, cylinders,
-            offset_ratio, cylinder_set, cylinders_by_count,
+        needs=("reciprocating_mass", "rod_mass_at_crank", "crank_mass", "double_radius",
+               "crank_ratio", "offset_ratio", "cylinders", "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rod_mass_at_crank, crank_mass, double_radius, crank_ratio,
+        offset_ratio, cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
+            reciprocating_mass, rod_mass_at_crank, crank_mass, 0.5 * double_radius, crank_ratio,
+            cylinders, offset_ratio, cylinder_set, cylinders_by_count,
         ),
     ),
     hidden(
@@ -165,8 +180,8 @@ NODES: tuple[Node, ...] = (
          "cylinder_set", "cylinders_by_count"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinders,
         cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
-            reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders, offset_ratio,
-            cylinder_set, cylinders_by_count,
+            reciprocating_mass, 0.0, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
+            offset_ratio, cylinder_set, cylinders_by_count,
         ),
         when="unequal_throws",
     ),

@@ -34,6 +34,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "unequal_throws": "crank radii of an engine differ",
     },
     {
+        "own_pins": "each cylinder has a throw of its own",
+        "shared_pins": "rods share the pin of a throw somewhere in the scene",
+    },
+    {
         "uniform_friction": "the friction torque is the same over the whole cycle",
         "stroke_friction": "the friction torque varies over the stroke",
     },

@@ -104,9 +104,9 @@ ROUNDING = 5e-16
 """Error by rounding of a speed over the nominal speed, docs/solver.md (101) and
 docs/method.md (105). The smaller delta is, the larger is its relative error by this."""
 
-CANCELLED = 8.0
+CANCELLED = 13.0
 """Factor on eta in the rounding of speeds, docs/solver.md (101) and docs/method.md (105). V
-is the sum of up to 16 squares that nearly cancel, each exact to some 2e-16, which makes 16 eta
+is the sum of up to 24 squares that nearly cancel, each exact to some 5e-16, which makes 26 eta
 times as much in q."""
 
 

@@ -138,8 +138,14 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
     if engine is None:
         return starting_scene()
     from sweeps.reading.engine_files import catalogue, load_engine
+    from sweeps.reading.engine_tables import DIAGRAMS
 
     found = load_engine(engine, None, "--for")
+    if not found.family.diagrams:
+        raise SceneError(
+            f"--for {engine}: diagram: missing; must be {DIAGRAMS} (`engine-dyn calibrate` makes "
+            "them from [data_sheet])"
+        )
     named = engine
     if engine not in catalogue() and file is not None:
         # A scene names files of its own folder from there, and all others from the root.

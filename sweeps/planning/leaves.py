@@ -79,7 +79,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     family = engine.family
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
-        load = [float(leaves["load"].data)]
+        load = [float(leaves["load"].data) if "load" in leaves else 100.0]
         family = family_from_diagrams(load, [scene.indicator])
         if "over_cycles" in scene.words:  # rows that nothing is interpolated between
             cycles = scene.recorded_cycles

@@ -32,7 +32,7 @@ def engine_text(engine: Engine) -> str:
     for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
         if table is not None:
             lines.append(f"  {what}_table: {table}")
-    lines += ["", "diagrams"]
+    lines += ["", "diagrams" if family.diagrams else "no diagrams"]
     speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]
     for (load, speed), diagram in zip(points, family.diagrams, strict=True):

@@ -60,6 +60,10 @@ def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str
     return lines
 
 
+NONE_IF = ", none if "
+"""What begins the reason for a missing value, at the end of a quantity's meaning."""
+
+
 class _Options(NamedTuple):
     """How what a table shows is chosen; the values go between the brackets."""
 
@@ -109,6 +113,10 @@ def rows_text(
         if same:
             told = (f"{n} {c.cells[0]} {c.unit}".rstrip() for n, c in same.items())
             lines.append(f"the same in all of these rows: {', '.join(told)}")
+        for name, column in {**columns, **same}.items():
+            reason = rows.texts.get(name, "").partition(NONE_IF)[2]
+            if reason and "-" in column.cells:
+                lines.append(f"{name} -: none if {reason}")
     shown = len(rows.table)
     if shown < rows.designs:
         what = "row" if rows.listed else "design"

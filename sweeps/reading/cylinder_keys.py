@@ -17,7 +17,7 @@ from pydantic import Field
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, cylinders_of
-from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.geometry.layouts import arrangement_from_text, not_covered
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import DEGREE
 from sweeps.checks import Strict, check_structure, mentioned, numbers
@@ -38,7 +38,8 @@ __all__ = [
 CYLINDER_KEYS: Mapping[str, str] = {
     "arrangement": "the engine's arrangement: a string such as 'V8 cross-plane' or 'in-line 4', "
     "or a table of throws, banks and cylinders",
-    "firing_angles": "crank angle at which each cylinder fires: a list, the first 0 [degree]",
+    "firing_angles": "crank angle at which each cylinder fires: a list, the first 0 [degree]; "
+    "[0, 405] with the arrangement 'V2 45', [0, 270] of a parallel twin",
     "pressure_factor": "factor on the combustion pressure (pressure above motored) of each "
     f"cylinder: a list of numbers from 0 (misfire) to {LARGEST_FACTOR:g} [1]",
     "mass_factor": "factor on the reciprocating mass of each cylinder: a list of numbers from 0 to "
@@ -171,7 +172,8 @@ def arrangement_of(given: str | ArrangementTable, period: float) -> Arrangement:
         try:
             return arrangement_from_text(given, period)
         except ValueError as error:
-            raise ValueError(f"{error}{_meant(given, period)}") from None
+            meant = "" if not_covered(given) else _meant(given, period)
+            raise ValueError(f"{error}{meant}") from None
     try:
         return _described(given, period)
     except ValueError as error:

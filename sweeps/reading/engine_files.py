@@ -2,7 +2,7 @@
 
 An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
 else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
-`sweeps.reading.torque_tables`; `[values]` with the keys of a scene; one
+`sweeps.reading.torque_tables`; `[values]` with the keys of a scene; a
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
 `sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`); optional
 `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
@@ -40,8 +40,13 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, cylinders_of_keys, read_cylinder_keys
-from sweeps.reading.engine_tables import DIAGRAMS, EngineFile, PressureScale
+from sweeps.reading.cylinder_keys import (
+    CYLINDER_KEYS,
+    arrangement_of,
+    cylinders_of_keys,
+    read_cylinder_keys,
+)
+from sweeps.reading.engine_tables import EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
@@ -57,6 +62,7 @@ __all__ = [
     "catalogue",
     "compression_ratio_in",
     "compression_ratio_of",
+    "count_cylinders",
     "engine_file_of",
     "engine_path",
     "load_engine",
@@ -72,7 +78,7 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 CLEARANCE = "clearance_ratio"
 """Key of the [[diagram]] of compressors: clearance over swept volume."""
 
-# What every engine must say about itself; a scene can give the rest.
+# What every engine with diagrams must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
 
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
@@ -157,20 +163,20 @@ def engine_file_of(path: Path, name: str) -> tuple[EngineFile, dict[str, Any]]:
 def _read_engine(path: Path, name: str) -> Engine:
     given, _ = engine_file_of(path, name)
     period = PERIODS[given.cycle]
-    if not given.diagram:
-        hint = " (`engine-dyn calibrate` makes them from [data_sheet])" if given.data_sheet else ""
-        raise SceneError(f"{name}: diagram: missing; must be {DIAGRAMS}{hint}")
     values = read_values(given.values, name)
     diagrams = [
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
         for i, table in enumerate(given.diagram, start=1)
     ]
     family = _family(diagrams, name)
-    for key in _OWN:
+    if count := count_cylinders(given, values, period, name):
+        values["cylinders"] = float(count)
+    for key in _OWN if diagrams else ("cylinders",):
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be a number")
     scale = _scale(given.pressure_scale, name)
-    _check_own_point(values, family, scale, name)
+    if diagrams:
+        _check_own_point(values, family, scale, name)
     order, own = read_cylinders(given, values["cylinders"], period, name)
     torque_tables = read_torque_tables(
         given.model_dump(include=set(TORQUE_TABLE_KEYS)), path.parent, f"{name}: "
@@ -247,6 +253,27 @@ def _crank_ratio(rod: float, values: Mapping[str, float], name: str) -> float:
         except ValueError as error:
             raise SceneError(f"{name}: [values] {mentioned(error)}") from None
     return crank / rod
+
+
+def count_cylinders(
+    given: EngineFile, values: Mapping[str, float], period: float, name: str
+) -> int:
+    """Cylinders of an engine file, by [values] or else by what tells them apart; 0 if unknown.
+
+    Raises
+    ------
+    SceneError
+        For an arrangement that no engine can have.
+    """
+    if "cylinders" in values:
+        return int(values["cylinders"])
+    keys = read_cylinder_keys(given.model_dump(include=set(CYLINDER_KEYS)), f"{name}: ")
+    if keys.arrangement is None:
+        return len(given.firing_order or keys.firing_angles or ())
+    try:
+        return len(arrangement_of(keys.arrangement, period).cylinders)
+    except ValueError as error:
+        raise SceneError(f"{name}: {mentioned(error)}") from None
 
 
 def read_cylinders(
@@ -399,6 +426,8 @@ def _diagram(
 
 def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
     """Diagrams over load, or where all have a speed, over load and speed."""
+    if not diagrams:
+        return Family(np.empty(0), ())
     with_speed = [(d.load, d.speed * RPM, d.diagram) for d in diagrams if d.speed is not None]
     if with_speed and len(with_speed) < len(diagrams):
         number = [d.speed is None for d in diagrams].index(True) + 1
@@ -418,7 +447,7 @@ def _cycles(diagrams: list[_Entry]) -> tuple[ModelledDiagram, ...] | None:
     """What makes each diagram again, in the family's order; None unless all can be."""
     in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
     found = tuple(d.again for d in in_order if d.again is not None)
-    return found if len(found) == len(diagrams) else None
+    return found if found and len(found) == len(diagrams) else None
 
 
 def _check_own_point(

@@ -17,6 +17,7 @@ from sweeps.reading.engine_files import (
     RATIO,
     compression_ratio_in,
     compression_ratio_of,
+    count_cylinders,
     engine_file_of,
     engine_path,
     read_cylinders,
@@ -78,7 +79,7 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
         for i, table in enumerate(given.diagram, start=1)
     ]
     ratio = _known(compression_ratio_in(given, values, stated, name))
-    count = values.get("cylinders", len(given.firing_order or ()))
+    count = count_cylinders(given, values, period, name)
     own = read_cylinders(given, count, period, name)[1] if count else None
     return EngineMeasures(period, {**ratio, **values}, own)
 

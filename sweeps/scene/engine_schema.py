@@ -74,7 +74,6 @@ def engine_schema() -> Schema:
     tables["DataSheet"]["properties"]["cycle"] |= closed(
         {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}
     )
-    schema["anyOf"] = [{"required": ["diagram"]}, {"required": ["data_sheet"]}]
     definitions = {**tables, **parameters}
     return {"$schema": DRAFT, "title": "Engine file of engine-dyn", **schema, "$defs": definitions}
 

@@ -22,7 +22,7 @@ from tests.support.held_out import BAR, design_of, diagram_of, family_of
 
 CYCLE = 4.0 * np.pi
 PHI = np.arange(1440) * (CYCLE / 1440) - 0.5 * CYCLE
-COUNTS = (1, 2, 3, 5, 6, 7, 8, 11, 16)
+COUNTS = (1, 2, 3, 5, 6, 7, 8, 11, 16, 23)
 
 
 @pytest.fixture(scope="module")

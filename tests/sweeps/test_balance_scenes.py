@@ -18,6 +18,7 @@ from sweeps.figures import draw
 from sweeps.figures.balance import _without_rounding, shaking, vector_names
 from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
+from tests.support.commands import ok
 
 pytestmark = pytest.mark.compiled
 
@@ -440,3 +441,28 @@ def test_rounding_is_drawn_as_nothing() -> None:
     (((up, side),),) = _without_rounding([[(big, small)]])
     np.testing.assert_array_equal(up, big)
     np.testing.assert_array_equal(side, 0.0)
+
+
+@pytest.mark.parametrize("engine", ["v8_cross_plane_93x86", "v8_flat_plane_94x93"])
+def test_a_v8_has_its_spacing_and_a_missing_fraction_its_reason(
+    engine: str, tmp_path: Path
+) -> None:
+    """Throws that cancel have no best fraction of the force; that of the moment is a half."""
+    scene, archive = tmp_path / "v8.toml", tmp_path / "v8.nc"
+    lines = [
+        f'engine = "{engine}"', "[set]", "balance_shaft_radius = 0.03", "[axes]",
+        "counterweight_fraction = [0.4, 0.5, 0.6]",
+        f"balance_shaft_mass = {[0.1 * k for k in range(12)]}", "[output]",
+        'quantities = ["best_fraction_rms", "shaking_moment_rms"]',
+    ]  # fmt: skip
+    scene.write_text("\n".join(lines), encoding="utf-8")
+    ok("run", scene, "-o", archive)
+    for more in ((), ("--select", "balance_shaft_mass=0")):  # many rows, and few
+        text = " ".join(ok("show", archive, *more).split())
+        assert "none if the counterweights of all throws cancel" in text
+    with sweeps.open(archive) as found:
+        assert np.isnan(found["best_fraction_rms"]).all()
+        moment = found["shaking_moment_rms"].values
+    if engine.startswith("v8_cross"):
+        assert moment[1] < 1e-9 * moment[0]
+    assert moment[0] == pytest.approx(moment[2], rel=1e-9)

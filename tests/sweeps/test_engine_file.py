@@ -190,7 +190,6 @@ WRONG: dict[str, tuple[Callable[[], str], tuple[str, ...]]] = {
     "no title": (swapped('title = "An engine of one\'s own"', ""), ("title", "missing")),
     "no cycle": (swapped('cycle = "four-stroke"', ""), ("cycle", "missing", "four-stroke")),
     "other cycle": (swapped("four-stroke", "six-stroke"), ("cycle = 'six-stroke'", "two-stroke")),
-    "no diagram": (lambda: VALUES, ("diagram", "missing")),
     "text for a number": (swapped("bore = 0.14", 'bore = "140 mm"'), ("bore = '140 mm'", "in m")),
     "truth value": (swapped("bore = 0.14", "bore = true"), ("bore = true", "number")),
     "nan": (swapped("bore = 0.14", "bore = nan"), ("bore = nan", "finite")),

@@ -49,8 +49,11 @@ def test_new_engine_is_a_data_sheet(tmp_path: Path) -> None:
     assert path.read_text("utf-8") == text
     assert in_schema(tomllib.loads(text))
     assert "exists" in refused("new", "--engine", path)
-    with pytest.raises(SceneError, match=r"diagram: missing; .*`engine-dyn calibrate`"):
-        load_engine(path)
+    with pytest.raises(
+        SceneError, match=r"'delta' needs \[\[diagram\]\], .*`engine-dyn calibrate`"
+    ):
+        read_scene({"engine": str(path), "output": {"quantities": ["delta"]}})
+    assert "diagram: missing" in refused("new", "--for", path)
     assert sweeps.calibrate(path).rated.power == pytest.approx(30.0, rel=1e-5)
 
 
@@ -144,10 +147,11 @@ def test_what_the_reader_refuses_does_not_fit(kind: str) -> None:
     assert not fits({k: v for k, v in needed.items() if k != first}, table, SCHEMA["$defs"])
 
 
-def test_a_file_needs_diagrams_or_a_data_sheet() -> None:
+def test_a_file_needs_neither_diagrams_nor_a_data_sheet() -> None:
     raw = tomllib.loads(catalogue()["ntua"].read_text("utf-8"))
-    assert not in_schema({k: v for k, v in raw.items() if k != "diagram"})
-    sheet = {**{k: v for k, v in raw.items() if k != "diagram"}, "data_sheet": {"power": 10}}
+    without = {k: v for k, v in raw.items() if k != "diagram"}
+    assert in_schema(without)
+    sheet = {**without, "data_sheet": {"power": 10}}
     assert in_schema(sheet)
     assert not in_schema({**sheet, "data_sheet": {"powr": 10}})
     assert not in_schema({**sheet, "data_sheet": {"cycle": {"heat": 10}}})

@@ -31,6 +31,8 @@ class Lines(NamedTuple):
         Reciprocating mass over the engine's [1].
     radius : ndarray
         Crank radius over the engine's; rods are equally long [1].
+    throw_share : ndarray
+        Share in the throw, 1 over the number of rods on the pin [1].
     """
 
     phase: Floats
@@ -39,6 +41,7 @@ class Lines(NamedTuple):
     bank: Floats
     mass_factor: Floats
     radius: Floats
+    throw_share: Floats
 
 
 @lru_cache(maxsize=64)
@@ -62,4 +65,5 @@ def lines_of(engine: Cylinders) -> Lines:
     return Lines(
         made.phases, direction - direction[0], place, number - 0.5 * (len(banks) - 1),
         np.array(engine.mass_factors, dtype=float), made.radius_factors,
+        np.array(engine.throw_shares),
     )  # fmt: skip

@@ -40,8 +40,8 @@ CHUNK = 2048
 """Designs whose samples exist at a time."""
 
 _ARRAYS = (
-    "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass", "shaft", "pair",
-    "couple", "spacing", "bank_offset", "speed", "cylinders",
+    "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass",
+    "throw_turning_mass", "shaft", "pair", "couple", "spacing", "bank_offset", "speed", "cylinders",
 )  # fmt: skip
 """Attributes of `RunningGear` that broadcast."""
 
@@ -74,6 +74,8 @@ class RunningGear:
     turning_mass : array_like
         What the counterweights leave of the rotating mass of one cylinder, at the crank radius
         [kg]; negative where they also balance reciprocating mass.
+    throw_turning_mass : array_like
+        What they leave of the mass of one throw, on which rods may share the pin [kg].
     shaft : array_like
         Unbalance (mass times radius) of a shaft that turns backwards with the crank's speed, in
         the middle of the engine, against the backward first order [kg m].
@@ -103,6 +105,7 @@ class RunningGear:
     cylinders: Any = None
     offset: Any = 0.0
     turning_mass: Any = 0.0
+    throw_turning_mass: Any = 0.0
     shaft: Any = 0.0
     pair: Any = 0.0
     couple: Any = 0.0
@@ -128,7 +131,9 @@ class RunningGear:
 
     def reciprocating(self) -> RunningGear:
         """Return the same engine without anything but its reciprocating masses."""
-        return replace(self, turning_mass=0.0, shaft=0.0, pair=0.0, couple=0.0)
+        return replace(
+            self, turning_mass=0.0, throw_turning_mass=0.0, shaft=0.0, pair=0.0, couple=0.0
+        )
 
     def force_of_order(self, order: int, phi: Any) -> Complexes:
         """One order of the shaking force over the crank angle, N."""
@@ -217,7 +222,7 @@ class RunningGear:
         """
         if norm not in ("rms", "peak"):
             raise ValueError(f"norm = {norm!r}: must be 'rms' or 'peak'")
-        without = replace(self, turning_mass=0.0)
+        without = replace(self, turning_mass=0.0, throw_turning_mass=0.0)
         if norm == "peak":
             return without._each(lambda gear: gear._least_peak(across_weight))
         forward, backward = without._orders(1.0, moment=False)
@@ -284,6 +289,7 @@ class RunningGear:
     def _least(self, moment: bool) -> Any:
         """Size below which a sum over the cylinders is rounding."""
         mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
+        mass = mass + np.abs(self.throw_turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
         return CANCELLED * mass * self.crank_radius * weights
 
@@ -301,8 +307,13 @@ class RunningGear:
                 total = total + pins[lines.radius == radius].sum() * np.exp(1j * np.asarray(top))
             return total
 
-        mass = np.asarray(self.turning_mass) * self.crank_radius
-        return mass * self._per_count(turning, moment)
+        def throws(lines: Lines, weight: Floats) -> Any:
+            return turning(lines, weight * lines.throw_share)
+
+        rods = np.asarray(self.turning_mass) * self._per_count(turning, moment)
+        if np.any(self.throw_turning_mass):
+            rods = rods + np.asarray(self.throw_turning_mass) * self._per_count(throws, moment)
+        return rods * self.crank_radius
 
     def _waves(self, order: Any, moment: bool) -> tuple[Any, Any]:
         """Forward and backward amplitude of the reciprocating masses."""
@@ -425,7 +436,9 @@ class RunningGear:
 
     def _counterweights(self) -> Any:
         """Amplitude of the force that a fraction of 1 adds; 0 where that of all throws cancels."""
-        gear = replace(self, turning_mass=-np.asarray(self.reciprocating_mass))
+        gear = replace(
+            self, turning_mass=-np.asarray(self.reciprocating_mass), throw_turning_mass=0.0
+        )
         amplitude = gear._turning(moment=False)
         return np.where(np.abs(amplitude) > gear._rounding(moment=False), amplitude, 0.0)
 

@@ -89,9 +89,11 @@ def _check_quantities(output: Output, name: str) -> None:
 
 PLACES = {
     RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
-    f"{GEOMETRIC} in [set] or [values]"
+    f"{GEOMETRIC} in [set] or [values]",
+    "family": "in its file, one for each load (`engine-dyn calibrate` makes them from "
+    "[data_sheet]), or [indicator]",
 }
-"""Where parameters belong that a scene may not always give in [set], [axes] or [designs]."""
+"""Where things belong that a scene may not always give in [set], [axes] or [designs]."""
 
 
 def check_needs(scene: Scene, name: str) -> None:
@@ -104,6 +106,8 @@ def check_needs(scene: Scene, name: str) -> None:
     """
     words = scene.words
     given = {*scene.known, *DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+    if scene.indicator is None and not scene.engine.family.diagrams:
+        given.remove("family")
     missing: dict[str, list[str]] = {}
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given)
@@ -128,7 +132,7 @@ def check_needs(scene: Scene, name: str) -> None:
             seen.add(need)
             node = select(need, *words)
             along_shaft |= node.throws
-            if node.make is None and need in PARAMETERS:
+            if node.make is None and (need in PARAMETERS or need == "family"):
                 missing.setdefault(need, []).append(quantity)
                 continue
             waiting += node.needs
@@ -144,13 +148,16 @@ def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
     file = str(scene.source.get("engine"))
     own = f", or in [values] of {Path(file).name}" if file.endswith(".toml") else ""
     by_place: dict[str, list[str]] = {}
-    for need in missing:
+    for need in sorted(missing, key=lambda need: need in PARAMETERS):  # [[diagram]] first
         place = PLACES.get(need, f"in [set], [axes] or [designs]{own}")
         by_place.setdefault(place, []).append(need)
     texts = []
     for place, needs in by_place.items():
         asking = dict.fromkeys(q for need in needs for q in missing[need])
-        listed = ", ".join(f"{need} ({PARAMETERS[need].long_name})" for need in needs)
+        listed = ", ".join(
+            f"{need} ({PARAMETERS[need].long_name})" if need in PARAMETERS else "[[diagram]]"
+            for need in needs
+        )
         quoted = ", ".join(f"'{quantity}'" for quantity in asking)
         verb = "needs" if len(asking) == 1 else "need"
         texts.append(

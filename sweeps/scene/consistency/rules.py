@@ -31,6 +31,10 @@ _EXCLUSIONS = (
         "not allowed together with [indicator], which is measured",
     ),
     Exclusion(
+        CYCLE_KEYS, lambda scene: not scene.engine.family.diagrams,
+        "not allowed: engine {engine} has no diagrams",
+    ),
+    Exclusion(
         CYCLE_KEYS, lambda scene: scene.engine.cycles is None,
         "not allowed: engine {engine} has diagrams that are not modelled by the first law; all "
         "[[diagram]] must be 'first_law' or 'two_stroke'",
@@ -90,7 +94,7 @@ def _ranges(scene: Scene) -> Iterator[Range]:
     if cycles:
         must = f"from 1 to {cycles}, as many as [indicator] has"
         yield Range("recorded_cycle", 1.0, cycles, must)
-    if scene.indicator is not None:
+    if scene.indicator is not None or not family.diagrams:
         return
     has = f"where engine {engine.name} has diagrams"
     must = f"from {family.low:g} to {family.high:g} percent, {has}"
