@@ -154,6 +154,7 @@ def teeth_of_signal(
     threshold: float | None = None,
     hysteresis: float | None = None,
     edge: str | None = None,
+    first: int | None = None,
 ) -> EncoderSignal:
     """Find the teeth of a wheel in a sampled signal.
 
@@ -169,6 +170,8 @@ def teeth_of_signal(
         As `crossings`. Each that is not given is tried: thresholds from a tenth to nine tenths of
         the swing, both edges. The one with the fewest faults is taken, and of several that are as
         good the one whose intervals repeat best from turn to turn.
+    first : int, optional
+        As `find_turns`.
 
     Returns
     -------
@@ -209,7 +212,7 @@ def teeth_of_signal(
                 continue
             slowest = max(slowest, float(np.median(np.diff(found.time))))
             try:
-                teeth = find_turns(found.time * interval, wheel)
+                teeth = find_turns(found.time * interval, wheel, first)
             except ValueError as error:
                 refusal = refusal or error
                 continue

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.recordings.measured_speed import (
     Fluctuation,
+    GapAngle,
     fluctuation,
     likeness,
     orders_of_samples,
@@ -180,7 +181,12 @@ def measured(
         computed = run(replace(given, quantities=("omega", "delta"), reference=None))
     angle, speeds = computed_speeds(computed, table, len(recorded.labels), name)
     try:
-        curves = _curves(table, recorded, angle, speeds)
+        if recorded.wheel is None:
+            curves = _curves_over_angle(recorded, angle, speeds)
+        else:
+            found = recorded.gap(recorded.raw, angle, speeds, given_gap(table))
+            recorded = recorded.from_first_tooth(found)
+            curves = _curves(table, recorded, found, angle, speeds)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {error}") from None
     return _dataset(given, table, recorded, curves, angle, speeds, computed)
@@ -221,13 +227,13 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
     return values
 
 
-def _curves(given: Measured, recorded: RecordedSpeeds, angle: Floats, speeds: Floats) -> _Curves:
+def _curves(
+    given: Measured, recorded: RecordedSpeeds, found: GapAngle, angle: Floats, speeds: Floats
+) -> _Curves:
     """Measured and computed speeds on the intervals of the recordings."""
-    if recorded.wheel is None:
-        return _curves_over_angle(recorded, angle, speeds)
+    assert recorded.wheel is not None
     wheel, turns, period = recorded.wheel, recorded.turns, recorded.period
     raw, sound, known = recorded.raw, recorded.sound, given_gap(given)
-    found = recorded.gap(raw, angle, speeds, known)
     starts = np.asarray(found.angle + TURN * found.turn)
 
     def first_teeth(errors: Floats) -> list[float]:

@@ -82,8 +82,8 @@ def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord
     if measured.table.kind == "encoder":
         return _signals(measured, name)
     return [
-        _record(measured, path, file, period, f"{name}: [measured] {file}")
-        for path, file in zip(measured.paths, measured.files, strict=True)
+        _record(measured, place, period, f"{name}: [measured] {file}")
+        for place, file in enumerate(measured.files)
     ]
 
 
@@ -92,10 +92,10 @@ def _recording(measured: Measured, path: Path, where: str) -> Recording:
     return read_recording(path, where, ReadingChoices(**keys))
 
 
-def _record(measured: Measured, path: Path, file: str, period: float, where: str) -> SpeedRecord:
+def _record(measured: Measured, place: int, period: float, where: str) -> SpeedRecord:
     """A recording of speed over angle, or of times of teeth."""
-    table = measured.table
-    recording = _recording(measured, path, where)
+    table, file = measured.table, measured.files[place]
+    recording = _recording(measured, measured.paths[place], where)
     try:
         if table.kind == "speed":
             angle, cycles, remarks = _speed_over_angle(recording, table, period)
@@ -103,7 +103,7 @@ def _record(measured: Measured, path: Path, file: str, period: float, where: str
         assert measured.wheel is not None
         times = _flat(recording, _column(recording, table.column, "column", ("time",)))
         times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
-        teeth = find_turns(times, measured.wheel)
+        teeth = find_turns(times, measured.wheel, measured.first[place])
         return SpeedRecord(file, recording.sha256, teeth, None, None, teeth.faults)
     except SceneError:
         raise
@@ -120,14 +120,14 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
     read = []
-    for path, file in zip(measured.paths, measured.files, strict=True):
+    for path, file, first in zip(measured.paths, measured.files, measured.first, strict=True):
         where = f"{name}: [measured] {file}"
         recording = _recording(measured, path, where)
         signal, interval = _signal(recording, table)
         try:
             found = teeth_of_signal(
                 signal, interval, wheel, threshold=table.threshold, hysteresis=table.hysteresis,
-                edge=table.edge,
+                edge=table.edge, first=first,
             )  # fmt: skip
         except ValueError as error:
             raise SceneError(f"{where}: {error}") from None
@@ -138,12 +138,12 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
         merits = []
         for height, edge in chosen:
             again = []
-            for _, _, signal, interval, found in read:
+            for (_, _, signal, interval, found), first in zip(read, measured.first, strict=True):
                 threshold = found.low + height * (found.high - found.low)
                 try:
                     again.append(
                         teeth_of_signal(signal, interval, wheel, threshold=threshold, edge=edge,
-                                        hysteresis=table.hysteresis)
+                                        hysteresis=table.hysteresis, first=first)
                     )  # fmt: skip
                 except ValueError:
                     break
