@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,10 @@ SHORTEST, LONGEST = 1e-9, 1e6
 
 MOST_LOST = 1e6
 """Turns that can be lost in a row."""
+
+REPEATING, MOST_GROUPS = 0.6, 8
+"""Share of the groups of teeth that must be as those before them to make a pattern, of at most so
+many groups."""
 
 NEIGHBOURS = 11
 """Intervals whose median is the usual one."""
@@ -321,25 +326,51 @@ def _scatter(time: Floats, wheel: Wheel) -> float:
 
 
 def _what_was_found(gaps: Floats, wheel: Wheel) -> str:
-    """One line: the pattern that the pulses seem to have."""
+    """One line: the pattern that the pulses seem to have, as a text for the key `wheel`."""
     ratio = gaps / _usual(gaps)
-    pitches = np.rint(ratio)
+    pitches = np.rint(ratio).astype(np.int64)
     long = np.flatnonzero(pitches >= 2)
+    after = zip(np.diff(long).tolist(), (pitches[long[1:]] - 1).tolist(), strict=True)
+    groups = _repeated(list(after)) if long.size else []
     if long.size == 0:
         found = f"{gaps.size + 1} pulses without a gap"
+    elif groups:
+        found = f'wheel = "{_pattern(groups, wheel)}"'
     else:
         apart = np.diff(long)
-        teeth = int(np.median(apart)) if apart.size else 0
-        missing = int(np.median(pitches[long])) - 1
-        regular = apart.size and np.mean(np.abs(apart - teeth) <= 0.5) > 0.6
-        if regular:
-            found = f"a gap of {missing} after every {teeth} teeth, as {teeth + missing}-{missing}"
-        else:
-            found = f"{long.size} gaps of {missing} or so, {_places(apart)} teeth apart"
+        found = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
+        found += f"{_places(apart)} teeth apart"
     short = int(np.count_nonzero(ratio < 0.6))
     if short:
         found += f", and {short} pulses closer than 0.6 of a usual interval"
+    if sorted(teeth for teeth, _ in groups) == [1, wheel.teeth - 1]:
+        found += (
+            "; the gap is spread over two intervals, as the wrong edge of an inductive sensor "
+            "shows it: take the other edge"
+        )
     return f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn); found: {found}"
+
+
+def _repeated(groups: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Groups of teeth, each with the number that is missing after it, that mostly repeat."""
+    for count in range(1, min(len(groups) // 2, MOST_GROUPS) + 1):
+        same = [one == other for one, other in zip(groups, groups[count:], strict=False)]
+        if sum(same) > REPEATING * len(same):
+            begin = next(i for i in range(len(same)) if all(same[i : i + count]))
+            return list(groups[begin : begin + count])
+    return []
+
+
+def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:
+    """Text of the groups; a single one as often as makes the pitches of the wheel expected."""
+    longest = max(range(len(groups)), key=lambda place: groups[place][1])
+    groups = groups[longest + 1 :] + groups[: longest + 1]  # the first group follows it
+    pitches = sum(map(sum, groups))
+    if len(groups) == 1:
+        whole, beside = divmod(round(TURN / wheel.width.min()), pitches)
+        groups *= 1 if beside else whole
+        return "-".join(map(str, [pitches * len(groups), *(gap for _, gap in groups)]))
+    return ", ".join(f"{teeth} teeth, {missing} missing" for teeth, missing in groups)
 
 
 def _places(apart: Integers) -> str:

@@ -88,14 +88,27 @@ class RecordedSpeeds:
         raw : ndarray, shape (recordings, intervals)
             Means of the recordings that count.
         angle, speed : ndarray, shape (samples,), (recordings, samples)
-            Their computed speeds [rad/s].
+            Their computed speeds [rad/s]; of NaN, the recording tells nothing, and is taken to
+            begin with the first tooth.
         known : float, optional
             The angle of the gap [rad], where it is given.
         """
         assert self.wheel is not None
-        return find_gap_angle(
-            raw, angle, speed, self.wheel, self.period, known, self.sound, self.groups
+        has = np.isfinite(speed).all(axis=1)
+        first = known or 0.0
+        alike = np.full((len(raw), self.turns * self.groups), np.nan)
+        zero = np.zeros(len(raw), dtype=np.int64)
+        if not has.any():
+            return GapAngle(first, zero, alike, zero, first + np.zeros(len(raw)))
+        found = find_gap_angle(
+            raw[has], angle, speed[has], self.wheel, self.period, known, self.sound, self.groups
         )
+        if has.all():
+            return found
+        turn, late, start = zero.copy(), zero.copy(), np.full(len(raw), found.angle)
+        turn[has], late[has], start[has] = found.turn, found.late, found.start
+        alike[has] = found.correlation
+        return GapAngle(found.angle, turn, alike, late, start)
 
     def from_first_tooth(self, found: GapAngle) -> RecordedSpeeds:
         """Recordings whose intervals begin with the first tooth, and a remark on the choice."""
@@ -104,9 +117,12 @@ class RecordedSpeeds:
         assert self.wheel is not None
         said = tuple(
             f"{label}: {self.groups} teeth of {self.wheel.text} could be the first one; that of "
-            f"pulse {first + (self.wheel.teeth - late) % self.wheel.teeth} is taken, in best "
-            "agreement with the computed speed (first_tooth takes another one)"
-            for label, first, late in zip(self.labels, self.first_pulse, found.late, strict=True)
+            f"pulse {first + (self.wheel.teeth - late) % self.wheel.teeth} is taken"
+            f"{', in best agreement with the computed speed' * bool(np.isfinite(alike))} "
+            "(first_tooth takes another one)"
+            for label, first, late, alike in zip(
+                self.labels, self.first_pulse, found.late, found.correlation[:, 0], strict=True
+            )
         )
         return replace(
             self, cycles=found.from_first_tooth(self.cycles), remarks=self.remarks + said
