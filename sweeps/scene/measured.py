@@ -72,8 +72,8 @@ class MeasuredTable(ReadingChoices):
     )  # fmt: skip
     first_tooth: int | list[int] | None = Field(
         default=None,
-        description="for a wheel of which several teeth could be the first one: the number, from "
-        "1, of a pulse of the recording that is it, or a list, one for each file",
+        description="the number, from 1, of a pulse that is the first tooth, for a wheel of which "
+        "several could be it; or a list, one for each file",
     )
     angle_shift: float = Field(
         default=0.0,
