@@ -36,7 +36,7 @@ def good_recordings() -> dict[str, bytes]:
     import pandas as pd
     from asammdf import MDF, Signal
     from nptdms import ChannelObject, TdmsWriter
-    from scipy.io import savemat
+    from scipy.io import savemat, wavfile
 
     angle = np.arange(-360.0, 360.0, STEP)
     pressure = 1.0 + 50.0 * np.exp(-((((angle + 350.0) % 720.0 - 360.0) / 30.0) ** 2))
@@ -48,6 +48,7 @@ def good_recordings() -> dict[str, bytes]:
         sep=";", decimal=",", index=False, header=False))  # fmt: skip
     for suffix, compressed in ((".mat", True), (".MAT", False)):
         savemat(home / f"good{suffix}", {"CA": angle, "p_bar": pressure}, do_compression=compressed)
+    wavfile.write(home / "good.wav", 48_000, pressure.astype(np.float32))
     with TdmsWriter(home / "good.tdms") as writer:
         writer.write_segment(
             [

@@ -13,7 +13,7 @@ from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.recordings.wheel import Wheel
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Crossings", "EncoderSignal", "crossings", "teeth_of_signal"]
+__all__ = ["Crossings", "EncoderSignal", "crossings", "risen", "teeth_of_signal"]
 
 HEIGHTS = (0.5, 0.35, 0.2, 0.1, 0.05, 0.65, 0.8, 0.9)
 """Thresholds that are tried, as fractions of the swing."""
@@ -154,6 +154,7 @@ def teeth_of_signal(
     threshold: float | None = None,
     hysteresis: float | None = None,
     edge: str | None = None,
+    first: int | None = None,
 ) -> EncoderSignal:
     """Find the teeth of a wheel in a sampled signal.
 
@@ -169,6 +170,8 @@ def teeth_of_signal(
         As `crossings`. Each that is not given is tried: thresholds from a tenth to nine tenths of
         the swing, both edges. The one with the fewest faults is taken, and of several that are as
         good the one whose intervals repeat best from turn to turn.
+    first : int, optional
+        As `find_turns`.
 
     Returns
     -------
@@ -209,7 +212,7 @@ def teeth_of_signal(
                 continue
             slowest = max(slowest, float(np.median(np.diff(found.time))))
             try:
-                teeth = find_turns(found.time * interval, wheel)
+                teeth = find_turns(found.time * interval, wheel, first)
             except ValueError as error:
                 refusal = refusal or error
                 continue
@@ -243,6 +246,24 @@ def teeth_of_signal(
         *teeth.faults,
     ]
     return EncoderSignal(teeth, chosen, low, high, samples, tuple(remarks))
+
+
+def risen(time: Floats, level: Floats, edge: str = "rising") -> Floats:
+    """Times of one edge in a log that has the time and the level at each change.
+
+    Parameters
+    ----------
+    time : ndarray, shape (rows,)
+        Of the changes [s]; rows in which the level stays are passed over.
+    level : ndarray, shape (rows,)
+        After each change, one of two numbers.
+    edge : {"rising", "falling"}
+        Which.
+    """
+    high = level > 0.5 * (level.min() + level.max())
+    if edge == "falling":
+        high = ~high
+    return time[1:][high[1:] & ~high[:-1]]
 
 
 def _levels(signal: Floats) -> tuple[float, float]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -65,13 +66,23 @@ class GapAngle:
     turn : ndarray, shape (recordings,)
         With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
         `turn`.
-    correlation : ndarray, shape (recordings, turns)
-        Of measured and computed speed, for each turn that it could begin with.
+    correlation : ndarray, shape (recordings, turns * groups)
+        Of measured and computed speed, for each tooth that it could begin with.
+    late : ndarray, shape (recordings,)
+        How many intervals after the first tooth each recording begins, on a wheel that repeats.
+    start : ndarray, shape (recordings,)
+        Crank angle at which each recording begins [rad].
     """
 
     angle: float
     turn: Integers
     correlation: Floats
+    late: Integers
+    start: Floats
+
+    def from_first_tooth(self, rows: Iterable[Floats]) -> list[Floats]:
+        """Intervals of a cycle, along the last axis of each recording, from the first tooth on."""
+        return [np.roll(row, late, axis=-1) for row, late in zip(rows, self.late, strict=True)]
 
 
 def cycles_of_turns(teeth: PassedTeeth, turns: int, first: int = 0) -> Floats:
@@ -168,6 +179,7 @@ def find_gap_angle(
     period: float,
     gap_angle: float | None = None,
     used: Booleans | None = None,
+    groups: int = 1,
 ) -> GapAngle:
     """Angle of the first tooth at which computed speeds are most like measured ones.
 
@@ -187,31 +199,43 @@ def find_gap_angle(
         Where it is known, only the turn is looked for.
     used : ndarray of bool, shape (teeth,), optional
         Intervals that count; all unless given.
+    groups : int
+        Teeth of a turn with which a recording could begin, see `Wheel.symmetry`. Without a known
+        angle, that of the first recording is the first tooth.
     """
     turns = round(period / TURN)
     width = np.tile(wheel.width, turns)
     sound = np.ones(wheel.teeth, dtype=bool) if used is None else used
     share = np.where(np.tile(sound, turns), width, 0.0)
     edges = np.concatenate([[0.0], np.cumsum(width)])
-    count = round(TURN / SHIFTS) if gap_angle is None else 1
-    shifts = (0.0 if gap_angle is None else gap_angle) + TURN / count * np.arange(count)
+    step = TURN / groups
+    count = round(step / SHIFTS) if gap_angle is None else 1
+    shifts = (0.0 if gap_angle is None else gap_angle) + step / count * np.arange(count)
     shifts = (shifts + 0.5 * TURN) % TURN - 0.5 * TURN
     shifts.sort()
-    found = np.empty((len(raw), turns, count))
+    found = np.empty((len(raw), turns * groups, count))
     for place, (measured, computed) in enumerate(zip(raw, speed, strict=True)):
         fine, time = _clock(angle, computed, period)
-        for turn in range(turns):
+        for steps in range(turns * groups):
             for number, shift in enumerate(shifts):
-                start = (shift + TURN * turn - fine[0]) % period + fine[0]
+                start = (shift + step * steps - fine[0]) % period + fine[0]
                 seen = width / np.diff(np.interp(start + edges, fine, time))
-                found[place, turn, number] = likeness(measured, seen, share)[0]
+                found[place, steps, number] = likeness(measured, seen, share)[0]
     best = int(np.argmax(found.max(axis=1).mean(axis=0)))
-    turn = found[:, :, best].argmax(axis=1)
-    shift = float(shifts[best])
+    steps = found[:, :, best].argmax(axis=1)
+    start = shifts[best] + step * steps
+    first = float(shifts[best])
     if gap_angle is None:
-        starts = shift + TURN * turn
-        shift += _without_errors(raw, angle, speed, wheel, period, starts, sound)
-    return GapAngle(shift, turn, found[:, :, best])
+        first = float((start[0] + 0.5 * TURN) % TURN - 0.5 * TURN)
+        steps = np.rint((start - first) / step).astype(np.int64) % (turns * groups)
+    turn, late = steps // groups, steps % groups * (wheel.teeth // groups)
+    gap = GapAngle(first, turn, found[:, :, best], late, first + step * steps)
+    if gap_angle is not None:
+        return gap
+    in_order = np.array(gap.from_first_tooth(raw))
+    starts = first + TURN * turn
+    change = _without_errors(in_order, angle, speed, wheel, period, starts, sound)
+    return replace(gap, angle=first + change, start=gap.start + change)
 
 
 def _without_errors(

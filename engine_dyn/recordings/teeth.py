@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,10 @@ SHORTEST, LONGEST = 1e-9, 1e6
 MOST_LOST = 1e6
 """Turns that can be lost in a row."""
 
+REPEATING, MOST_GROUPS = 0.6, 8
+"""Share of the groups of teeth that must be as those before them to make a pattern, of at most so
+many groups."""
+
 NEIGHBOURS = 11
 """Intervals whose median is the usual one."""
 
@@ -50,6 +55,8 @@ class PassedTeeth:
         over turns of the interval's share of its turn, relative; the median over the teeth.
     faults : tuple of str
         Pulses too many and teeth that were missed, a line each.
+    first : int
+        Place [from 0] of the pulse with which the first turn begins.
     """
 
     wheel: Wheel
@@ -58,6 +65,7 @@ class PassedTeeth:
     lost: float
     scatter: float
     faults: tuple[str, ...]
+    first: int
 
     @property
     def interval(self) -> Floats:
@@ -116,13 +124,14 @@ class PassedTeeth:
         return np.asarray(np.where(outside, np.nan, value))
 
 
-def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
+def find_turns(time: Floats, wheel: Wheel, first: int | None = None) -> PassedTeeth:
     """Find the whole turns of a wheel in time stamps of its teeth.
 
     Each run of as many intervals as the wheel has teeth is compared with the pattern by
     docs/method.md (107): the logarithms of intervals and of widths, each less its mean, differ by
     the speed and by errors of teeth alone where they belong together. Where pulses are too many or
-    too few, the search goes on with the next run that fits.
+    too few, the search goes on with the next run that fits. On a wheel that repeats within a turn,
+    turns are counted on from the first one, by the time between the runs.
 
     Parameters
     ----------
@@ -130,6 +139,9 @@ def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
         Ascending times [s].
     wheel : Wheel
         Its pattern.
+    first : int, optional
+        Place of a pulse [from 0] that is the wheel's first tooth; needed only by wheels of which
+        several teeth could be that one.
 
     Returns
     -------
@@ -161,8 +173,12 @@ def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
             f"times of teeth: {time.size}; a whole turn of the wheel {wheel.text} needs "
             f"{wheel.teeth + 1}"
         )
-    starts = _even_starts(gaps, wheel) if wheel.even else _starts(gaps, wheel)
+    if first is not None and not 0 <= first < time.size:
+        raise ValueError(f"first_tooth: pulse {first + 1}; must be 1 to {time.size}")
+    starts = _even_starts(gaps, wheel, first) if wheel.even else _starts(gaps, wheel)
     _check_sense(gaps, wheel, starts)
+    if wheel.symmetry > 1:
+        starts = _counted_on(time, starts, wheel, first)
     whole = float(np.sum(time[starts + wheel.teeth] - time[starts]))
     # of what lies before the first and behind the last turn, up to a turn is natural
     if starts.size == 0 or whole < LEAST_SHARE * (time[-1] - time[0]) - 2.0 * whole / starts.size:
@@ -171,7 +187,7 @@ def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
     turn, faults = _between(time, starts, wheel)
     span = float(every[-1, -1] - every[0, 0])
     lost = max(1.0 - whole / span, 0.0)
-    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults)
+    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults, int(starts[0]))
 
 
 def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
@@ -188,12 +204,15 @@ def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
 
 
 def _starts(gaps: Floats, wheel: Wheel) -> Integers:
-    """First intervals of the turns that fit, none within another one."""
-    misfit = _misfit(gaps, wheel)
+    """First intervals of the turns that fit, none within another one.
+
+    On a wheel that repeats these are the beginnings of all its equal groups.
+    """
+    misfit, apart = _misfit(gaps, wheel), wheel.teeth // wheel.symmetry
     fits = np.flatnonzero(misfit < np.log(FACTOR))
     chosen: list[int] = []
     for start in fits:  # few: a wheel that is not even fits nearly nowhere else
-        if chosen and start - chosen[-1] < wheel.teeth:
+        if chosen and start - chosen[-1] < apart:
             if misfit[start] < misfit[chosen[-1]]:
                 chosen[-1] = int(start)
         else:
@@ -201,11 +220,31 @@ def _starts(gaps: Floats, wheel: Wheel) -> Integers:
     return np.array(chosen, dtype=np.int64)
 
 
+def _counted_on(time: Floats, starts: Integers, wheel: Wheel, first: int | None) -> Integers:
+    """Of the groups of a wheel that repeats, those that are a whole number of turns apart."""
+    if starts.size == 0:
+        return starts
+    length = (time[starts + wheel.teeth] - time[starts]) / wheel.symmetry
+    steps = np.rint(np.diff(time[starts]) * 2.0 / (length[1:] + length[:-1]))
+    group = np.concatenate([[0.0], np.cumsum(steps)])
+    here = 0.0
+    if first is not None:
+        nearest = int(np.argmin(np.abs(starts - first)))
+        groups, beside = divmod(first - int(starts[nearest]), wheel.teeth // wheel.symmetry)
+        if beside:
+            raise ValueError(
+                f"first_tooth: pulse {first + 1} is not the first of a group; of {wheel.text} "
+                f"pulse {starts[nearest] + 1} is one"
+            )
+        here = group[nearest] + groups
+    return np.asarray(starts[(group - here) % wheel.symmetry == 0.0])
+
+
 def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
     """Refuse pulses that fit the reversed wheel better, where it is another one."""
-    other = wheel.reversed
-    if wheel.even or np.allclose(other.width, wheel.width):
+    if wheel.mirrored:
         return  # one sensor cannot tell the sense of rotation
+    other = wheel.reversed
     backwards = _starts(gaps, other)
     here, there = (
         np.median(_misfit(gaps, one)[places]) if places.size else np.inf
@@ -218,8 +257,8 @@ def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
         )
 
 
-def _even_starts(gaps: Floats, wheel: Wheel) -> Integers:
-    """Turns of a wheel without a gap are counted from the first tooth, so none may be lost."""
+def _even_starts(gaps: Floats, wheel: Wheel, first: int | None) -> Integers:
+    """Turns of a wheel without a gap are counted from one tooth, so none may be lost."""
     ratio = gaps / _usual(gaps)
     bad = np.flatnonzero((ratio > FACTOR) | (ratio < 1.0 / FACTOR))
     if bad.size:
@@ -227,7 +266,8 @@ def _even_starts(gaps: Floats, wheel: Wheel) -> Integers:
             f"times of teeth: interval {bad[0] + 1} is {ratio[bad[0]]:.2f} of its neighbours; the "
             f"wheel {wheel.text} has no gap, so no tooth may be missed or counted twice"
         )
-    return np.arange(0, gaps.size - wheel.teeth + 1, wheel.teeth, dtype=np.int64)
+    begin = (first or 0) % wheel.teeth
+    return np.arange(begin, gaps.size - wheel.teeth + 1, wheel.teeth, dtype=np.int64)
 
 
 def _usual(gaps: Floats) -> Floats:
@@ -286,25 +326,51 @@ def _scatter(time: Floats, wheel: Wheel) -> float:
 
 
 def _what_was_found(gaps: Floats, wheel: Wheel) -> str:
-    """One line: the pattern that the pulses seem to have."""
+    """One line: the pattern that the pulses seem to have, as a text for the key `wheel`."""
     ratio = gaps / _usual(gaps)
-    pitches = np.rint(ratio)
+    pitches = np.rint(ratio).astype(np.int64)
     long = np.flatnonzero(pitches >= 2)
+    after = zip(np.diff(long).tolist(), (pitches[long[1:]] - 1).tolist(), strict=True)
+    groups = _repeated(list(after)) if long.size else []
     if long.size == 0:
         found = f"{gaps.size + 1} pulses without a gap"
+    elif groups:
+        found = f'wheel = "{_pattern(groups, wheel)}"'
     else:
         apart = np.diff(long)
-        teeth = int(np.median(apart)) if apart.size else 0
-        missing = int(np.median(pitches[long])) - 1
-        regular = apart.size and np.mean(np.abs(apart - teeth) <= 0.5) > 0.6
-        if regular:
-            found = f"a gap of {missing} after every {teeth} teeth, as {teeth + missing}-{missing}"
-        else:
-            found = f"{long.size} gaps of {missing} or so, {_places(apart)} teeth apart"
+        found = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
+        found += f"{_places(apart)} teeth apart"
     short = int(np.count_nonzero(ratio < 0.6))
     if short:
         found += f", and {short} pulses closer than 0.6 of a usual interval"
+    if sorted(teeth for teeth, _ in groups) == [1, wheel.teeth - 1]:
+        found += (
+            "; the gap is spread over two intervals, as the wrong edge of an inductive sensor "
+            "shows it: take the other edge"
+        )
     return f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn); found: {found}"
+
+
+def _repeated(groups: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Groups of teeth, each with the number that is missing after it, that mostly repeat."""
+    for count in range(1, min(len(groups) // 2, MOST_GROUPS) + 1):
+        same = [one == other for one, other in zip(groups, groups[count:], strict=False)]
+        if sum(same) > REPEATING * len(same):
+            begin = next(i for i in range(len(same)) if all(same[i : i + count]))
+            return list(groups[begin : begin + count])
+    return []
+
+
+def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:
+    """Text of the groups; a single one as often as makes the pitches of the wheel expected."""
+    longest = max(range(len(groups)), key=lambda place: groups[place][1])
+    groups = groups[longest + 1 :] + groups[: longest + 1]  # the first group follows it
+    pitches = sum(map(sum, groups))
+    if len(groups) == 1:
+        whole, beside = divmod(round(TURN / wheel.width.min()), pitches)
+        groups *= 1 if beside else whole
+        return "-".join(map(str, [pitches * len(groups), *(gap for _, gap in groups)]))
+    return ", ".join(f"{teeth} teeth, {missing} missing" for teeth, missing in groups)
 
 
 def _places(apart: Integers) -> str:

@@ -66,6 +66,19 @@ class Wheel:
         return bool(np.ptp(self.width) < 1e-9)
 
     @property
+    def symmetry(self) -> int:
+        """How many teeth of a turn could be the first one, because the wheel repeats.
+
+        1 for a wheel without a gap: its turns are counted from the first pulse.
+        """
+        return 1 if self.even else _alike(self.width, self.width)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the wheel looks the same in reverse, so that its sense cannot be seen."""
+        return _alike(self.width[::-1], self.width) > 0
+
+    @property
     def reversed(self) -> Wheel:
         """The same wheel turning the other way; its first tooth follows the longest gap again."""
         return _from_widths(self.text + ", reversed", self.width[::-1])
@@ -133,6 +146,13 @@ def wheel_from_angles(degrees: Sequence[float]) -> Wheel:
         raise ValueError("wheel: angles of teeth must ascend and span less than 360 degrees")
     widths = np.diff(np.append(angle, angle[0] + 360.0)) * DEGREE
     return _from_widths(f"{angle.size} given teeth", widths)
+
+
+def _alike(one: Floats, other: Floats) -> int:
+    """How many shifts of some intervals are equal to others; only longest ones are matched."""
+    last = int(np.argmax(other))
+    shifts = last - np.flatnonzero(np.isclose(one, one.max()))
+    return sum(np.allclose(np.roll(one, shift), other) for shift in shifts)
 
 
 def _from_widths(text: str, widths: Floats) -> Wheel:

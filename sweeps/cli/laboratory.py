@@ -66,7 +66,7 @@ def import_(
 ) -> None:
     """Convert the recorded pressure in RAW to a CSV file over crank angle that scenes can read.
 
-    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. Everything that is detected,
+    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc, .parquet or .wav. All that is detected,
     assumed and changed is printed and written to the header of the CSV file. The options are the
     keys of [indicator] in a scene; the page 'Laboratory files' explains them.
     """

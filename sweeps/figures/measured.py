@@ -118,6 +118,8 @@ def _title(view: View, place: int, raw: str = "") -> str:
     """Recording, and how alike the curves are."""
     rms = view.numbers(f"rms_difference{raw}")[place]
     alike = view.numbers(f"correlation{raw}")[place]
+    if not np.isfinite(alike):
+        return f"{recording_tag(view, place)}\nno computed speed"
     return f"{recording_tag(view, place)}\ncorrelation {alike:.3f}, rms {100 * rms:.2g} %"
 
 

@@ -194,7 +194,7 @@ def _completed(
     assumed: dict[str, str] = {}
     for key, usual in VALUES.items():
         if key not in values and key not in left:
-            values[key] = usual.make(values, kind)
+            values[key] = usual.make({**values, "power": given.power}, kind)
             assumed[key] = usual.reason
     order = None
     if not described(sheet) and values["cylinders"] > 1:

@@ -95,13 +95,20 @@ def cycles_in_a_row(
             f"cylinders repeats every {period / symmetry / DEGREE:g} degrees and so cannot "
             "determine it"
         )
+    if given.groups > 1 and symmetry > 1:
+        raise SceneError(
+            f"{where} first_tooth: missing; {given.groups} teeth of the wheel {wheel.text} could "
+            "be the first one, and the speed of equal cylinders cannot determine it"
+        )
     raw = _rows(record.teeth, turns)
     if not len(raw):
         raise SceneError(f"{where} {record.label}: no whole cycle of {turns} turns was found")
     mean = np.nanmean(raw, axis=0)
     sound = sound_intervals(mean, wheel)
-    found = find_gap_angle(mean[None], angle, speed[None], wheel, period, known, sound)
-    start = found.angle + TURN * float(found.turn[0])
+    found = find_gap_angle(
+        mean[None], angle, speed[None], wheel, period, known, sound, given.groups
+    )
+    start = float(found.start[0])
     turn_known, start_from = True, "the correlation of measured and computed speed"
     if turns > 1 and symmetry % turns == 0:
         turn_known = False

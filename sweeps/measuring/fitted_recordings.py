@@ -9,7 +9,6 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
-from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
@@ -52,6 +51,11 @@ class FittedRecordings(RecordedSpeeds):
         assert scene.measured is not None
         period = float(scene.engine.period)
         read = recorded_speeds(scene.measured, period, name, MOST_SAMPLES)
+        if read.groups > 1 and len(read.labels) > 1:
+            raise SceneError(
+                f"{name}: [measured] first_tooth: missing; {read.groups} teeth of the wheel could "
+                "be the first one, and a fit to several recordings needs the same tooth in all"
+            )
         for label, one in zip(read.labels, read.cycles, strict=True):
             if len(one) < 2:
                 raise SceneError(
@@ -85,8 +89,7 @@ class FittedRecordings(RecordedSpeeds):
         if self.wheel is None:
             return Seen(self, computed, None, np.zeros(len(recordings)))
         found = self.gap(self.raw[list(recordings)], angle, speed, gap_angle)
-        starts = np.asarray(found.angle + TURN * found.turn, dtype=np.float64)
-        return Seen(self, computed, found.angle, starts)
+        return Seen(self, computed, found.angle, found.start)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.recordings.measured_speed import (
     Fluctuation,
+    GapAngle,
     fluctuation,
     likeness,
     orders_of_samples,
@@ -23,6 +24,7 @@ from engine_dyn.recordings.tooth_errors import (
     tooth_errors,
 )
 from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.status import MEANINGS
 from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
@@ -178,18 +180,28 @@ def measured(
         from sweeps.running.in_memory import run
 
         computed = run(replace(given, quantities=("omega", "delta"), reference=None))
-    angle, speeds = computed_speeds(computed, table, len(recorded.labels), name)
+    angle, speeds = computed_speeds(computed, table, len(recorded.labels), name, lacking=True)
+    if not _known(speeds).any():
+        table = replace(table, errors="none" if isinstance(table.errors, str) else table.errors)
     try:
-        curves = _curves(table, recorded, angle, speeds)
+        if recorded.wheel is None:
+            curves = _curves_over_angle(recorded, angle, speeds)
+        else:
+            found = recorded.gap(recorded.raw, angle, speeds, given_gap(table))
+            recorded = recorded.from_first_tooth(found)
+            curves = _curves(table, recorded, found, angle, speeds)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {error}") from None
     return _dataset(given, table, recorded, curves, angle, speeds, computed)
 
 
 def computed_speeds(
-    computed: xr.Dataset, given: Measured, count: int, name: str
+    computed: xr.Dataset, given: Measured, count: int, name: str, lacking: bool = False
 ) -> tuple[Floats, Floats]:
-    """Angles [rad] and, for each recording, the computed speed of the design it belongs to."""
+    """Angles [rad] and, for each recording, the computed speed of the design it belongs to.
+
+    With `lacking` that of a design without a steady speed is NaN; it is refused otherwise.
+    """
     if "omega" not in computed:
         raise SceneError(f"{name}: the computed results have no omega; add it to [output]")
     angle = np.asarray(computed["crank_angle"].values, dtype=float) * DEGREE
@@ -203,12 +215,17 @@ def computed_speeds(
                 "that belongs to each file, such as at = { load = [50] }"
             )
         values = np.asarray(here.values, dtype=float).reshape(-1)
-        if not np.isfinite(values).all():
+        if not (lacking or np.isfinite(values).all()):
             raise SceneError(
                 f"{name}: the design of recording {place + 1} has no computed speed; see its status"
             )
         rows.append(values)
     return angle, np.array(rows)
+
+
+def _known(speeds: Floats) -> Booleans:
+    """Recordings that have a computed speed."""
+    return np.asarray(np.isfinite(speeds).all(axis=1))
 
 
 def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray:
@@ -221,13 +238,14 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
     return values
 
 
-def _curves(given: Measured, recorded: RecordedSpeeds, angle: Floats, speeds: Floats) -> _Curves:
+def _curves(
+    given: Measured, recorded: RecordedSpeeds, found: GapAngle, angle: Floats, speeds: Floats
+) -> _Curves:
     """Measured and computed speeds on the intervals of the recordings."""
-    if recorded.wheel is None:
-        return _curves_over_angle(recorded, angle, speeds)
+    assert recorded.wheel is not None
     wheel, turns, period = recorded.wheel, recorded.turns, recorded.period
     raw, sound, known = recorded.raw, recorded.sound, given_gap(given)
-    found = recorded.gap(raw, angle, speeds, known)
+    has = _known(speeds)
     starts = np.asarray(found.angle + TURN * found.turn)
 
     def first_teeth(errors: Floats) -> list[float]:
@@ -243,11 +261,17 @@ def _curves(given: Measured, recorded: RecordedSpeeds, angle: Floats, speeds: Fl
         ]
         return np.array(seen) * np.tile(1.0 + errors, turns)
 
-    errors, unsure, of_wheel = _errors_of(given.errors, raw, between, wheel)
+    errors, unsure, of_wheel = _errors_of(given.errors, raw, between, wheel, has)
     heavier = None
     if isinstance(given.errors, str) and given.errors != "none":
         heavier, *_ = _errors_of(
-            given.errors, raw, lambda errors: of_heavier_engine(between(errors)), wheel
+            given.errors, raw, lambda errors: of_heavier_engine(between(errors)), wheel, has
+        )
+    doubts = []
+    if has.any():
+        compared = replace(found, correlation=found.correlation[has])
+        doubts = gap_doubts(
+            compared, known is not None, raw[has], angle, speeds[has], wheel, period, sound
         )
     width, middles = recorded.width, recorded.middles(starts)
     order = [np.argsort(one) for one in middles]
@@ -268,14 +292,18 @@ def _curves(given: Measured, recorded: RecordedSpeeds, angle: Floats, speeds: Fl
         found.angle,
         None if heavier is None else np.tile(heavier, turns),
         found.correlation.max(axis=1).tolist(),
-        tuple(gap_doubts(found, known is not None, raw, angle, speeds, wheel, period, sound)),
+        tuple(doubts),
     )
 
 
 def _errors_of(
-    how: str | Floats, raw: Floats, between: Callable[[Floats], Floats], wheel: Wheel
-) -> tuple[Floats, Floats, ToothErrors | None]:
-    """Errors of the teeth for each recording, their uncertainty, and those of the wheel."""
+    how: str | Floats, raw: Floats, between: Callable[[Floats], Floats], wheel: Wheel,
+    has: Booleans,
+) -> tuple[Floats, Floats, ToothErrors | None]:  # fmt: skip
+    """Errors of the teeth for each recording, their uncertainty, and those of the wheel.
+
+    Only recordings that have a computed speed tell them.
+    """
     count, zero = len(raw), np.zeros((len(raw), wheel.teeth))
     if not isinstance(how, str):
         return np.tile(how, (count, 1)), zero, ToothErrors(how, np.full(wheel.teeth, np.nan))
@@ -285,14 +313,15 @@ def _errors_of(
     every = ToothErrors(zero[0], zero[0])
     for _ in range(ROUNDS):
         model = between(np.tile(every.error, (count, 1))).reshape(by_turn.shape)
-        every = tooth_errors(by_turn, model, wheel)
+        every = tooth_errors(by_turn[has], model[has], wheel)
     if how == "all":
         each = [every] * count
     else:
         each = []
         for place in range(count):
-            rest = np.arange(count) != place
-            each.append(tooth_errors(by_turn[rest], model[rest], wheel))
+            rest = has & (np.arange(count) != place)
+            none = ToothErrors(zero[0], zero[0])
+            each.append(tooth_errors(by_turn[rest], model[rest], wheel) if rest.any() else none)
     unsure = np.array([np.nan_to_num(one.uncertainty) for one in each])
     return np.array([one.error for one in each]), unsure, every
 
@@ -338,7 +367,11 @@ def _dataset(
     size, phase = orders_of_samples(
         corrected[:, sound], curves.middle[sound], curves.width[sound], orders
     )
-    own, own_phase = orders_of_samples(speeds, angle, np.full(angle.size, POINT), orders)
+    has = _known(speeds)
+    own, own_phase = np.full((2, *size.shape), np.nan)
+    own[has], own_phase[has] = orders_of_samples(
+        speeds[has], angle, np.full(angle.size, POINT), orders
+    )
     rad, one = "rad s-1", "1"
     data: dict[str, Any] = {
         "delta_measured": (recording, [d.delta for d in delta], one,
@@ -402,7 +435,7 @@ def _dataset(
         _attributes(scene, given, recorded, curves, mean, speeds, computed),
     )
     doubts, alike = list(curves.doubts), [k[0] for k in plain]
-    if curves.heavier is not None and repeats_every_turn(speeds, period):
+    if curves.heavier is not None and repeats_every_turn(speeds[has], period):
         alike = curves.as_passed  # errors that hold the model's whole speed make all alike
         doubts.append(even_firing_doubt(by_inertia))
     doubts += likeness_doubts(recorded.labels, alike, given.wheel is not None)
@@ -504,8 +537,18 @@ def _attributes(
 ) -> dict[str, Any]:  # fmt: skip
     """Texts and numbers that say what was done, beside those of the computed results."""
     remarks = list(recorded.remarks)
-    for label, one, other in zip(recorded.labels, mean, speeds, strict=True):
-        remarks += far_speed_remark(label, one.mean(), other.mean(), "delta changes")
+    has = _known(speeds)
+    for place, label in enumerate(recorded.labels):
+        if has[place]:
+            remarks += far_speed_remark(
+                label, mean[place].mean(), speeds[place].mean(), "delta changes"
+            )
+        else:
+            code = int(np.ravel(design_of(computed["status"], given, place).values)[0])
+            remarks.append(
+                f"{label}: has no computed speed ({MEANINGS[code]}); only the measured part is "
+                "given"
+            )
     if given.wheel is not None and not curves.sound.all():
         places = np.flatnonzero(~curves.sound[0][: given.wheel.teeth]) + 1
         remarks.append(
@@ -535,7 +578,9 @@ def _attributes(
             "gap_angle": curves.gap_angle / DEGREE,
             "gap_angle_from": "the scene"
             if given.table.gap_angle is not None
-            else "the correlation of measured and computed speed: estimated, not measured",
+            else "the correlation of measured and computed speed: estimated, not measured"
+            if has.any()
+            else "an assumption, because there is no computed speed",
         }
         if given.table.end is not None:
             found["end_of_shaft"] = given.table.end

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from engine_dyn.recordings.encoder import EncoderSignal, teeth_of_signal
+from engine_dyn.recordings.encoder import EncoderSignal, risen, teeth_of_signal
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Floats
@@ -27,6 +27,13 @@ ANGLE = {"": DEGREE, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": D
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
          "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
          "deg/s": DEGREE}  # fmt: skip
+
+TURNING_BACK = 0.2
+"""Share of steps that do not ascend from which on times of teeth are taken as intervals; a gap in
+every second turn is enough."""
+
+CHANGING = 0.6
+"""Share of the rows that change the level from which on they are the changes, not samples."""
 
 UNEVEN = 0.5
 """Of the time between samples: how far a sample may be from its place."""
@@ -82,8 +89,8 @@ def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord
     if measured.table.kind == "encoder":
         return _signals(measured, name)
     return [
-        _record(measured, path, file, period, f"{name}: [measured] {file}")
-        for path, file in zip(measured.paths, measured.files, strict=True)
+        _record(measured, place, period, f"{name}: [measured] {file}")
+        for place, file in enumerate(measured.files)
     ]
 
 
@@ -92,10 +99,10 @@ def _recording(measured: Measured, path: Path, where: str) -> Recording:
     return read_recording(path, where, ReadingChoices(**keys))
 
 
-def _record(measured: Measured, path: Path, file: str, period: float, where: str) -> SpeedRecord:
+def _record(measured: Measured, place: int, period: float, where: str) -> SpeedRecord:
     """A recording of speed over angle, or of times of teeth."""
-    table = measured.table
-    recording = _recording(measured, path, where)
+    table, file = measured.table, measured.files[place]
+    recording = _recording(measured, measured.paths[place], where)
     try:
         if table.kind == "speed":
             angle, cycles, remarks = _speed_over_angle(recording, table, period)
@@ -104,13 +111,25 @@ def _record(measured: Measured, path: Path, file: str, period: float, where: str
         assert measured.wheel is not None
         times = _flat(recording, _column(recording, table.column, "column", ("time",)))
         times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
-        teeth = find_turns(times, measured.wheel)
-        remarks = (*recording.remarks, *teeth.faults)
+        said: tuple[str, ...] = ()
+        if _are_intervals(times, measured.wheel.teeth):
+            times = np.concatenate([[0.0], np.cumsum(times)])
+            said = ("the values do not ascend and are taken as intervals between the teeth",)
+        teeth = find_turns(times, measured.wheel, measured.first[place])
+        remarks = (*recording.remarks, *said, *teeth.faults)
         return SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
     except SceneError:
         raise
     except ValueError as error:
         raise SceneError(f"{where}: {error}") from None
+
+
+def _are_intervals(times: Floats, teeth: int) -> bool:
+    """Whether positive numbers go back too often for times with a few faults."""
+    back = float(np.count_nonzero(np.diff(times) <= 0.0))
+    return bool(times.size > teeth and times.min() > 0.0) and back >= times.size * min(
+        TURNING_BACK, 0.5 / teeth
+    )
 
 
 def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
@@ -121,31 +140,41 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
     """
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
-    read = []
-    for path, file in zip(measured.paths, measured.files, strict=True):
+    read, events = [], []
+    for path, file, first in zip(measured.paths, measured.files, measured.first, strict=True):
         where = f"{name}: [measured] {file}"
         recording = _recording(measured, path, where)
         signal, interval = _signal(recording, table)
+        if not isinstance(interval, float):
+            events.append((file, recording, signal, interval))
+            continue
         try:
             found = teeth_of_signal(
                 signal, interval, wheel, threshold=table.threshold, hysteresis=table.hysteresis,
-                edge=table.edge,
+                edge=table.edge, first=first,
             )  # fmt: skip
         except ValueError as error:
             raise SceneError(f"{where}: {error}") from None
         read.append((file, recording, signal, interval, found))
+    if events and read:
+        raise SceneError(
+            f"{name}: [measured] {events[0][0]} has levels at their changes, {read[0][0]} samples; "
+            "all files must have the same"
+        )
+    if events:
+        return _logs(measured, events, name)
     chosen = [(_height(one[-1]), one[-1].crossings.edge) for one in read]
     best = [one[-1] for one in read]
     if len({(round(height, 6), edge) for height, edge in chosen}) > 1:
         merits = []
         for height, edge in chosen:
             again = []
-            for _, _, signal, interval, found in read:
+            for (_, _, signal, interval, found), first in zip(read, measured.first, strict=True):
                 threshold = found.low + height * (found.high - found.low)
                 try:
                     again.append(
                         teeth_of_signal(signal, interval, wheel, threshold=threshold, edge=edge,
-                                        hysteresis=table.hysteresis)
+                                        hysteresis=table.hysteresis, first=first)
                     )  # fmt: skip
                 except ValueError:
                     break
@@ -164,6 +193,35 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
         )
         for (file, recording, *_), found in zip(read, best, strict=True)
     ]
+
+
+def _logs(
+    measured: Measured, events: Sequence[tuple[str, Recording, Floats, Floats]], name: str
+) -> list[SpeedRecord]:
+    """Logs of levels, all with the edge that loses the fewest turns and repeats best."""
+    table, wheel = measured.table, measured.wheel
+    assert wheel is not None
+    tried: list[tuple[int, float, list[SpeedRecord]]] = []
+    refusal = ""
+    for edge in ("rising", "falling") if table.edge is None else (table.edge,):
+        said = f"the level is logged at its changes; the {edge} edge is used"
+        records, turns, scatter = [], 0, 0.0
+        for (file, recording, level, time), first in zip(events, measured.first, strict=True):
+            try:
+                teeth = find_turns(risen(time, level, edge), wheel, first)
+            except ValueError as error:
+                refusal = refusal or f"{name}: [measured] {file}: {error}"
+                break
+            turns, scatter = turns + len(teeth.turn), scatter + teeth.scatter
+            remarks = (*recording.remarks, said, *teeth.faults)
+            records.append(SpeedRecord(file, recording.sha256, teeth, None, None, remarks))
+        else:
+            tried.append((turns, scatter, records))
+    if not tried:
+        raise SceneError(refusal)
+    most = max(turns for turns, *_ in tried)  # the other edge may cost a turn at an end
+    good = [one for one in tried if one[0] >= most - len(events)]
+    return min(good, key=lambda one: one[1])[2]
 
 
 def _height(found: EncoderSignal) -> float:
@@ -217,6 +275,9 @@ def _factor(
     """SI value of the unit that is given, or that the file states for the column."""
     name = _column(recording, wanted, "column", words)
     text = recording.columns[name].unit if unit is None else unit
+    last = name.rpartition("_")[2]
+    if not text and last.lower() in units:
+        text = last  # "time_us"
     plain = text.strip().strip("[]()").strip().lower()
     if plain not in units:
         known = ", ".join(key for key in units if key)
@@ -227,8 +288,8 @@ def _factor(
     return units[plain]
 
 
-def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float]:
-    """Samples of the signal and the time between them."""
+def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float | Floats]:
+    """Samples of the signal and the time between them; of a log of levels, their times."""
     time_name = None
     if table.sample_rate is None:
         time_name = _time_column(recording, table)
@@ -240,17 +301,21 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float]:
         assert table.sample_rate is not None
         return signal, 1.0 / table.sample_rate
     time = _flat(recording, time_name)
-    time = time * _factor(recording, time_name, (), None, TIME, "time")
+    time = time * _factor(recording, time_name, (), table.unit, TIME, "time")
     if time.size < 2 or not time[-1] > time[0]:
         raise SceneError(f"{recording.label}, column {shown(time_name)}: does not ascend")
     interval = float(time[-1] - time[0]) / (time.size - 1)
+    changes = np.count_nonzero(np.diff(signal)) / (time.size - 1)
     off = np.abs(time - time[0] - interval * np.arange(time.size))
-    if off.max() > UNEVEN * interval:
+    uneven = off.max() > UNEVEN * interval
+    if (uneven or changes > CHANGING) and np.isin(signal, (signal.min(), signal.max())).all():
+        return signal, time
+    if uneven:
         place = int(np.argmax(np.abs(np.diff(time) - interval))) + 1
         raise SceneError(
             f"{recording.label}, column {shown(time_name)}, {recording.place(place)}: "
             f"{time[place] - time[place - 1]:.6g} s after the sample before, others {interval:.6g} "
-            "s; samples must be equally far apart"
+            "s; must be samples equally far apart, or two levels at their changes"
         )
     return signal, interval
 
@@ -259,7 +324,8 @@ def _time_column(recording: Recording, table: MeasuredTable) -> str:
     """The column with the time: as given, named so, or the only one that ascends throughout."""
     if table.time_column is not None:
         return _column(recording, table.time_column, "time_column")
-    named = [n for n in recording.columns if n.lower().strip() in ("t", "time", "zeit", "times")]
+    words = ("t", "time", "zeit", "times")
+    named = [n for n in recording.columns if _bare(n) in words]
     if len(named) == 1:
         return named[0]
     rising = [
@@ -273,6 +339,12 @@ def _time_column(recording: Recording, table: MeasuredTable) -> str:
         f"{recording.label}: time_column: not clear which column is the time of the samples; name "
         "it, or give sample_rate"
     )
+
+
+def _bare(name: str) -> str:
+    """Name of a column of times in lower case, without a unit such as that of "time_us"."""
+    first, _, last = name.lower().strip().rpartition("_")
+    return first if first and last in TIME else name.lower().strip()
 
 
 def _speed_over_angle(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class RecordedSpeeds:
         None for speed over angle.
     angle : ndarray, shape (intervals,), optional
         Of speed over angle [rad].
+    groups : int
+        Teeth of a turn that could be the first one.
+    first_pulse : tuple of int
+        The one that each recording begins with, from 1.
     """
 
     labels: tuple[str, ...]
@@ -52,6 +56,8 @@ class RecordedSpeeds:
     period: float
     wheel: Wheel | None
     angle: Floats | None
+    groups: int
+    first_pulse: tuple[int, ...]
 
     @property
     def turns(self) -> int:
@@ -82,12 +88,45 @@ class RecordedSpeeds:
         raw : ndarray, shape (recordings, intervals)
             Means of the recordings that count.
         angle, speed : ndarray, shape (samples,), (recordings, samples)
-            Their computed speeds [rad/s].
+            Their computed speeds [rad/s]; of NaN, the recording tells nothing, and is taken to
+            begin with the first tooth.
         known : float, optional
             The angle of the gap [rad], where it is given.
         """
         assert self.wheel is not None
-        return find_gap_angle(raw, angle, speed, self.wheel, self.period, known, self.sound)
+        has = np.isfinite(speed).all(axis=1)
+        first = known or 0.0
+        alike = np.full((len(raw), self.turns * self.groups), np.nan)
+        zero = np.zeros(len(raw), dtype=np.int64)
+        if not has.any():
+            return GapAngle(first, zero, alike, zero, first + np.zeros(len(raw)))
+        found = find_gap_angle(
+            raw[has], angle, speed[has], self.wheel, self.period, known, self.sound, self.groups
+        )
+        if has.all():
+            return found
+        turn, late, start = zero.copy(), zero.copy(), np.full(len(raw), found.angle)
+        turn[has], late[has], start[has] = found.turn, found.late, found.start
+        alike[has] = found.correlation
+        return GapAngle(found.angle, turn, alike, late, start)
+
+    def from_first_tooth(self, found: GapAngle) -> RecordedSpeeds:
+        """Recordings whose intervals begin with the first tooth, and a remark on the choice."""
+        if self.groups == 1:
+            return self
+        assert self.wheel is not None
+        said = tuple(
+            f"{label}: {self.groups} teeth of {self.wheel.text} could be the first one; that of "
+            f"pulse {first + (self.wheel.teeth - late) % self.wheel.teeth} is taken"
+            f"{', in best agreement with the computed speed' * bool(np.isfinite(alike))} "
+            "(first_tooth takes another one)"
+            for label, first, late, alike in zip(
+                self.labels, self.first_pulse, found.late, found.correlation[:, 0], strict=True
+            )
+        )
+        return replace(
+            self, cycles=found.from_first_tooth(self.cycles), remarks=self.remarks + said
+        )
 
     def middles(self, starts: Floats) -> Floats:
         """Middles of the intervals [rad], shape (recordings, intervals), within one cycle.
@@ -135,7 +174,8 @@ def recorded_speeds(
     return RecordedSpeeds(
         tuple(r.label for r in records), tuple(r.sha256 for r in records),
         tuple(f"{r.label}: {line}" for r in records for line in r.remarks),
-        cycles, width, used, period, wheel, angle,
+        cycles, width, used, period, wheel, angle, given.groups,
+        tuple(r.teeth.first + 1 for r in records if r.teeth is not None),
     )  # fmt: skip
 
 

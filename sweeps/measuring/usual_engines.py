@@ -10,7 +10,14 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from engine_dyn.flywheel import ADMISSIBLE, triangular_torque
+from engine_dyn.units import RPM
+from sweeps.reading.data_sheets import PERIOD
+
 __all__ = ["KINDS", "VALUES", "EngineKind", "Fuel", "Usual", "UsualValue"]
+
+STEADY = ADMISSIBLE["pump"][0]
+"""Coefficient of speed fluctuation that a flywheel is made for, at least."""
 
 _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 
@@ -229,7 +236,8 @@ class UsualValue:
     Attributes
     ----------
     make : callable
-        Value in the key's own unit, of what is known already and of the kind of engine.
+        Value in the key's own unit, of what is known already (with the rated power [kW]) and of
+        the kind of engine.
     reason : str
         Why it is taken.
     """
@@ -250,6 +258,14 @@ def _rod(values: Mapping[str, float]) -> float:
 
 def _displacement(values: Mapping[str, float]) -> float:
     return 0.25 * math.pi * values["bore"] ** 2 * values["stroke"] * values["cylinders"]
+
+
+def _inertia(values: Mapping[str, float], kind: EngineKind) -> float:
+    """Inertia by size, and of few cylinders that which the rated power at its speed asks for."""
+    by_size = kind.inertia * _displacement(values) ** (5.0 / 3.0)
+    between = PERIOD / values["cylinders"]  # the angle from one firing to the next
+    fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, STEADY, between)
+    return _rounded(max(by_size, float(fired.inertia)))
 
 
 def _rounded(value: float) -> float:
@@ -284,9 +300,11 @@ VALUES: Mapping[str, UsualValue] = {
         "As piston_mass; enters only rotating mass and engine inertia.",
     ),
     "inertia": UsualValue(
-        lambda values, kind: _rounded(kind.inertia * _displacement(values) ** (5.0 / 3.0)),
+        _inertia,
         "Engine with flywheel, as similar engines of the catalogue (diesel_105x137, "
-        "si_four_87x101) have it over displacement^(5/3). Replace it: delta goes with its inverse.",
+        "si_four_87x101) have it over displacement^(5/3), or as delta = 1/30 (of pumps) needs by "
+        "Asgari's triangular torque at the rated point, if more. Replace it: delta goes "
+        "with its inverse.",
     ),
     "load": UsualValue(lambda *_: 100.0, "The rated point is called 100 percent."),
     "load_exponent": UsualValue(lambda *_: 2.0, "A brake or propeller, as in the catalogue."),

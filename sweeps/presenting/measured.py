@@ -44,7 +44,7 @@ def measured_text(found: xr.Dataset) -> str:
         row = [one_line(found["file"].values[place], 40)]
         for title, name, uncertainty, form in COLUMNS:
             value = float(found[name].values[place]) * (100.0 if title == "rms %" else 1.0)
-            text = form.format(value)
+            text = form.format(value) if np.isfinite(value) else "-"
             unsure = float(found[uncertainty].values[place]) if uncertainty else np.nan
             row.append(text + (f" ± {unsure:.4f}" if np.isfinite(unsure) else ""))
         rows.append(row)

@@ -70,6 +70,11 @@ class MeasuredTable(ReadingChoices):
         "after the longest gap passes",
         ge=-720.0, le=720.0,
     )  # fmt: skip
+    first_tooth: int | list[int] | None = Field(
+        default=None,
+        description="the number, from 1, of a pulse that is the first tooth, for a wheel of which "
+        "several could be it; or a list, one for each file",
+    )
     angle_shift: float = Field(
         default=0.0,
         description="a number of degrees, -720 to 720, added to the angles of the file",
@@ -116,6 +121,8 @@ class Measured:
         `others`, `all`, `none`, or the relative errors of the intervals.
     at : dict of ndarray
         Values of axes that each file belongs to.
+    first : tuple of int or None
+        Place, from 0, of a pulse of each file that is the first tooth, where it is given.
     """
 
     table: MeasuredTable
@@ -124,6 +131,12 @@ class Measured:
     wheel: Wheel | None
     errors: str | Floats
     at: Mapping[str, Floats]
+    first: tuple[int | None, ...]
+
+    @property
+    def groups(self) -> int:
+        """Teeth of a turn that could be the first one, as far as the scene tells."""
+        return 1 if self.wheel is None or self.first[0] is not None else self.wheel.symmetry
 
 
 def read_measured(
@@ -147,7 +160,7 @@ def read_measured(
     wheel = _wheel(given, where)
     return Measured(
         given, paths, files, wheel, _errors(given, wheel, len(files), where),
-        _places(given.at, values, len(files), where),
+        _places(given.at, values, len(files), where), _first(given, wheel, len(files), where),
     )  # fmt: skip
 
 
@@ -174,6 +187,26 @@ def _wheel(given: MeasuredTable, where: str) -> Wheel | None:
     except ValueError as error:
         raise SceneError(f"{where} {error}") from None
     return wheel.reversed if given.reversed else wheel
+
+
+def _first(
+    given: MeasuredTable, wheel: Wheel | None, files: int, where: str
+) -> tuple[int | None, ...]:
+    """Pulses of the files that are the first tooth."""
+    numbers = given.first_tooth
+    if numbers is None:
+        return (None,) * files
+    if wheel is None or not (wheel.even or wheel.symmetry > 1):
+        raise SceneError(
+            f"{where} first_tooth: only for a wheel of which several teeth could be the first one"
+        )
+    listed = numbers if isinstance(numbers, list) else [numbers] * files
+    if len(listed) != files or min(listed) < 1:
+        raise SceneError(
+            f"{where} first_tooth = {shown(numbers)}: must be a number from 1, or one for each of "
+            f"{files} files"
+        )
+    return tuple(number - 1 for number in listed)
 
 
 def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -> str | Floats:

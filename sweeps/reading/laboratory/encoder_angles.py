@@ -69,7 +69,11 @@ def with_encoder_angles(
     except ValueError as error:
         raise SceneError(f"{recording.label}: {mentioned(error)}") from None
     which = f"the {found.crossings.edge} edge of the first tooth " + (
-        "of the recording" if wheel.even else "after the longest gap"
+        "of the recording"
+        if wheel.even
+        else "after the first gap of the recording"
+        if wheel.symmetry > 1
+        else "after the longest gap"
     )
     if options.gap_angle is None:
         raise SceneError(

@@ -10,7 +10,7 @@ from sweeps.checks import Strict
 
 __all__ = ["Format", "ReadingChoices"]
 
-Format = Literal["text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet"]
+Format = Literal["text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet", "wav"]
 """Formats of laboratory files; `sweeps.reading.laboratory.recording` has a reader for each."""
 
 

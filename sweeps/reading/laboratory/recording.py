@@ -22,6 +22,7 @@ from sweeps.reading.laboratory import (
     spreadsheets,
     tdms_files,
     text_tables,
+    wav_files,
 )
 from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, Recording, recording_of
@@ -55,6 +56,7 @@ _KINDS: Mapping[Format, _Kind] = {
     "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",)),
     "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
     "parquet": _Kind(parquet_tables.read, (".parquet",)),
+    "wav": _Kind(wav_files.read, (".wav",)),
 }
 
 SUFFIXES: Mapping[str, Format] = {

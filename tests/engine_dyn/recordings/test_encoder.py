@@ -136,6 +136,10 @@ def test_signals_without_teeth(signal: np.ndarray, said: str) -> None:
         teeth_of_signal(signal, 1e-5, wheel_from_text("60-2"))
 
 
+UNEVEN = "13 teeth, 2 missing, 16 teeth, 2 missing, 1 teeth, 2 missing"
+"""One of the wheels that are called 36-2-2-2."""
+
+
 def stamps(text: str = "60-2") -> np.ndarray:
     return tooth_times(ENGINE, wheel_from_text(text).width, TURNS)
 
@@ -172,17 +176,30 @@ def test_many_faults_are_counted() -> None:
 @pytest.mark.parametrize(
     ("real", "given", "said"),
     [
-        ("36-1", "60-2", "a gap of 1 after every 35 teeth, as 36-1"),
-        ("60-2", "36-1", "a gap of 2 after every 58 teeth, as 60-2"),
+        ("36-1", "60-2", 'found: wheel = "36-1"'),
+        ("60-2", "36-1", 'found: wheel = "60-2"'),
+        ("60-2-2", "60-2", 'found: wheel = "60-2-2"'),
+        ("36-2-2-2", "36-2-1", 'found: wheel = "36-2-2-2"'),
+        (UNEVEN, "36-2-2-2", f'found: wheel = "{UNEVEN}"'),
         ("60-2", "58", "has no gap"),
         ("60", "60-2", "without a gap"),
-        ("36-2-1", "36-1", "gaps of"),
+        ("36-2-1", "36-1", 'wheel = "16 teeth, 1 missing, 17 teeth, 2 missing"'),
     ],
 )
 def test_a_wrong_pattern_is_refused_with_what_was_found(real: str, given: str, said: str) -> None:
     with pytest.raises(ValueError, match=said) as refused:
         find_turns(stamps(real), wheel_from_text(given))
     assert "\n" not in str(refused.value)
+    if "wheel = " in said:  # what is found is right
+        text = str(refused.value).partition('"')[2].partition('"')[0]
+        assert len(find_turns(stamps(real), wheel_from_text(text)).turn) >= TURNS - 1
+
+
+def test_a_wrong_edge_is_named() -> None:
+    """A sensor whose voltage passes zero in the middle of the gap at the other edge."""
+    wheel = wheel_from_angles([*np.arange(0.0, 342.0, 6.0), 348.0])
+    with pytest.raises(ValueError, match=r"spread over two intervals.*take the other edge"):
+        find_turns(tooth_times(ENGINE, wheel.width, TURNS), wheel_from_text("60-2"))
 
 
 def test_a_reversed_wheel_is_refused_as_such() -> None:

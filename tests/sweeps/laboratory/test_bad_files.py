@@ -159,6 +159,7 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "half a parquet": ("a.parquet", damaged("parquet, backward"), ("not a Parquet file",)),
     "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
     "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
+    "wav that is none": ("a.wav", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .wav file",)),
     "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90),
                         ("not a text file", "its format: text, fixed_width, xlsx")),
     "text of no table": ("a.log", write_bytes(b"hello"), ("no table of numbers",)),

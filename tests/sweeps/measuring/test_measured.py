@@ -280,7 +280,7 @@ def test_another_mean_speed_is_told(teeth: Path, computed: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"wheel": "36-1"}, "do not fit 36-1 .35 teeth a turn.; found: a gap of 2 after every 58"),
+        ({"wheel": "36-1"}, "do not fit 36-1 .35 teeth a turn.; found: wheel = .60-2."),
         ({"wheel": "sixty"}, "is not a pattern"),
         ({"wheel": None}, "wheel: missing"),
         ({"kind": "speed"}, "not allowed with kind = 'speed'"),
