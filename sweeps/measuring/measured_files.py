@@ -308,7 +308,8 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     changes = np.count_nonzero(np.diff(signal)) / (time.size - 1)
     off = np.abs(time - time[0] - interval * np.arange(time.size))
     uneven = off.max() > UNEVEN * interval
-    if (uneven or changes > CHANGING) and np.isin(signal, (signal.min(), signal.max())).all():
+    two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
+    if two_levels and changes > (0.0 if uneven else CHANGING):
         return signal, time
     if uneven:
         place = int(np.argmax(np.abs(np.diff(time) - interval))) + 1
