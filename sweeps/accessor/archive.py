@@ -37,7 +37,7 @@ class ArchiveAccessor:
     ... )
     >>> archive.dyn.outcomes
     {'converged': 6}
-    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50")
+    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50", at_every="speed")
     >>> float(found.inertia)
     20.0
     >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")
@@ -120,8 +120,9 @@ class ArchiveAccessor:
         ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
         ...     output={"quantities": ["delta", "torque_mean"]},
         ... )
-        >>> float(archive.dyn.best(least="delta", within="inertia <= 20").speed)
-        1500.0
+        >>> best = archive.dyn.best(least="delta", within="inertia <= 20", at_every="speed")
+        >>> float(best.inertia)
+        20.0
         """
         from sweeps.exploring.search import best
 
@@ -145,7 +146,7 @@ class ArchiveAccessor:
         ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
         ...     output={"quantities": ["delta", "torque_mean"]},
         ... )
-        >>> archive.dyn.pareto("inertia", "delta").inertia.values
+        >>> archive.dyn.pareto("inertia", "delta", at_every="speed").inertia.values
         array([ 5., 20., 40.])
         """
         from sweeps.exploring.search import pareto
