@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.accessor.plots import Plots, said_in_python, units_text
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, printable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -251,7 +251,7 @@ class ArchiveAccessor:
 
         asked = (select, quantities, sort, relative_to)
         if has_indices(self._archive) and all(one is None for one in asked):
-            print(sensitivities_text(self._archive))
+            print(printable(sensitivities_text(self._archive)))
             return
         found = rows(
             self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
@@ -259,7 +259,7 @@ class ArchiveAccessor:
         )  # fmt: skip
         with said_in_python():
             text = rows_text(found, units_text(units), python=True)
-        print(text)
+        print(printable(text))
 
     def to_excel(
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,

@@ -60,7 +60,7 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
     str
         Lines without a final line feed.
     """
-    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
+    lines = [f"{name}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
     head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
     lines += [f"  {line}" for line in head if line]
     counts = outcome_counts(dataset)
@@ -101,7 +101,7 @@ def _quantity_lines(dataset: xr.Dataset) -> list[str]:
     for name, data in dataset.data_vars.items():
         over = ", ".join(str(d) for d in data.dims)
         parts = [
-            str(data.attrs.get("long_name", "")),
+            one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
         rows.append((str(name), _extent_text(data), "; ".join(p for p in parts if p)))
@@ -123,7 +123,7 @@ def _extent_text(data: xr.DataArray) -> str:
     """The value, or the smallest and the largest, with the unit; nothing of words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
-    units = str(data.attrs.get("units", "no single unit"))
+    units = one_line(data.attrs.get("units", "no single unit"), 60)
     unit = "" if units == "1" else f" {units}"
     if _is_long(data):
         return f"not read{unit and f' [{units}]'}"
