@@ -21,7 +21,7 @@ from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
-from sweeps.ratios import number_or_ratio
+from sweeps.ratios import BEYOND, LARGEST, number_or_ratio
 
 __all__ = [
     "Strict",
@@ -279,8 +279,10 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
             value = float(raw)
         except OverflowError:
             value = math.inf
-        if math.isfinite(value):
+        if abs(value) <= LARGEST:
             return value
+        if math.isfinite(value):
+            raise SceneError(f"{where} = {shown(raw)}: {BEYOND}")
     names = dict(node.named) if node is not None else {}
     if isinstance(raw, str) and raw in names:
         return names[raw]
@@ -317,7 +319,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
     SceneError
         For anything else, naming the place in the list.
     """
-    if isinstance(raw, np.ndarray) and np.isfinite(raw).all():
+    if isinstance(raw, np.ndarray) and (np.abs(raw) <= LARGEST).all():
         return raw
     if isinstance(raw, np.ndarray):
         raw = raw.tolist()
@@ -330,7 +332,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
             values = np.array(raw, dtype=np.float64)
         except OverflowError:  # which is told of a single value below
             values = np.array([np.nan])
-        if np.isfinite(values).all():
+        if (np.abs(values) <= LARGEST).all():
             return values
     return np.array(
         [number(item, f"{where}, value {i}", node) for i, item in enumerate(raw, start=1)]
@@ -357,8 +359,10 @@ def allowed(node: Node) -> str:
 
 
 def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
-    """Which values (file units) are not finite or outside the physical range of a parameter."""
-    bad = ~np.isfinite(values)
+    """Which values (file units) are no usable numbers or outside the range of a parameter."""
+    bad = ~(np.abs(values) <= LARGEST)
+    if node.low == 0.0:
+        bad |= (values > 0.0) & (values < 1.0 / LARGEST)  # many are divisors
     if node.low > -math.inf:
         bad |= (values < node.low) if node.low_included else (values <= node.low)
     if node.high < math.inf:
@@ -382,6 +386,10 @@ def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
     bad = outside(array, node)
     if bad.any():
         value = float(array[bad][0])
+        if LARGEST < abs(value) < math.inf and node.low < value < node.high:
+            raise SceneError(f"{where} = {value:.12g}: {BEYOND}")
+        if 0.0 == node.low < value < 1.0 / LARGEST:
+            raise SceneError(f"{where} = {value:.12g}: must be at least {1.0 / LARGEST:g}")
         raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}")
 
 

@@ -21,6 +21,7 @@ __all__ = [
     "LABELS",
     "LOW",
     "METHOD",
+    "NOT_CHOSEN",
     "OF_ORDERS",
     "PARAMETER",
     "PUBLISHED",
@@ -41,6 +42,14 @@ ENGINE = "engine"
 
 METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
+
+NOT_CHOSEN = (
+    "speed", "load", "characteristic_share", "recorded_cycle", "cycle_number", "misfire",
+    "wanted_delta", METHOD, INERTIA_MODEL, "truncation",
+)  # fmt: skip
+"""Axes and columns that are no choice of a design: operating points, recorded cycles and misfires
+that it meets, what is wanted of it, and how it is computed. A search takes none of their values for
+the best one unless it is asked to."""
 
 LABELS = ("case", ENGINE, ARRANGEMENT)
 """Columns of [designs] that hold texts: the name of each design, its engine and arrangement."""

@@ -6,7 +6,12 @@ import math
 
 from sweeps.errors import plain_number
 
-__all__ = ["number_or_ratio", "ratio_text"]
+__all__ = ["BEYOND", "LARGEST", "number_or_ratio", "ratio_text"]
+
+LARGEST = 1e30
+"""Size of numbers of people, in any unit: products of several of them stay finite."""
+
+BEYOND = f"must be at most {LARGEST:g} in size"
 
 LARGEST_DIVISOR = 100_000
 """Ratios 1/n are shown as such up to this n."""

@@ -250,7 +250,6 @@ number = 512
 inertia = { low = 1, high = 12 }                # kg m2
 rod_length = { low = 0.30, high = 0.45 }        # m
 reciprocating_mass = { low = 5, high = 9 }      # kg
-speed = { low = 1100, high = 1500 }             # rpm
 
 [output]
 quantities = ["delta"]

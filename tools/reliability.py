@@ -1,10 +1,11 @@
 """Write docs/trust.md: how far one can trust the program, in figures of the last large runs.
 
-Beside it come docs/reliability/promises.csv, every promise with its last run, and runs.csv, when
-each command was run. The promises and the tests that hold them are in tools/promises.csv. Figures
-come from docs/reliability/NAME.json and docs/stability/*.csv, which the commands that measure write
-(`make large-runs`, `make faults`, `make soak`, `make properties`, `make fuzz`, `make stress`);
-nothing is measured here. The words are in tools/trust.md.in.
+Beside it come docs/reliability/promises.csv, every promise with its last run, runs.csv, when each
+command was run, and doors.csv, the limits of everything that is read, as the code has them. The
+promises and the tests that hold them are in tools/promises.csv. Figures come from
+docs/reliability/NAME.json and docs/stability/*.csv, which the commands that measure write (`make
+large-runs`, `make faults`, `make soak`, `make properties`, `make fuzz`, `make stress`); nothing is
+measured here. The words are in tools/trust.md.in.
 
 Run it from the project's root: `python tools/reliability.py`.
 """
@@ -17,6 +18,14 @@ import json
 import re
 from pathlib import Path
 from typing import Any
+
+from sweeps.archive import partial, provenance
+from sweeps.errors import size_text
+from sweeps.figures import options
+from sweeps.ratios import LARGEST
+from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, toml_files
+from sweeps.reading.laboratory import matlab_files, recorded_columns, recording
+from sweeps.scene import axes, reading
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -138,6 +147,36 @@ def runs(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
     return [["figures of", "date", "on", "versions"], *body]
 
 
+def doors() -> list[list[str]]:
+    """Every way in for foreign files, and its limits as the code has them, heads first."""
+    return [
+        ["what is read", "limits before it is read", "limits while it is read"],
+        ["scene, engine file (TOML)", size_text(toml_files.MOST_BYTES),
+         f"{number(toml_files.MOST_KEYS)} keys, tables and lists"],
+        ["CSV that a scene or an engine file names", size_text(regular_files.MOST_TEXT), ""],
+        ["table of designs: CSV, Parquet, netCDF", "",
+         f"{number(regular_files.MOST_ROWS)} rows, and what fits into the free memory"],
+        ["table of designs: .xlsx", size_text(design_xlsx.MOST), "as every sheet"],
+        ["sheet of an .xlsx file", f"{size_text(sheets.MOST_INFLATED)} when inflated",
+         f"{number(sheets.MOST_CELLS)} cells; in a child process of {sheets.SECONDS:.0f} s and "
+         f"{size_text(sheets.MEMORY)}, and more by the size of its sheets"],
+        ["laboratory recording", size_text(recording.MOST_BYTES),
+         f"{number(recorded_columns.MOST_VALUES)} values, "
+         f"{number(recorded_columns.MOST_COLUMNS)} columns"],
+        [".mat file", f"{size_text(matlab_files.MOST_INFLATED)} when inflated",
+         "as every recording"],
+        ["archive, netCDF file", "",
+         f"a child process of {netcdf_child.SECONDS:.0f} s and {size_text(netcdf_child.OPENING)}, "
+         "and more by its size"],
+        ["files in an archive", "", size_text(provenance.MOST)],
+        ["folder of an interrupted run", size_text(partial.MOST_BLOCK), "a block"],
+        ["matplotlib style (--style)", size_text(options.MOST_STYLE), ""],
+        ["any number", "", f"{LARGEST:g} in size; 0 or {1.0 / LARGEST:g} and more, if positive"],
+        ["axes of a scene", "",
+         f"{number(axes.MOST_VALUES)} values together, {reading.MOST_DESIGNS:.0e} designs"],
+    ]  # fmt: skip
+
+
 def as_csv(rows: list[list[str]]) -> str:
     """The text of a file."""
     file = io.StringIO()
@@ -162,6 +201,7 @@ def files() -> dict[Path, str]:
         ROOT / "docs" / "trust.md": page,
         folder / "promises.csv": as_csv(promised(parts)),
         folder / "runs.csv": as_csv(runs(parts)),
+        folder / "doors.csv": as_csv(doors()),
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.accessor.plots import Plots, said_in_python, units_text
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, printable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,7 @@ class ArchiveAccessor:
     ... )
     >>> archive.dyn.outcomes
     {'converged': 6}
-    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50")
+    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50", at_every="speed")
     >>> float(found.inertia)
     20.0
     >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")
@@ -120,8 +120,9 @@ class ArchiveAccessor:
         ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
         ...     output={"quantities": ["delta", "torque_mean"]},
         ... )
-        >>> float(archive.dyn.best(least="delta", within="inertia <= 20").speed)
-        1500.0
+        >>> best = archive.dyn.best(least="delta", within="inertia <= 20", at_every="speed")
+        >>> float(best.inertia)
+        20.0
         """
         from sweeps.exploring.search import best
 
@@ -145,7 +146,7 @@ class ArchiveAccessor:
         ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
         ...     output={"quantities": ["delta", "torque_mean"]},
         ... )
-        >>> archive.dyn.pareto("inertia", "delta").inertia.values
+        >>> archive.dyn.pareto("inertia", "delta", at_every="speed").inertia.values
         array([ 5., 20., 40.])
         """
         from sweeps.exploring.search import pareto
@@ -250,7 +251,7 @@ class ArchiveAccessor:
 
         asked = (select, quantities, sort, relative_to)
         if has_indices(self._archive) and all(one is None for one in asked):
-            print(sensitivities_text(self._archive))
+            print(printable(sensitivities_text(self._archive)))
             return
         found = rows(
             self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
@@ -258,7 +259,7 @@ class ArchiveAccessor:
         )  # fmt: skip
         with said_in_python():
             text = rows_text(found, units_text(units), python=True)
-        print(text)
+        print(printable(text))
 
     def to_excel(
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,

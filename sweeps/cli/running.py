@@ -379,7 +379,9 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     if unused:
         say(f"no requested quantity depends on:  {', '.join(unused)}")
     if done.outcomes:
-        click.echo("outcomes: " + _listed(done.outcomes))
+        from sweeps.presenting.archives import of_all_designs
+
+        click.echo("outcomes: " + _listed(of_all_designs(done.outcomes, plan.designs)))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:
         click.echo(
             "stalled: the wanted delta is so large that the engine would stall first; no inertia "

@@ -18,8 +18,9 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
+from sweeps.dimensions import DESIGN, NOT_CHOSEN
 from sweeps.errors import SceneError, counted, not_known, shown
-from sweeps.exploring.conditions import Constraint, asked_of
+from sweeps.exploring.conditions import Constraint, asked_of, units_of
 from sweeps.exploring.ranges import chunks_of, ranges
 from sweeps.reading.netcdf_files import slabs
 
@@ -112,7 +113,8 @@ class EveryPoint:
     Raises
     ------
     SceneError
-        For names and axes that the archive does not have.
+        For names and axes that the archive does not have, and for `NOT_CHOSEN` ones that neither
+        the conditions nor `at_every` name.
     """
 
     def __init__(
@@ -131,7 +133,7 @@ class EveryPoint:
         dims = [str(d) for d in archive.dims]
         for axis in axes:
             if axis not in dims:
-                raise SceneError(f"at every {shown(axis)}: not an axis{not_known(axis, dims)}")
+                raise SceneError(f"at every {shown(axis)}: {_no_axis(archive, axis, dims)}")
             if axis in self.names:
                 raise SceneError(
                     f"at every {axis}: is the axis to be minimised or maximised itself"
@@ -141,6 +143,9 @@ class EveryPoint:
         self.asked = axes
         self.own = [d for d in dims if d in used and d not in axes]
         self.sizes = {d: archive.sizes[d] for d in (*self.own, *self.axes)}
+        _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
+        self.units = units_of(archive)
+        self.nearest = [math.inf] * len(conditions)
         self.fulfilling = self.unsolved = self.without = 0
         self.alone = [0] * len(conditions)
         self.left_out: dict[int, int] = dict.fromkeys(self.codes, 0)
@@ -155,6 +160,8 @@ class EveryPoint:
             counting = designs.points if self.asked else designs.lacking == 0
             for number, holds in enumerate(designs.holds):
                 self.alone[number] += int(np.count_nonzero(holds & counting))
+                excess = designs.excess[number][designs.points & (designs.lacking == 0)]
+                self.nearest[number] = min(self.nearest[number], excess.min(initial=math.inf))
             self.unsolved += int(np.count_nonzero(designs.lacking))
             self.without += int(np.count_nonzero(~designs.points))
             self.fulfilling += int(np.count_nonzero(designs.fulfilling))
@@ -248,14 +255,17 @@ class EveryPoint:
         if not self.asked and not self.conditions:
             return f"no design has a value of {' and '.join(self.names)}"
         if not self.asked:
-            with_each = (f"{n} with {c}" for c, n in zip(self.conditions, self.alone, strict=True))
+            with_each = (
+                f"{n} with {c}{self._nearest(number)}"
+                for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
+            )
             return (
                 f"no design meets all conditions; {self.designs - self.unsolved} of {designs} have "
                 f"a result, {', '.join(with_each)}"
             )
         each = [
-            f"{c} holds {self._everywhere} for {n}"
-            for c, n in zip(self.conditions, self.alone, strict=True)
+            f"{c} holds {self._everywhere} for {n}{self._nearest(number)}"
+            for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
         ]
         if self.unsolved:
             each.append(
@@ -266,6 +276,64 @@ class EveryPoint:
             each.append(f"{self.without} have no point that is counted")
         told = "; ".join([*each, *self._left_out()])
         return f"no design meets all conditions {self._everywhere}; of {designs}: {told}"
+
+    def _nearest(self, number: int) -> str:
+        """The value that comes nearest to a condition that no design meets."""
+        excess, condition = self.nearest[number], self.conditions[number]
+        if self.alone[number] or not math.isfinite(excess):
+            return ""
+        value = condition.limit + (excess if condition.above else -excess)
+        unit = self.units(condition.name)
+        return (
+            f" ({'least' if condition.above else 'most'}: {value:.4g}"
+            f"{'' if unit in (None, '1') else f' {unit}'})"
+        )
+
+
+def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
+    """Why there is no axis of this name: a column of designs has one value with each design."""
+    if name in archive.coords and DESIGN in archive[name].dims:
+        return (
+            "has one value with each design, so that no design is seen at several; the scene needs "
+            "it in [axes], beside its [sample] or [designs]"
+        )
+    return f"not an axis{not_known(name, list(dims))}"
+
+
+def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
+    """Check that designs are told apart by what can be chosen alone, or by what is named.
+
+    Raises
+    ------
+    SceneError
+        In one line that says how to ask.
+    """
+    points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
+    if points:
+        axes, first = ",".join(points), points[0]
+        raise SceneError(
+            f"{' and '.join(points)}: no choice of a design. --at-every {axes} (at_every) counts "
+            f"the worst value over {'them' if points[1:] else 'it'}, --select {first}=VALUE "
+            f"(sweeps.nearest) takes one value, and a condition on {first} makes it a choice"
+        )
+    for name in NOT_CHOSEN if DESIGN in own else ():
+        if name not in named and name in archive.coords and _varies(archive[name].variable):
+            raise SceneError(
+                f"{name}: no choice of a design, but each design has its own. With {name} in the "
+                f"scene's [axes] instead, --at-every {name} (at_every) counts the worst value; a "
+                f"condition on {name} makes it a choice"
+            )
+
+
+def _varies(column: xr.Variable) -> bool:
+    """Whether a column of designs has several values; read until two of them differ."""
+    if column.dims != (DESIGN,):
+        return False
+    for (part,) in slabs(column.shape, (1,), 1, AT_ONCE):
+        values = column[part].values
+        if (values != values[0]).any() or values[0] != column[0].values:
+            return True
+    return False
 
 
 def _keep_largest(

@@ -41,7 +41,9 @@ def best(
         which must hold. Without a unit, a number is in the unit of the archive, here W.
     at_every : str or sequence of str
         Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
-        `least` depends on them, its largest value there counts, of `most` the smallest.
+        `least` depends on them, its largest value there counts, of `most` the smallest. Axes that
+        are no choice of a design (speed, load and others, `sweeps.dimensions.NOT_CHOSEN`) must
+        stand here, be cut before (`sweeps.nearest`), or be named by `least`, `most` or `within`.
     not_counted : str or sequence of str
         Only with `at_every`: outcomes such as "no_steady_state" (of an engine at idle, say). Points
         that have one of them are left out; all others must fulfil the conditions.
@@ -57,8 +59,9 @@ def best(
     Raises
     ------
     SceneError
-        For names that the archive does not have, or that have more than one value for each design,
-        and where no design fulfils the conditions.
+        For names that the archive does not have, or that have more than one value for each design;
+        where speed or load would be chosen that are not named; and where no design fulfils the
+        conditions: then it says how near the designs come.
 
     Examples
     --------
@@ -144,11 +147,9 @@ def pareto(
     ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
     ...     output={"quantities": ["delta", "torque_mean"]},
     ... )
-    >>> front = sweeps.pareto(archive, "inertia", "delta")
+    >>> front = sweeps.pareto(archive, "inertia", "delta", at_every="speed")
     >>> front.inertia.values
     array([ 5., 20., 40.])
-    >>> front.speed.values
-    array([1500., 1500., 1500.])
     """
     check_dataset(archive)
     names = [str(name) for name in (first, second, *more)]

@@ -65,7 +65,7 @@ from sweeps.figures.indicator import recorded_names, recording_sheet, work_diagr
 from sweeps.figures.lines import band_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.measured import measured_names, measured_speeds
-from sweeps.figures.numbers import numbers
+from sweeps.figures.numbers import numbers, says_something
 from sweeps.figures.orders import orders
 from sweeps.figures.outcomes import outcome_names, outcomes_map
 from sweeps.figures.parameter_bars import (
@@ -228,10 +228,11 @@ KINDS = (
          "amplitudes over order and three speeds or more", waterfall_names, waterfalls,
          shared=True),
     Kind("numbers", "any other variable with a number for each design",
-         "a number for each design, such as delta", _running(None), numbers, general=True),
+         "a number, such as delta, that differs from design to design and repeats no axis",
+         _running(None), numbers, general=True),
     Kind("pareto", "all designs over two objectives, with the Pareto front",
-         "ten designs or more, and two conflicting objectives, such as inertia and delta; "
-         "quantities= names any two in Python",
+         "ten designs or more at one speed and load, and two conflicting objectives, such as "
+         "inertia and delta; quantities= names any two in Python",
          pareto_names, paretos, shared=True),
     Kind("tornado", "elasticities: how much each parameter changes a result",
          "an elasticity, such as delta_elasticity", tornado_names, tornados),
@@ -289,6 +290,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 and "flag_meanings" not in study.view.array(name).attrs  # a verdict is a word
                 and name not in beside
                 and (name in chosen if chosen else name not in taken)
+                and (kind.draw is not numbers or says_something(study.view, name))
             ]
         elif chosen:
             found[kind.name] = [name for name in found[kind.name] if name in chosen]

@@ -36,17 +36,16 @@ FEWEST_OF_MAP = 5
 """Values of an axis below which lines show more than a map."""
 
 
-def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw variables that are numbers: points, maps, small multiples of these.
+def says_something(view: View, name: str) -> bool:
+    """Whether a figure of a number shows more than a line of ``engine-dyn show``.
 
-    What is the same in all designs is no figure: ``engine-dyn show`` prints it. So is what repeats
-    an axis.
+    What is the same in all designs does not, nor what repeats an axis or the nominal speed.
     """
-    names = [
-        name
-        for name in names
-        if not _is_level(study.view, name) and not repeats_an_axis(study.view, name)
-    ]
+    return not _is_level(view, name) and not repeats_an_axis(view, name)
+
+
+def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw variables that are numbers and say something: points, maps, small multiples of these."""
     study, names = without_twins(deviations_of_speed(study, names), names)
     for stem, group in _groups(study.view, names):
         axes = study.view.axes(group)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import logging
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -12,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sweeps.errors import SceneError, did_you_mean, shown
+from sweeps.errors import SceneError, did_you_mean, one_line, shown, size_text
 from sweeps.ratios import number_or_ratio
 
 __all__ = ["ZEROS", "Options", "Target", "options_of"]
@@ -30,6 +32,9 @@ ZEROS: Mapping[str, tuple[float, str]] = {
     "expansion-bdc": (180.0, "bottom dead centre after expansion"),
 }
 """Where the crank angle is counted from: degrees after firing dead centre, and its name."""
+
+MOST_STYLE = 1 << 20
+"""Bytes of a style file."""
 
 Target = tuple[str, float]
 """A value that is aimed at, as it was written (1/200) and as a number."""
@@ -243,8 +248,8 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
             except (KeyError, ValueError) as error:
                 raise SceneError(f"style {shown(key)}: {_first_line(error)}") from None
         return dict(given)
-    path = Path(given)
-    if not path.exists():
+    path, name = Path(given), one_line(given, 200)
+    if not os.path.exists(path):  # that of Path fails for names that are too long
         from matplotlib import style
 
         if str(given) in style.library:
@@ -254,21 +259,45 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
             f"style {shown(str(given))}: no such file, and no style of matplotlib"
             f"{did_you_mean(str(given), [str(one) for one in style.library])}"
         )
+    if not path.is_file():
+        raise SceneError(f"style {name}: not a regular file; expected a matplotlib style file")
+    if path.stat().st_size > MOST_STYLE:
+        raise SceneError(f"style {name}: larger than {size_text(MOST_STYLE)}")
     log, complaints = logging.getLogger("matplotlib"), _Complaints()
     silent, log.propagate = log.propagate, False
     log.addHandler(complaints)
     try:
         found = matplotlib.rc_params_from_file(path, use_default_template=False)
-    except (OSError, ValueError) as error:
-        raise SceneError(f"style {path}: {_first_line(error)}") from None
+    except Exception as error:  # whatever matplotlib makes of the text of others
+        raise SceneError(f"style {name}: {_first_line(error)}") from None
     finally:
         log.removeHandler(complaints)
         log.propagate = silent
     if complaints.texts:
         said = complaints.texts[0].split(" You probably")[0]
-        raise SceneError(f"style {path}: {said[:200]}")
-    left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt"}
-    return {str(key): value for key, value in found.items() if key not in left_out}
+        raise SceneError(f"style {name}: {said[:200]}")
+    # TeX is a program of its own, whose commands read and write files.
+    left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
+    kept = {str(key): value for key, value in found.items() if key not in left_out}
+    _check_drawn(kept, name)
+    return kept
+
+
+def _check_drawn(style: Any, name: str) -> None:
+    """Check that a figure can be drawn: matplotlib reads markers and colours that it lacks."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    try:
+        with matplotlib.rc_context(style):
+            figure = Figure((2.0, 2.0))
+            panel = figure.add_subplot()
+            panel.plot([1.0, 2.0], label="a")
+            panel.pcolormesh([[1.0, 2.0], [3.0, 4.0]])
+            panel.legend()
+            figure.savefig(io.BytesIO(), format="png", dpi=30)
+    except Exception as error:
+        raise SceneError(f"style {name}: nothing can be drawn ({_first_line(error)})") from None
 
 
 def _first_line(error: Exception) -> str:

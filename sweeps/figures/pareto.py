@@ -14,6 +14,7 @@ import numpy as np
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats, Integers
+from sweeps.dimensions import NOT_CHOSEN
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import free_scale, x_label, y_label
 from sweeps.figures.searched_front import (
@@ -91,16 +92,23 @@ def pareto_names(view: View) -> list[str]:
 
     An axis is taken only when it is asked for: over a grid, the front of what falls along an axis
     is that line again. A list of designs that differ from a nominal one in one parameter each is no
-    choice either. Of a search it is what was wanted of it.
+    choice either, nor is one of designs at several speeds. Of a search it is what was wanted of it.
     """
     asked = view.options.quantities
     if is_searched(view) and not asked:
         return searched_names(view)
-    if view.nominal and len(asked) != 2:
-        return []
+    if len(asked) != 2:
+        if view.nominal or not set(NOT_CHOSEN).isdisjoint(parameters_of(view.data)):
+            return []
+        view = _of_choices(view)
     wanted = asked if len(asked) == 2 else [name for name in GOALS if name not in view.data.sizes]
     names = [name for name in wanted if _is_goal(view, name)]
     return names if len(names) > 1 else []
+
+
+def _of_choices(view: View) -> View:
+    """A view at one speed and load: axes that are no choice of a design are cut."""
+    return view.slice_at({dim: view.default(dim) for dim in NOT_CHOSEN if dim in view.data.sizes})
 
 
 def _is_goal(view: View, name: str) -> bool:
@@ -125,12 +133,13 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
         yield from searched_fronts(study, names)
         return
     drawn = 0
+    asked = len(study.view.options.quantities) == 2
+    view = study.view if asked else _of_choices(study.view)
     for pair in combinations(names, 2):
-        found = front(study.view, pair)
+        found = front(view, pair)
         enough = found.count >= LEAST_DESIGNS and found.values.shape[1] >= LEAST_FRONT
-        asked = len(study.view.options.quantities) == 2
         if asked or (enough and found.values.shape[1] <= MOST_SHARE * found.count):
-            yield f"pareto_{pair[0]}_{pair[1]}", _figure(study.view, pair, found)
+            yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, found)
             drawn += 1
         if drawn == MOST_FIGURES:
             return

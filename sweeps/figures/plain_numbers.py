@@ -25,7 +25,7 @@ __all__ = ["deviations_of_speed", "repeats_an_axis", "without_twins"]
 ALIKE = 1e-3
 """Relative difference up to which a quantity repeats an axis or another quantity."""
 
-SPEED = "speed"
+SPEED, MEAN_SPEED = "speed", "omega_mean"
 PER_RPM = {"rpm": 1.0, "rad s-1": RPM}
 """Units of speeds, and what one revolution a minute is in them."""
 
@@ -37,10 +37,15 @@ def _values(view: View, name: str) -> Floats | None:
 
 
 def repeats_an_axis(view: View, name: str) -> bool:
-    """Whether a variable holds the values of an axis again, such as a wanted delta that is met."""
+    """Whether a variable holds the values of an axis again, such as a wanted delta that is met.
+
+    So does the mean speed that is nearly the one nominal speed of all designs.
+    """
     values, array = _values(view, name), view.array(name)
     if values is None or not np.isfinite(values).any():
         return False
+    if name == MEAN_SPEED and not (SPEED in view.data.coords and view.data[SPEED].ndim):
+        return _equal(values, np.full_like(values, np.nanmean(values)))
     for key, coordinate in view.data.coords.items():
         if key == name or not coordinate.dims or coordinate.dtype.kind not in "iuf":
             continue

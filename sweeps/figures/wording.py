@@ -9,9 +9,11 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
+from sweeps.errors import printable
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"
+LONGEST_SYMBOL = 200
 MOST_TOLD_APART = 200
 """Numbers that get as many digits as tell them apart."""
 
@@ -86,8 +88,12 @@ def _power(power: float) -> str:
 
 
 def plain_text(text: str) -> str:
-    """Text that is not mathematics: a dollar sign must not start a formula."""
-    return text.replace("$", r"\$")
+    """Text that is not mathematics: a dollar sign must not start a formula.
+
+    What steers a terminal is escaped: matplotlib prints the letters that a font lacks.
+    """
+    parts = [printable(part) for part in text.split(HARD_SPACE)]
+    return HARD_SPACE.join(parts).replace("$", r"\$")
 
 
 def number_text(value: float, digits: int = 4) -> str:
@@ -158,6 +164,8 @@ def name_of(variable: xr.Variable, key: str) -> str:
 def symbol_of(variable: xr.Variable) -> str:
     """The symbol if matplotlib can set it, else nothing."""
     symbol = str(variable.attrs.get("symbol", "")).strip()
+    if len(symbol) > LONGEST_SYMBOL or not symbol.isprintable():
+        return ""
     return symbol if "$" not in symbol or _can_be_set(symbol) else ""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ from sweeps.presenting.tables import aligned, number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["archive_text", "outcome_counts", "recorded_cycle_lines"]
+__all__ = ["archive_text", "of_all_designs", "outcome_counts", "recorded_cycle_lines"]
 
 COUNTED_AT_ONCE = 1_000_000
 """Outcomes that are read and counted at a time."""
@@ -59,7 +60,7 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
     str
         Lines without a final line feed.
     """
-    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
+    lines = [f"{name}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
     head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
     lines += [f"  {line}" for line in head if line]
     counts = outcome_counts(dataset)
@@ -100,7 +101,7 @@ def _quantity_lines(dataset: xr.Dataset) -> list[str]:
     for name, data in dataset.data_vars.items():
         over = ", ".join(str(d) for d in data.dims)
         parts = [
-            str(data.attrs.get("long_name", "")),
+            one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
         rows.append((str(name), _extent_text(data), "; ".join(p for p in parts if p)))
@@ -122,7 +123,7 @@ def _extent_text(data: xr.DataArray) -> str:
     """The value, or the smallest and the largest, with the unit; nothing of words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
-    units = str(data.attrs.get("units", "no single unit"))
+    units = one_line(data.attrs.get("units", "no single unit"), 60)
     unit = "" if units == "1" else f" {units}"
     if _is_long(data):
         return f"not read{unit and f' [{units}]'}"
@@ -181,16 +182,26 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     for _, _, read in ranges({"status": codes}, dims, codes.shape, COUNTED_AT_ONCE):
         # A range at a time: counting makes an index of eight bytes out of each code.
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
-    return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+    found = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+    return of_all_designs(found, _designs(dataset))
+
+
+def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:
+    """Outcomes of all designs: along an axis that changes none, one stands for several designs."""
+    each, rest = divmod(designs, sum(counts.values()) or 1)
+    return {name: n if rest else n * each for name, n in counts.items()}
+
+
+def _designs(dataset: xr.Dataset) -> int:
+    return math.prod(dataset.sizes[d] for d in dims_of_designs(dataset))
 
 
 def _size_line(dataset: xr.Dataset, name: str) -> str:
     """How large an archive is, in numbers and on disk, and how it is stored."""
-    designs = math.prod(dataset.sizes[d] for d in dims_of_designs(dataset))
     numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
     levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
     parts = [
-        counted(designs, "design"),
+        counted(_designs(dataset), "design"),
         f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
         *sorted(numbers),
         f"compression {max(levels)}" if any(levels) else "not compressed",

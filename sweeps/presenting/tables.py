@@ -181,7 +181,7 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
 
 def meaning(rows: Rows, name: str) -> str:
     """What a column is, and what its uncertainty is mostly due to."""
-    text = rows.texts.get(name, "")
+    text = one_line(rows.texts.get(name, ""))
     return f"{text}; uncertainty mostly from {rows.mainly[name]}" if name in rows.mainly else text
 
 

@@ -12,6 +12,7 @@ from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
+from sweeps.ratios import BEYOND, LARGEST
 from sweeps.reading.csv_tables import CsvTable, csv_of_text, read_csv, with_line
 
 __all__ = ["NAMES", "WHAT", "cycles_of_text", "indicator_of_text", "read_indicator"]
@@ -66,7 +67,10 @@ def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[D
 
 def _diagram(table: CsvTable, period: float, column: str = PRESSURE_COLUMN) -> Diagram:
     angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
-    pressure = np.array(table.numbers(column)) * BAR
+    pressure = np.array(table.numbers(column))
+    if not np.abs(pressure).max(initial=0.0) <= LARGEST:
+        raise SceneError(f"{table.name}: {column}: {BEYOND}")
+    pressure *= BAR
     try:
         return diagram_from_points(angle, pressure, period)
     except ValueError as error:

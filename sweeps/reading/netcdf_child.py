@@ -20,16 +20,14 @@ import errno
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
-import time
 from contextlib import suppress
 from pathlib import Path
 
 import psutil
 
-from sweeps.errors import one_line, size_text
+from sweeps.errors import one_line
+from sweeps.reading.child_process import Limits, started, watched
 
 __all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart"]
 
@@ -46,9 +44,6 @@ size of the file; its libraries need a fifth of it."""
 MEMORY = 3 << 30
 """Bytes that it may take to read values."""
 
-PAUSE = 0.01
-"""Seconds between two looks at its memory."""
-
 OPENED = "opened\n"
 """What it says before it reads the values of a file."""
 
@@ -57,21 +52,10 @@ class _Child:
     """A process that reads the files that it is told."""
 
     def __init__(self) -> None:
-        # No module may come from the working folder, which need not be the user's own. Freed memory
-        # is overwritten, so that a library that uses it fails there and not later here.
-        environment = {
-            **os.environ, "OPENBLAS_NUM_THREADS": "1", "MALLOC_PERTURB_": "165",
-            "PYTHONPATH": os.pathsep.join(p for p in sys.path if os.path.isabs(p)),
-        }  # fmt: skip
         self.owner = os.getpid()
         self.files = 0
-        self.most = 0
-        self.ended_for = ""
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "sweeps.reading.netcdf_whole"], env=environment,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            cwd=os.path.abspath(os.sep), encoding="ascii",
-        )  # fmt: skip
+        self.limits = Limits(0, 0.0)
+        self.process = started("sweeps.reading.netcdf_whole", encoding="ascii")
 
     def read(self, path: str, size: int, whole: bool) -> str | None:
         """Let it read a file; why that is refused, "" where it is not, None where it ends."""
@@ -79,38 +63,20 @@ class _Child:
         seconds = _seconds(size)
         assert process.stdin and process.stdout
         self.files += 1
+        limits = self.limits = Limits(OPENING + 8 * size, 3.0 * seconds)
         with suppress(psutil.Error):
-            self.most = psutil.Process(process.pid).memory_info().rss + OPENING + 8 * size
-        done = threading.Event()
-        watch = threading.Thread(target=self._watch, args=(done, 3.0 * seconds))
-        watch.start()
-        try:
-            process.stdin.write(json.dumps([path, seconds, whole]) + "\n")
-            process.stdin.flush()
-            answer = process.stdout.readline()
-            if answer == OPENED:
-                self.most += MEMORY
+            limits.most += psutil.Process(process.pid).memory_info().rss
+        with watched(process, limits):
+            try:
+                process.stdin.write(json.dumps([path, seconds, whole]) + "\n")
+                process.stdin.flush()
                 answer = process.stdout.readline()
-        except OSError:  # it has ended
-            answer = ""
-        finally:
-            done.set()
-            watch.join()
+                if answer == OPENED:
+                    limits.most += MEMORY
+                    answer = process.stdout.readline()
+            except OSError:  # it has ended
+                answer = ""
         return str(json.loads(answer)) if answer else None
-
-    def _watch(self, done: threading.Event, seconds: float) -> None:
-        """End it where it takes too long, or too much memory."""
-        last = time.monotonic() + seconds
-        with suppress(psutil.Error):
-            process = psutil.Process(self.process.pid)
-            while not done.wait(PAUSE):
-                if time.monotonic() > last:
-                    self.ended_for = f"longer than {seconds:.0f} s"
-                elif process.memory_info().rss > self.most:
-                    self.ended_for = f"more than {size_text(self.most)} of memory"
-                if self.ended_for:
-                    self.process.kill()
-                    return
 
     def end(self) -> int:
         """End it; its exit status."""
@@ -168,8 +134,8 @@ def _answer(path: str, size: int, whole: bool) -> str:
         return reason
     if status == -getattr(signal, "SIGXCPU", 0) and status:
         return f"damaged: reading it takes more than {_seconds(size):.0f} s"
-    if child.ended_for:
-        return f"damaged: reading it takes {child.ended_for}"
+    if child.limits.ended_for:
+        return f"damaged: reading it takes {child.limits.ended_for}"
     if child.files > 1:  # it was ended while it waited, or a file before this one did harm
         return _answer(path, size, whole)
     return f"damaged: reading it ends the process with status {status}"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from sweeps.catalogue import PACKAGE
 from sweeps.errors import SceneError, one_line, shown
-from sweeps.reading.regular_files import reading, regular_bytes
+from sweeps.reading.regular_files import MOST_TEXT, reading, regular_bytes
 
 __all__ = [
     "file_bytes",
@@ -125,16 +125,16 @@ def _name(path: Path) -> str:
     return str(path)
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, most: int = MOST_TEXT) -> bytes:
     collected = _FILES.get()
     if collected is None:
-        return regular_bytes(path)
+        return regular_bytes(path, most)
     name = _name(path)
     if collected.closed:
         if name not in collected.files:
             raise FileNotFoundError(name)
         return collected.files[name]
-    data = collected.instead.get(name) or regular_bytes(path)
+    data = collected.instead.get(name) or regular_bytes(path, most)
     collected.files[name] = data
     return data
 
@@ -158,8 +158,8 @@ def file_bytes(path: Path, most: int) -> bytes:
     return regular_bytes(path, most)
 
 
-def read_text(path: Path, name: str, what: str) -> str:
-    """Return the text of a UTF-8 file (a byte order mark at its start is dropped).
+def read_text(path: Path, name: str, what: str, most: int = MOST_TEXT) -> str:
+    """Return the text of a UTF-8 file of at most so many bytes, without a byte order mark.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def read_text(path: Path, name: str, what: str) -> str:
         For a file that is missing, unreadable or not text; `what` says what it should be.
     """
     with reading(name, what):
-        data = _bytes(path)
+        data = _bytes(path, most)
     return text_of_bytes(data, name, what)
 
 

@@ -1,12 +1,20 @@
-"""Rows of a sheet of an .xlsx file, read by openpyxl: values only, no macros, no links."""
+"""Rows of a sheet of an .xlsx file, read by openpyxl: values only, no macros, no links.
+
+A small file can hold styles or names that keep openpyxl busy for minutes and fill the memory. So it
+runs in a process of its own, with limits that grow with the size of the sheets.
+"""
 
 from __future__ import annotations
 
 import io
+import json
+import os
+import sys
 import zipfile
 from typing import Any
 
 from sweeps.errors import SceneError, not_known, size_text
+from sweeps.reading.child_process import Limits, started, watched
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["sheet_rows"]
@@ -16,6 +24,21 @@ MOST_INFLATED = 1 << 30
 
 MOST_CELLS = 2 * 10**7
 MOST_ROWS = 1 << 20  # of a sheet
+
+MOST_TEXT = 1 << 27
+"""Characters of all cells; cells may share one text."""
+
+LONGEST_TEXT = 1 << 15
+"""Characters of a cell that are kept; Excel itself allows no more."""
+
+SECONDS, RATE = 10.0, 1e6
+"""Time that reading may take, and bytes of XML a second beside it; openpyxl reads some 8e6."""
+
+MEMORY, MEMORY_RATE, MOST_MEMORY = 1 << 29, 40, 6 << 30
+"""Bytes of memory that it may take, beside so many for each byte of XML, and at most."""
+
+COMPRESSED = 30
+"""A byte of a file stands for so many bytes of XML at most, where limits are set by it."""
 
 _OLE = b"\xd0\xcf\x11\xe0"
 
@@ -43,15 +66,63 @@ def sheet_rows(data: bytes, label: str, wanted: str | None = None) -> list[list[
             f"{label}: protected by a password, or an old .xls file; save it as .xlsx without a "
             "password"
         )
-    openpyxl = library("openpyxl", "openpyxl", label)
+    library("openpyxl", "openpyxl", label)
+    with library_reading(label, "an .xlsx file"), zipfile.ZipFile(io.BytesIO(data)) as parts:
+        sizes = {part.filename: part.file_size for part in parts.infolist()}
+    inflated = sum(sizes.values())
+    if inflated > MOST_INFLATED:
+        raise SceneError(
+            f"{label}: {size_text(inflated)} when inflated; must be at most "
+            f"{size_text(MOST_INFLATED)}"
+        )
+    cells = sum(size for part, size in sizes.items() if _has_cells(part))
+    return _rows_apart(data, label, wanted, min(cells, COMPRESSED * len(data)))
+
+
+def _has_cells(part: str) -> bool:
+    return part.startswith(("xl/worksheets/", "xl/sharedStrings"))
+
+
+def _rows_apart(data: bytes, label: str, wanted: str | None, cells: int) -> list[list[Any]]:
+    """Rows as a process of its own reads them, within limits for so many bytes of cells."""
+    process = started("sweeps.reading.sheets", json.dumps([label, wanted]))
+    memory = min(MEMORY + MEMORY_RATE * cells + 2 * len(data), MOST_MEMORY)
+    limits = Limits(memory, SECONDS + cells / RATE)
+    with process, watched(process, limits):
+        try:
+            answer, _ = process.communicate(data)  # type: ignore[arg-type, unused-ignore]
+        finally:
+            process.kill()
+    if limits.ended_for:
+        raise SceneError(f"{label}: not an .xlsx file to be read: it takes {limits.ended_for}")
+    if not answer:
+        raise SceneError(f"{label}: a damaged .xlsx file: reading it ends the process")
+    found = json.loads(answer)
+    if "refused" in found:
+        raise SceneError(found["refused"])
+    rows: list[list[Any]] = found["rows"]
+    return rows
+
+
+def main() -> None:
+    """Read the file that is the input; write its rows, or why it is refused, as JSON."""
+    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries may print
+    label, wanted = json.loads(sys.argv[1])
+    try:
+        made: dict[str, Any] = {"rows": _read(sys.stdin.buffer.read(), label, wanted)}
+    except SceneError as error:
+        made = {"refused": str(error)}
+    except MemoryError:
+        made = {"refused": f"{label}: there is not enough memory to read it"}
+    json.dump(made, answers)
+    answers.close()
+
+
+def _read(data: bytes, label: str, wanted: str | None) -> list[list[Any]]:
+    import openpyxl
+
     with library_reading(label, "an .xlsx file"):
-        with zipfile.ZipFile(io.BytesIO(data)) as parts:
-            inflated = sum(part.file_size for part in parts.infolist())
-        if inflated > MOST_INFLATED:
-            raise SceneError(
-                f"{label}: {size_text(inflated)} when inflated; must be at most "
-                f"{size_text(MOST_INFLATED)}"
-            )
         book = openpyxl.load_workbook(
             io.BytesIO(data), read_only=True, data_only=True, keep_links=False
         )
@@ -74,16 +145,32 @@ def _sheet(book: Any, wanted: str | None, label: str) -> Any:
 def _rows(sheet: Any, label: str) -> list[list[Any]]:
     """Rows of a sheet without the empty cells at their ends; a sheet may claim any size."""
     rows: list[list[Any]] = []
-    cells = 0
+    cells = letters = 0
     sheet.reset_dimensions()  # what it claims; rows would be filled up to it
     for row in sheet.iter_rows(values_only=True):
-        values = list(row)
+        values = [_plain(value) for value in row]
         while values and (values[-1] is None or values[-1] == ""):
             values.pop()
         rows.append(values)
         cells += len(values)
+        letters += sum(len(value) for value in values if isinstance(value, str))
+        if letters > MOST_TEXT:
+            raise SceneError(f"{label}: more than {MOST_TEXT} characters of text in its cells")
         if cells > MOST_CELLS or len(rows) > MOST_ROWS:
             raise SceneError(f"{label}: more than {MOST_CELLS:g} cells or {MOST_ROWS:g} rows")
     while rows and not rows[-1]:
         rows.pop()
     return rows
+
+
+def _plain(value: Any) -> Any:
+    """A value of a cell as JSON has it; dates and whole numbers of any length are texts."""
+    if value is None or isinstance(value, bool | float):
+        return value
+    if isinstance(value, int) and abs(value) < 1 << 63:
+        return value
+    return str(value)[:LONGEST_TEXT]
+
+
+if __name__ == "__main__":
+    main()

@@ -10,9 +10,13 @@ from typing import Any
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.referred_files import read_text
 
-__all__ = ["parse_toml", "toml_of_text"]
+__all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
 
-_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
+MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
+"""Of a scene or an engine file; reading more takes minutes. Longer lists stand in tables."""
+
+# Possessive: what a text has matched is never given back, which would take memory for each letter.
+_PART = r"(?:[\w-]++|\"(?:[^\"\\\n]|\\.)*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+"
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
 
 
@@ -24,11 +28,14 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
     SceneError
         For a file that cannot be read, or is not TOML: with the line and what stands on it.
     """
-    return toml_of_text(read_text(path, name, what), name)
+    return toml_of_text(read_text(path, name, what, MOST_BYTES), name)
 
 
 def toml_of_text(text: str, name: str) -> dict[str, Any]:
     """Return the tables of a text, as `parse_toml` does of a file."""
+    keys = text.count("=") + text.count("[")
+    if keys > MOST_KEYS:
+        raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
     if _DEEP_KEY.search(text):
         # Python's reader takes the square of their number of memory.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")

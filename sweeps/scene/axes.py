@@ -124,16 +124,17 @@ def _axis(key: str, raw: Any, name: str) -> Floats:
 def _range(raw: dict[str, Any], where: str) -> Floats:
     """Values of start/stop/num."""
     given = check_structure(Range, raw, where)
+    ends = (("start", given.start), ("stop", given.stop))
+    for end, value in ends:
+        number(value, f"{where} {end}")
     if given.start == given.stop:
         raise SceneError(
             f"{where}: start and stop are both {given.start:g}; they must differ (a single value "
             "belongs in [set])"
         )
     if given.spacing == "linear":
-        with np.errstate(over="ignore", invalid="ignore"):  # the caller refuses what is not finite
-            return np.linspace(given.start, given.stop, given.num)
-    for end, value in (("start", given.start), ("stop", given.stop)):
+        return np.linspace(given.start, given.stop, given.num)
+    for end, value in ends:
         if value <= 0.0:
             raise SceneError(f"{where} {end} = {value:g}: must be above 0 with spacing = 'log'")
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.geomspace(given.start, given.stop, given.num)
+    return np.geomspace(given.start, given.stop, given.num)

@@ -24,9 +24,9 @@ from sweeps.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine
 from sweeps.reading.referred_files import kept_files, text_of_bytes
-from sweeps.reading.regular_files import MOST_TEXT, reading
+from sweeps.reading.regular_files import reading
 from sweeps.reading.silenced_warnings import read_silenced
-from sweeps.reading.toml_files import parse_toml, toml_of_text
+from sweeps.reading.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.reading.torque_tables import read_torque_tables
 from sweeps.scene.axes import read_axes, read_settings
 from sweeps.scene.characteristic import read_characteristic
@@ -278,9 +278,9 @@ def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
 
 def _of_stream(stream: IO[bytes], name: str) -> dict[str, Any]:
     """Tables of a scene that comes through a pipe."""
-    data = stream.read(MOST_TEXT + 1)
-    if len(data) > MOST_TEXT:
-        raise SceneError(f"{name}: larger than {size_text(MOST_TEXT)}; expected {WHAT}")
+    data = stream.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise SceneError(f"{name}: larger than {size_text(MOST_BYTES)}; expected {WHAT}")
     return toml_of_text(text_of_bytes(data, name, WHAT), name)
 
 

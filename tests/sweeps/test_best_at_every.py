@@ -48,12 +48,56 @@ def test_holds_at_every_point(archive, monkeypatch):
     assert float(heavy["inertia"]) == 9.0
 
 
-def test_axes_not_named_are_part_of_the_design(archive):
-    found = sweeps.best(
-        archive.isel(load=[1, 2]), least="inertia", within="delta <= 1/450", at_every="load"
+def test_the_operating_point_is_chosen_only_if_named(archive):
+    loaded = archive.isel(load=[1, 2])
+    for search in (
+        lambda **asked: sweeps.best(loaded, least="inertia", **asked),
+        lambda **asked: sweeps.pareto(loaded, "inertia", "delta", **asked),
+    ):
+        with pytest.raises(SceneError, match=r"^speed and load: no choice of a design") as told:
+            search(within="delta <= 1/450")
+        assert "--at-every speed,load" in str(told.value) and "\n" not in str(told.value)
+        with pytest.raises(SceneError, match=r"^speed: no choice of a design\. --at-every speed "):
+            search(within="delta <= 1/450", at_every="load")
+    # delta is 3/(inertia speed) at full load: at 1000 rpm 1 kg m2 does not do, at 1500 rpm it does
+    chosen = sweeps.best(
+        loaded, least="inertia", within=["delta <= 1/450", "speed >= 900"], at_every="load"
     )
-    assert float(found["inertia"]) == 1.0
-    assert float(found["speed"]) == 1500.0
+    assert (float(chosen["inertia"]), float(chosen["speed"])) == (1.0, 1500.0)
+    cut = sweeps.best(
+        loaded.isel(speed=0), least="inertia", within="delta <= 1/450", at_every="load"
+    )
+    assert float(cut["inertia"]) == 3.0
+
+
+def test_a_sampled_speed_is_chosen_only_if_named():
+    speed, inertia = np.array([1000.0, 1800.0, 1800.0]), np.array([3.0, 1.0, 2.0])
+    archive = xr.Dataset(
+        {"delta": ("design", 3.0 / inertia / speed)},
+        {"speed": ("design", speed), "inertia": ("design", inertia)},
+    )
+    asked = {"least": "inertia", "within": "delta <= 1/500"}
+    with pytest.raises(SceneError, match="speed: no choice of a design, but each design has its"):
+        sweeps.best(archive, **asked)
+    with pytest.raises(
+        SceneError, match=r"at every 'speed': has one value .* needs it in \[axes\]"
+    ):
+        sweeps.best(archive, **asked, at_every="speed")
+    asked["within"] = ["delta <= 1/500", "speed > 0"]
+    assert float(sweeps.best(archive, **asked)["inertia"]) == 1.0
+    one = archive.assign_coords(speed=("design", np.full(3, 1800.0)))
+    assert float(sweeps.best(one, **asked | {"within": "delta <= 1/500"})["inertia"]) == 1.0
+
+
+def test_where_nothing_is_found_the_nearest_value_is_told(archive):
+    loaded = archive.isel(load=[1, 2])
+    asked = {"least": "inertia", "at_every": ["load", "speed"]}
+    # the least of the largest: 3/(9 1000)
+    with pytest.raises(SceneError, match=r"load and speed for 0 \(least: 0\.0003333\)"):
+        sweeps.best(loaded, within="delta <= 1/10000", **asked)
+    loaded["imep"].attrs["units"] = "bar"
+    with pytest.raises(SceneError, match=r"0 with imep >= 20 \(most: 9 bar\)"):
+        sweeps.best(loaded, most="imep", within=["imep >= 20", "load > 0"])
 
 
 def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
@@ -70,7 +114,9 @@ def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
 
 
 def test_a_quantity_that_varies_counts_at_its_worst(archive):
-    found = sweeps.best(archive.isel(load=[1, 2]), least="delta", at_every=["load"])
+    found = sweeps.best(
+        archive.isel(load=[1, 2]), least="delta", within="speed > 0", at_every=["load"]
+    )
     assert float(found["inertia"]) == 9.0
     assert float(found["speed"]) == 1500.0
     few = sweeps.best(archive.isel(load=[1, 2]), most="delta", at_every=["load", "speed"])
@@ -96,7 +142,7 @@ def test_a_front_at_every_point_is_that_of_the_worst_values(archive, monkeypatch
     assert cheap["inertia"].values.tolist() == [9.0, 5.0]
     assert "3 of 4 designs fulfil delta <= 1/1000" in cheap.attrs["search"]
     most = sweeps.pareto(archive.isel(load=[1, 2]), "inertia", "delta", most=["inertia", "delta"],
-                         at_every="load")  # fmt: skip
+                         within="speed > 0", at_every="load")  # fmt: skip
     # the smallest delta of a design counts where more of it is better: 1000 rpm always has more
     assert set(most["speed"].values) == {1000.0}
     assert most["inertia"].values.tolist() == [9.0, 5.0, 3.0, 1.0]
@@ -117,9 +163,10 @@ def test_of_bearings_the_worst_counts_and_missing_ones_do_not(archive):
     assert float(sweeps.best(archive, **asked)["inertia"]) == 9.0
     asked["within"] = "main_journal_load_max >= 0.2"
     assert float(sweeps.best(archive, **asked)["inertia"]) == 1.0
-    at_once = sweeps.best(archive, least="inertia", within="main_journal_load_max <= 1.0")
+    one = archive.isel(load=0, speed=1)
+    at_once = sweeps.best(one, least="inertia", within="main_journal_load_max <= 1.0")
     assert float(at_once["inertia"]) == 3.0
-    assert sweeps.pareto(archive, "inertia", "main_journal_load_max").sizes["front"] == 4
+    assert sweeps.pareto(one, "inertia", "main_journal_load_max").sizes["front"] == 4
 
 
 def test_equally_good_designs_are_counted():

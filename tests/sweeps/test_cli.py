@@ -202,6 +202,18 @@ def test_without_fail_on_failed_designs_are_only_counted(tmp_path: Path) -> None
     assert "outcomes: converged 1, stalled 1" in ok("run", path, "-o", tmp_path / "out.nc")
 
 
+def test_outcomes_are_those_of_all_designs(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "ntua"\n[axes]\nmain_journal_width = [0.03, 0.04, 0.05]\nspeed = [1200, 1500]\n'
+        "[set]\nmain_journal_diameter = 0.09\n"
+        '[output]\nquantities = ["main_journal_pressure_max", "delta"]\n'
+    )
+    out = tmp_path / "out.nc"
+    assert "6 designs\noutcomes: converged 6\n" in ok("run", path, "-o", out)
+    assert "outcomes\n  converged: 6\n" in ok("info", out)
+
+
 def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(

@@ -13,7 +13,7 @@ import sweeps
 from engine_dyn import status
 from sweeps.errors import SceneError
 from sweeps.figures import pareto
-from sweeps.figures.drawing import figure, figures
+from sweeps.figures.drawing import figure, figures, kinds_of
 from sweeps.figures.options import options_of
 from sweeps.figures.study import study_of
 
@@ -80,7 +80,7 @@ def test_the_front_is_what_no_other_design_beats() -> None:
 def test_the_front_is_that_of_the_search() -> None:
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="inertia,delta"))
-    found = sweeps.pareto(data, "inertia", "delta")
+    found = sweeps.pareto(data, "inertia", "delta", within=["speed > 0", "load > 0"])
     assert of_front(drawn) == pytest.approx(np.array([found["inertia"], found["delta"]]))
     # the legend names the designs at both ends
     assert "moment of inertia = 1 kg m², engine speed = 2000 rpm, engine load = 20 %" in words(
@@ -118,10 +118,48 @@ def test_a_quantity_that_is_the_same_in_all_designs_is_no_goal() -> None:
     assert "delta" not in pareto.pareto_names(study_of(data, {}).view)
 
 
-def test_an_axis_is_a_goal_only_when_asked_for() -> None:
-    assert set(figures(choices()[["delta", "brake_power"]], options_of(only="pareto"))) == {
-        "pareto_delta_brake_power"
-    }
+def test_speed_and_load_are_no_choice_and_an_axis_is_a_goal_only_when_asked_for() -> None:
+    data = choices()[["delta", "brake_power"]]
+    # power depends on speed and load alone, which are the operating point and not the design
+    assert "brake_power" not in pareto.pareto_names(study_of(data, {}).view)
+    stroke = xr.DataArray(np.linspace(0.9, 1.1, 5), dims="stroke", coords={"stroke": range(5)})
+    choice = xr.Dataset(
+        {"delta": data["delta"] * stroke**2, "brake_power": data["brake_power"] * stroke}
+    )
+    ((stem, drawn),) = figures(choice, options_of(only="pareto")).items()
+    assert stem == "pareto_delta_brake_power"
+    assert "speed = 1500 rpm" in words(drawn) and "of 30 designs" in words(drawn)
+
+
+def test_a_sample_of_speeds_has_no_front() -> None:
+    inertia, stroke, speed = np.random.default_rng(1).uniform(1.0, 2.0, (3, 40))
+    data = xr.Dataset(
+        {
+            "delta": variable("design", stroke / inertia / speed, "fluctuation", "1"),
+            "brake_power": variable("design", stroke * speed, "brake power", "W"),
+        },
+        {"inertia": ("design", inertia), "stroke": ("design", stroke)},
+    )
+    assert pareto.pareto_names(study_of(data, {}).view) == ["inertia", "delta", "brake_power"]
+    sampled = data.assign_coords(speed=("design", speed))
+    assert pareto.pareto_names(study_of(sampled, {}).view) == []
+    assert figure(sampled, "pareto", options_of(quantities="delta,brake_power"))
+
+
+def test_a_mean_speed_that_is_the_nominal_one_is_no_figure() -> None:
+    data = choices().isel(speed=1, drop=True)
+    data["omega_mean"] = variable(
+        ("inertia", "load"), 157.08 - data["delta"].values * 1e-4, "mean speed", "rad s-1"
+    )
+    assert not [stem for stem in figures(data) if stem.startswith("omega_mean")]
+    only = data[["omega_mean"]]
+    offered = {kind.name for kind, names in kinds_of(only) if names}
+    assert "numbers" not in offered
+    with pytest.raises(SceneError, match=r"numbers: not available .* repeats no axis"):
+        figure(only, "numbers")
+    # 1 % is more than the closure makes of the mean
+    data["omega_mean"] = data["omega_mean"] * (1.0 + 0.01 * data["load"] / 100.0)
+    assert [stem for stem in figures(data[["omega_mean"]]) if stem.startswith("omega_mean")]
 
 
 def test_curves_are_no_goals() -> None:

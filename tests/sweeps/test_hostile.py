@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import tomllib
+import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,9 +23,13 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+import openpyxl
 import pytest
+import xarray as xr
 
 import sweeps
+import sweeps.accessor
+import sweeps.figures
 from sweeps.archive import netcdf, partial, provenance
 from sweeps.archive.partial import Partial
 from sweeps.catalogue import ENGINES
@@ -155,9 +160,25 @@ TEXTS: dict[str, tuple[bytes, str]] = {
         SCENE.encode() + b"[axes]\nbore = { start = 0.1, stop = 0.2, num = 1000000000000 }",
         "num = 1000000000000: must be a whole number from 2 to 10000000",
     ),
+    "a long title": (
+        b'title = "' + b"a" * (1 << 24) + b'"\n' + SCENE.encode(), "larger than 16.8 MB",
+    ),
+    "many keys": (
+        SCENE.encode() + b"[set]\n" + b"".join(b"k%d = 1\n" % i for i in range(200_000)),
+        "200005 keys, tables and lists; must be at most 200000",
+    ),
+    "many lists": (SCENE.encode() + b"x = [" + b"[]," * 300_000 + b"]", "keys, tables and lists"),
+    "a sample beyond numbers": (
+        SCENE.encode() + b"[sample]\nnumber = 8\ninertia = { low = 1.0, high = 1e308 }",
+        r"\[sample\] inertia high = 1e\+308: must be at most 1e\+30 in size",
+    ),
+    "a length that is nearly none": (
+        SCENE.encode() + b"[set]\nstroke = 1e-200",
+        r"\[set\] stroke = 1e-200: must be at least 1e-30",
+    ),
     "beyond numbers": (
         SCENE.encode() + b"[axes]\nbore = { start = -1e308, stop = 1e308, num = 5 }",
-        r"\[axes\] bore = ",
+        r"\[axes\] bore start = -1e\+308: must be at most 1e\+30 in size",
     ),
 }  # fmt: skip
 
@@ -510,6 +531,67 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
 
 
 # --- archives -----------------------------------------------------------------------------------
+
+
+def test_texts_of_an_archive_stay_on_their_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = "a\x1b[31m\nFORGED"
+    archive = xr.Dataset(
+        {"delta": ("design", [0.1, 0.2], {"long_name": said, "units": said, "symbol": said})},
+        {"case": ("design", ["x\x1b[31mred", "y"])},
+        {"title": said, "scene": "{}", "engine": said, "engine_title": said},
+    )
+    path = tmp_path / "a.nc"
+    archive.to_netcdf(path, engine="netcdf4")
+    for command in (("info",), ("show",), ("best", "--least", "delta"), ("plot", "--list")):
+        told = invoke(command[0], path, *command[1:])
+        assert told.exit_code == 0, told.output
+        lines = told.output.splitlines()
+        assert all(line.isprintable() and not line.startswith("FORGED") for line in lines)
+    archive.dyn.show()
+    assert all(line.isprintable() for line in capsys.readouterr().out.splitlines())
+    # matplotlib warns of letters that its font lacks, and would print them
+    sweeps.figures.figures(archive)
+
+
+@pytest.mark.parametrize("style", ["/dev/zero", ".", "a" * 300, "big", "drawn"])
+def test_styles_that_are_none(style: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("big").write_bytes(b"#" * ((1 << 20) + 1))
+    Path("drawn").write_text("lines.marker: nosuch\n")
+    Path("a.nc").write_bytes(sound_archive())
+    told = refused("plot", "a.nc", "-o", "figures", "--style", style)
+    assert told.startswith("engine-dyn: style ")
+    assert not Path("figures").exists() or not list(Path("figures").iterdir())
+
+
+def test_styles_run_no_tex(tmp_path: Path) -> None:
+    path = tmp_path / "tex.mplstyle"
+    path.write_text("text.usetex: True\nfont.size: 9\n")
+    assert sweeps.figures.options_of(style=path).style == {"font.size": 9.0}
+
+
+def test_styles_of_a_workbook_do_not_fill_the_memory(tmp_path: Path) -> None:
+    path, book = tmp_path / "a.xlsx", openpyxl.Workbook()
+    for row in (["inertia"], [1.0], [2.0]):
+        book.active.append(row)
+    book.save(path)
+    formats = "".join(f'<numFmt numFmtId="{200 + i}" formatCode="0.0"/>' for i in range(950_000))
+    with zipfile.ZipFile(path) as sound:
+        parts = {name: sound.read(name) for name in sound.namelist()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as changed:
+        for name, data in parts.items():
+            if name == "xl/styles.xml":
+                head, mark, rest = data.partition(b"<fonts")
+                data = head + b"<numFmts>" + formats.encode() + b"</numFmts>" + mark + rest
+                assert len(data) > 40e6
+            changed.writestr(name, data)
+    assert path.stat().st_size < 4e6
+    before = time.monotonic()
+    with pytest.raises(SceneError, match=r"a.xlsx: not an \.xlsx file to be read: it takes more"):
+        read_designs(path, "a.xlsx")
+    assert time.monotonic() - before < 30.0
 
 
 def test_what_an_archive_says_does_not_steer_the_terminal(tmp_path: Path) -> None:

@@ -219,6 +219,7 @@ def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
 def test_best_tells_its_conditions_with_their_units(path: Path) -> None:
     def told(*within: str) -> str:
         options = [part for text in within for part in ("--within", text)]
+        options += ["--select", "load=80"]
         return ok("best", path, "--least", "inertia", *options).splitlines()[0]
 
     assert told("brake_power >= 15 kW") == "conditions: brake_power >= 15 kW"

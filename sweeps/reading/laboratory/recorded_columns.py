@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, counted, one_line
+from sweeps.ratios import BEYOND, LARGEST
 
 __all__ = ["MOST_COLUMNS", "MOST_VALUES", "Column", "Recording", "check_size", "recording_of"]
 
@@ -90,14 +91,14 @@ class Recording:
         column = self.columns[name]
         where = self.where(name)
         values = column.values
-        # The sum is finite unless a value is not (or the sum overflows): one pass, no array.
-        if values.size and np.isfinite(values.sum()):
-            return values
-        bad = np.argwhere(~np.isfinite(values))
-        if not values.size or not len(bad):
-            if values.size:
-                return values
+        if not values.size:
             raise SceneError(f"{where}: has no values")
+        # Of a NaN among them, both are NaN: no array is made.
+        if values.min() >= -LARGEST and values.max() <= LARGEST:
+            return values
+        bad = np.argwhere(~(np.abs(values) <= LARGEST))
+        if np.isfinite(value := values[tuple(bad[0])]):
+            raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {value:g}: {BEYOND}")
         what = "a blank field or no number"
         if column.text is not None:
             what = f"'{one_line(column.text[1], 40)}'"

@@ -1,0 +1,72 @@
+"""Processes of their own, in which foreign files are read: limits of time and memory end them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+
+import psutil
+
+from sweeps.errors import size_text
+
+__all__ = ["Limits", "started", "watched"]
+
+PAUSE = 0.01
+"""Seconds between two looks at its memory."""
+
+
+@dataclass
+class Limits:
+    """What a process may take, bytes and seconds, and why it was ended; "" where it was not."""
+
+    most: int
+    seconds: float
+    ended_for: str = ""
+
+
+def started(module: str, *arguments: str, encoding: str | None = None) -> subprocess.Popen[str]:
+    """Start a module of ours as a process; its input and output are bytes without an encoding."""
+    # No module may come from the working folder, which need not be the user's own. Freed memory
+    # is overwritten, so that a library that uses it fails there and not later here.
+    environment = {
+        **os.environ, "OPENBLAS_NUM_THREADS": "1", "MALLOC_PERTURB_": "165",
+        "PYTHONPATH": os.pathsep.join(p for p in sys.path if os.path.isabs(p)),
+    }  # fmt: skip
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, *arguments], env=environment,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        cwd=os.path.abspath(os.sep), encoding=encoding,
+    )  # fmt: skip
+
+
+@contextmanager
+def watched(process: subprocess.Popen[str], limits: Limits) -> Iterator[None]:
+    """Kill a process that takes more than its limits, which may grow meanwhile."""
+    done = threading.Event()
+    watch = threading.Thread(target=_watch, args=(process, limits, done))
+    watch.start()
+    try:
+        yield
+    finally:
+        done.set()
+        watch.join()
+
+
+def _watch(process: subprocess.Popen[str], limits: Limits, done: threading.Event) -> None:
+    last = time.monotonic() + limits.seconds
+    with suppress(psutil.Error):
+        seen = psutil.Process(process.pid)
+        while not done.wait(PAUSE):
+            if time.monotonic() > last:
+                limits.ended_for = f"longer than {limits.seconds:.0f} s"
+            elif seen.memory_info().rss > limits.most:
+                limits.ended_for = f"more than {size_text(limits.most)} of memory"
+            if limits.ended_for:
+                process.kill()
+                return
