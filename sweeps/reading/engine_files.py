@@ -166,6 +166,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         for i, table in enumerate(given.diagram, start=1)
     ]
     family = _family(diagrams, name)
+    if family.low == family.high:
+        values.setdefault("load", family.low)  # the one that all its diagrams have
     for key in _OWN:
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be a number")
