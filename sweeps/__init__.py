@@ -20,6 +20,10 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("engine-dyn")
+    if name == "figures":  # a package, which no function of ours returns
+        from importlib import import_module
+
+        return import_module("sweeps.figures")
     if name not in __all__:
         hint = ""
         if not name.startswith("_"):  # which notebooks ask for by the dozen

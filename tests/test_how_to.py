@@ -92,8 +92,16 @@ def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     filled = head + re.sub(r"^# (\w+ = )", r"\1", values, flags=re.M)
     filled += diagram_text[1].replace("\n# ", "\n")
     (tmp_path / "my_engine.toml").write_text(filled, encoding="utf-8")
-    for line in [*scene_of_own, "engine-dyn plan my_scene.toml"]:
+    for line in [*scene_of_own, "engine-dyn run my_scene.toml -o own.nc"]:
         run_line(line)
+    # The load of the only diagram is the engine's own; what a file lacks, the scene gives.
+    own_values, mark, diagram_of_it = filled.partition("[[diagram]]")
+    unknown = r"(?m)^(load|load_\w+|friction_\w+|crankcase_pressure) = .*\n"
+    few = re.sub(unknown, "", own_values) + mark + diagram_of_it
+    (tmp_path / "few.toml").write_text(few, encoding="utf-8")
+    run_line("engine-dyn new of_few.toml --for few.toml")
+    run_line("engine-dyn run of_few.toml -o few.nc")
+    assert "Usual values" in (tmp_path / "of_few.toml").read_text("utf-8")
 
 
 @pytest.mark.parametrize("page", sorted(PAGES))

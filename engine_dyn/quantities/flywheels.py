@@ -264,8 +264,8 @@ NODES = (
     ),
     Node(
         "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
-        "flywheel inertia needed in addition to the running gear for the wanted delta, 0 if none "
-        "is needed", "Kakaitsas sections 3.2, 3.2.2",
+        "flywheel inertia needed for the wanted delta in addition to running gear, auxiliaries and "
+        "load, 0 if none is needed", "Kakaitsas sections 3.2, 3.2.2",
         needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
         make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:
         np.maximum(

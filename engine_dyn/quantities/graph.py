@@ -32,7 +32,7 @@ from engine_dyn.quantities import (
     speed,
     torque,
 )
-from engine_dyn.quantities.node import Dimension, Node
+from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.units import DEGREE
 
 __all__ = [
@@ -144,6 +144,7 @@ _by_name: dict[str, tuple[Node, ...]] = {}
 for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
+check_needs(NODES)
 
 PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
 """What a scene may set or vary."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import CO_VARARGS, CO_VARKEYWORDS
 from typing import Any
 
 from engine_dyn.quantities.variants import check_words
 
-__all__ = ["Dimension", "Node", "hidden", "parameter"]
+__all__ = ["Dimension", "Node", "check_needs", "hidden", "parameter"]
 
 
 @dataclass(frozen=True)
@@ -136,3 +138,36 @@ def hidden(
 ) -> Node:  # fmt: skip
     """Return a node that scenes cannot ask for, made on the way to others."""
     return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)
+
+
+def check_needs(nodes: Mapping[str, Sequence[Node]]) -> None:
+    """Check that what nodes need is there, and that what they are made from takes it by name.
+
+    Raises
+    ------
+    ValueError
+        In one line, for a name in `needs` that no node has, and for arguments of `make` that are
+        not the needs.
+    """
+    known = {*nodes, *(result for same in nodes.values() for node in same for result in node.gives)}
+    for node in (node for same in nodes.values() for node in same):
+        for need in node.needs:
+            if need not in known:
+                near = difflib.get_close_matches(need, known, 1)
+                hint = f"; did you mean {near[0]!r}?" if near else ""
+                raise ValueError(f"node {node.name!r} needs {need!r}, which no node has{hint}")
+        make: Any = node.make
+        code = getattr(make, "__code__", None)
+        if code is None or code.co_flags & (CO_VARARGS | CO_VARKEYWORDS):
+            continue
+        count = code.co_argcount + code.co_kwonlyargcount
+        taken = {*code.co_varnames[:count]} - {"wanted", "threads", "progress"}
+        defaults = {*(make.__kwdefaults__ or ())}
+        optional = code.co_argcount - len(make.__defaults__ or ())
+        defaults |= {*code.co_varnames[optional : code.co_argcount]}
+        lacking, beyond = taken - {*node.needs} - defaults, {*node.needs} - taken
+        if lacking or beyond:
+            what = f"takes {sorted(lacking)}, not among its needs" if lacking else (
+                f"does not take {sorted(beyond)}, which are among its needs"
+            )  # fmt: skip
+            raise ValueError(f"node {node.name!r}: make {what}")

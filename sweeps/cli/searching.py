@@ -241,6 +241,8 @@ def sensitivities(
     scene's [sample] has method = "saltelli", first-order indices for other samples, and both for
     grids. `plot` draws the file written with -o.
     """
+    import sys
+
     from sweeps.reading.netcdf_files import check_file
 
     level = number_of(confidence, "--confidence")
@@ -252,7 +254,10 @@ def sensitivities(
         from sweeps.presenting.sensitivities import sensitivities_text
 
         names = names_of(quantities)
-        found = indices_of(dataset, names, confidence=level, resamples=resamples, seed=seed)
+        found = indices_of(
+            dataset, names, confidence=level, resamples=resamples, seed=seed,
+            progress=not quiet and sys.stderr.isatty(),
+        )  # fmt: skip
     write_archive(found, output, overwrite)
     if not quiet:
         say(sensitivities_text(found))

@@ -35,6 +35,7 @@ from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.attributes import members_of
 from sweeps.exploring.columns import chosen_quantities
 from sweeps.reading.libraries import library
+from sweeps.running.progress import progress_bar
 from sweeps.scene.sample import SEARCH, parameters_of
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class _TooFew(SceneError):
 
 def sensitivities(
     archive: xr.Dataset, quantities: str | Sequence[str] | None = None, *,
-    confidence: float = 0.95, resamples: int = 100, seed: int = 1,
+    confidence: float = 0.95, resamples: int = 100, seed: int = 1, progress: bool = False,
 ) -> xr.Dataset:  # fmt: skip
     """Sobol' indices: which share of the variance of a result is due to which parameter.
 
@@ -116,6 +117,8 @@ def sensitivities(
         Number of these.
     seed : int
         Of their random numbers.
+    progress : bool
+        Show a progress bar on the terminal.
 
     Returns
     -------
@@ -161,9 +164,14 @@ def sensitivities(
     settings = {"num_resamples": resamples, "conf_level": confidence, "seed": seed}
     found: dict[str, Any] = {}
     methods: dict[str, str] = {}
-    for name in names:
-        variables, methods[name] = _of_quantity(archive, name, study, settings)
-        found |= variables
+    with progress_bar(
+        total=len(names), unit=" quantities", delay=1.0, leave=False, disable=not progress
+    ) as bar:
+        for name in names:
+            bar.set_description(name)
+            variables, methods[name] = _of_quantity(archive, name, study, settings)
+            found |= variables
+            bar.update()
     rest = {d for v in found.values() for d in v[0]} - {PARAMETER}
     coordinates = {d: archive[d] for d in rest if d in archive.coords}
     dataset = xr.Dataset(found, coords=coordinates)

@@ -171,6 +171,8 @@ def _read_engine(path: Path, name: str) -> Engine:
     family = _family(diagrams, name)
     if count := count_cylinders(given, values, period, name):
         values["cylinders"] = float(count)
+    if diagrams and family.low == family.high:
+        values.setdefault("load", family.low)  # the one that all its diagrams have
     for key in _OWN if diagrams else ("cylinders",):
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be a number")

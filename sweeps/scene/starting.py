@@ -6,9 +6,20 @@ import json
 import re
 
 from engine_dyn.engine import Engine
+from sweeps.errors import printable
 from sweeps.scene.reading import built_in_scenes
 
 __all__ = ["starting_scene"]
+
+USUAL = {
+    "load_exponent": "2                # load torque a + k omega^exponent",
+    "load_offset": "0                  # N m, a",
+    "crankcase_pressure": "1.01325     # bar",
+    "friction_constant": "0.137        # bar",
+    "friction_peak_pressure": "0.005   # 1",
+    "friction_mean_piston_speed": "0.142    # bar s m-1",
+}
+"""What an engine file may lack, and usual values, which the scene gives and says to replace."""
 
 
 def starting_scene(engine: Engine | None = None, path: str = "") -> str:
@@ -27,13 +38,21 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     values = engine.values
     loads = [float(load) for load in engine.family.loads if load > 0.0]
     lines = {
-        "title": json.dumps(
+        "title": _quoted(
             f"Coefficient of speed fluctuation over flywheel inertia: {engine.title}"[:200]
         ),
-        "engine": json.dumps(path),
+        "engine": _quoted(path),
         "speed": f"{values['speed']:g}                    # rpm",
         "load": f"{[float(f'{load:g}') for load in loads or [values['load']]]}    # percent",
     }
+    lacking = [
+        f"{key} = {value}"
+        for key, value in USUAL.items()
+        if key not in values and not ("friction_law" in values and key.startswith("friction"))
+    ]
+    if lacking:
+        lines["speed"] += "\n# Usual values, which the engine file does not give: replace them.\n"
+        lines["speed"] += "\n".join(lacking)
     lines = {key: f"{key} = {line}" for key, line in lines.items()}
     key = next((key for key in ("inertia", "flywheel_inertia") if key in values), None)
     if key is not None:
@@ -45,3 +64,8 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     text = re.sub(r"(?m)^(\w+) = .*$", lambda found: lines.get(found[1], found[0]), text)
     counts = f"{len(loads) or 1} x 25 designs"
     return text.replace("3 x 25 designs", counts)
+
+
+def _quoted(text: str) -> str:
+    """A text as TOML has it, whose escapes are those of JSON but for letters beyond 16 bits."""
+    return json.dumps(printable(text), ensure_ascii=False)

@@ -21,7 +21,7 @@ from engine_dyn.quantities.graph import (
     PARAMETERS,
     select,
 )
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, check_needs
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
@@ -179,3 +179,21 @@ def test_every_torque_over_the_crank_angle_says_its_sign() -> None:
     assert len({n.name for n in torques}) > 10
     assert not [n.name for n in torques if "positive" not in n.long_name]
     assert "take-off at throw 1" in ALL_QUANTITIES["torque_after_throw"].long_name
+
+
+@pytest.mark.parametrize(
+    ("needs", "make", "words"),
+    [
+        (("sped",), lambda sped: sped, "node 'mine' needs 'sped', .*; did you mean 'speed'?"),
+        (("speed",), lambda speed, load: speed, r"make takes \['load'\], not among its needs"),
+        (("speed", "load"), lambda speed: speed, r"make does not take \['load'\]"),
+    ],
+)
+def test_needs_that_do_not_fit_are_named(needs, make, words) -> None:
+    mine = Node("mine", "", "1", "what I want", needs=needs, make=make)
+    with pytest.raises(ValueError, match=words):
+        check_needs({**NODES, "mine": (mine,)})
+    fitting = Node(
+        "mine", "", "1", "what I want", needs=("load",), make=lambda load, half=0.5: half
+    )
+    check_needs({**NODES, "mine": (fitting,)})

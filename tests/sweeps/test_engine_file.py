@@ -201,7 +201,14 @@ WRONG: dict[str, tuple[Callable[[], str], tuple[str, ...]]] = {
     ),
     "short rod": (swapped("rod_length = 0.35", "rod_length = 0.08"), ("= 0.08", "0.09 m")),
     "rod without a stroke": (swapped("stroke = 0.18", ""), ("stroke", "missing")),
-    "no load": (swapped("load = 50\ncyl", "cyl"), ("[values] load", "missing")),
+    "no load": (
+        lambda: (
+            VALUES.replace("load = 50\ncyl", "cyl")
+            + POINTS
+            + POINTS.replace("load = 50", "load = 90")
+        ),
+        ("[values] load", "missing"),
+    ),
     "no cylinders": (swapped("cylinders = 2", ""), ("[values] cylinders", "missing")),
     "own load outside": (
         swapped("load = 50\ncyl", "load = 60\ncyl"),

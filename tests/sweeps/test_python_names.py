@@ -47,6 +47,14 @@ def test_wrong_name_tells_the_nearest() -> None:
     assert not hasattr(sweeps, "_ipython_display_")
 
 
+def test_figures_are_there_without_another_import() -> None:
+    code = "import sweeps; print(sweeps.figures.figure.__name__)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["figure"]
+
+
 def test_import_loads_nothing_heavy() -> None:
     heavy = {"numpy", "xarray", "pandas", "numba", "pydantic", "matplotlib", "netCDF4"}
     code = "import sweeps, sys; dir(sweeps); print(*sys.modules)"
