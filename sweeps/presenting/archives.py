@@ -189,7 +189,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
 def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:
     """Outcomes of all designs: along an axis that changes none, one stands for several designs."""
     each, rest = divmod(designs, sum(counts.values()) or 1)
-    return {name: n if rest else n * each for name, n in counts.items()}
+    return {name: n * each if each and not rest else n for name, n in counts.items()}
 
 
 def _designs(dataset: xr.Dataset) -> int:
