@@ -42,7 +42,7 @@ LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """From which to which angle before dead centre the pressure of a motored cycle is largest."""
 
 LEAST_SHIFT = 4.0 * DEGREE
-"""Smaller shifts are not suspected: of recorded engines they had the wrong sign."""
+"""Smaller shifts are not suspected: for one recorded engine they had the wrong sign."""
 
 MOST_UNCERTAINTY = 2.0 * DEGREE
 """Nor shifts that are known less: the lines are too rough, or no combustion engine's."""

@@ -310,7 +310,7 @@ def _errors_of(
     if how == "none":
         return zero, zero, None
     by_turn = raw.reshape(count, -1, wheel.teeth)
-    every = ToothErrors(zero[0], zero[0])
+    every = none = ToothErrors(zero[0], zero[0])
     for _ in range(ROUNDS):
         model = between(np.tile(every.error, (count, 1))).reshape(by_turn.shape)
         every = tooth_errors(by_turn[has], model[has], wheel)
@@ -320,7 +320,6 @@ def _errors_of(
         each = []
         for place in range(count):
             rest = has & (np.arange(count) != place)
-            none = ToothErrors(zero[0], zero[0])
             each.append(tooth_errors(by_turn[rest], model[rest], wheel) if rest.any() else none)
     unsure = np.array([np.nan_to_num(one.uncertainty) for one in each])
     return np.array([one.error for one in each]), unsure, every
