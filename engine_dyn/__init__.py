@@ -3,11 +3,15 @@
 Angle zero is firing top dead centre of cylinder 1; torque is positive in the sense of rotation.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from engine_dyn.geometry.slider_crank import acceleration, position, rod_angle, velocity
 from engine_dyn.plausibility.judgement import Implausible, ImplausibleWarning, implausible
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed.api import PeriodicSpeed, periodic_speed
+
+if TYPE_CHECKING:
+    from engine_dyn.speed.api import PeriodicSpeed, periodic_speed
 
 __all__ = [
     "Diagram",
@@ -24,3 +28,11 @@ __all__ = [
     "rod_angle",
     "velocity",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in {"PeriodicSpeed", "periodic_speed"}:  # which load the compiler: lists do not need it
+        from engine_dyn.speed import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module 'engine_dyn' has no attribute {name!r}")

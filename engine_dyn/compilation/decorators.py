@@ -9,11 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba.extending import typeof_impl
-
 from engine_dyn.compilation.cache import archive_of, pack, unpacked
-from engine_dyn.compilation.settings import COMPILED, NUMBA, listen_for, not_kept, seconds_compiling
+from engine_dyn.compilation.settings import (
+    COMPILED,
+    listen_for,
+    not_kept,
+    seconds_compiling,
+    settings,
+)
 
 __all__ = ["formula", "inlined", "kernel"]
 
@@ -35,7 +38,14 @@ class _Compiled:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
-        self.py_func, self.part = function, numba.njit(**PART)(function)
+        self.py_func = function
+
+    @functools.cached_property
+    def part(self) -> Any:
+        """What kernels see in its place."""
+        import numba
+
+        return numba.njit(**PART)(self.py_func)
 
     def __call__(self, *given: Any) -> Any:
         if self._process != os.getpid():  # at first, and in a fork, whose folder is another
@@ -53,25 +63,26 @@ class _Compiled:
         return result
 
     def _made(self) -> Any:
+        import numba
+        from numba.extending import typeof_impl
+
+        typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
+        config = settings()
         listen_for(self.py_func)
         # Without the second, which newer versions have, Numba might take another folder.
         ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
-        before = {name: getattr(NUMBA, name, "") for name in ours}
+        before = {name: getattr(config, name, "") for name in ours}
         try:
             archive = archive_of(self.py_func)
             self._kept = unpacked(archive), archive
-            vars(NUMBA).update(ours, CACHE_DIR=self._kept[0])
+            vars(config).update(ours, CACHE_DIR=self._kept[0])
             return numba.njit(cache=True, **OPTIONS)(self.py_func)
         except (OSError, RuntimeError) as error:
             not_kept(error)
             self._kept = None
             return numba.njit(**OPTIONS)(self.py_func)
         finally:
-            vars(NUMBA).update(before)
-
-
-# What kernels see in its place.
-typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
+            vars(config).update(before)
 
 
 def kernel(function: Callable[..., Any]) -> Any:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
@@ -14,7 +15,7 @@ from sweeps.presenting.quantity_search import found_quantities
 from sweeps.presenting.word_search import found_lines
 from sweeps.ratios import ratio_text
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.engine_files import catalogue
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 
@@ -78,20 +79,17 @@ def _classes() -> Lines:
     ]
 
 
-def _engines() -> Lines:
-    return [(name, load_engine(name).title) for name in catalogue()]
-
-
-def _scenes() -> Lines:
+def _titles(files: Mapping[str, Path]) -> Lines:
+    """Titles of files of ours; they are read as far as that, since an engine models its cycles."""
     return [
         (name, tomllib.loads(path.read_text(encoding="utf-8"))["title"])
-        for name, path in built_in_scenes().items()
+        for name, path in files.items()
     ]
 
 
 LISTS: dict[str, Callable[[], Lines]] = {
-    "engines": _engines,
-    "scenes": _scenes,
+    "engines": lambda: _titles(catalogue()),
+    "scenes": lambda: _titles(built_in_scenes()),
     "keys": _keys,
     "classes": _classes,
     "sources": lambda: list(SOURCES.items()),

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 
+import sweeps
 from sweeps.planning.forecast import DIRECT
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -234,15 +235,31 @@ def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None
     assert not LATE & set(done.stdout.splitlines()[-1].split())
 
 
-@pytest.mark.parametrize("command", ["list", "plan first"])
-def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
+COMPILER = {"numba", "llvmlite"}
+
+
+def modules_after(*words: str) -> set[str]:
+    """Modules that a command has loaded at its end."""
     code = (
         "from sweeps.cli.main import main\n"
-        f"main({command.split()!r}, standalone_mode=False)\n"
+        f"main({list(words)!r}, standalone_mode=False)\n"
         "import sys; print(*sys.modules)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    modules = set(done.stdout.splitlines()[-1].split())
+    return set(done.stdout.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("command", ["list", "plan first", "info first", "schema"])
+def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
+    modules = modules_after(*command.split())
     assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.archive.labels"}
+    assert not modules & {"scipy", "engine_dyn.speed.dispatch", *COMPILER}
+
+
+def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
+    path = tmp_path / "of_two.nc"
+    sweeps.stream(SCENE, path)
+    for command in ("show", "info"):
+        assert not modules_after(command, str(path)) & COMPILER
