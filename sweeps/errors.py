@@ -58,18 +58,21 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'inertia'?" for the nearest right name, "" where none is near.
 
     Case, blanks, hyphens and the order of words do not count as differences, so that 'Max Omega'
-    finds 'omega_max'.
+    finds 'omega_max'. Where two names begin so, both are named.
     """
-    names = list(known)
-    plain = {n.lower(): n for n in reversed(names)}
+    plain: dict[str, str] = {}
+    for right in known:
+        plain.setdefault(right.lower().replace("-", "_"), right)
     wanted = name.strip().lower().replace("-", "_").replace(" ", "_")
     words = sorted(wanted.split("_"))
     close = [plain_name for plain_name in plain if sorted(plain_name.split("_")) == words][:1]
     close = close or difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
     if not close and len(wanted) >= 3:
         # The beginning of a name is a good guess too, although its letters differ: 'recip'.
-        close = [plain_name for plain_name in plain if plain_name.startswith(wanted)][:1]
-    return f"; did you mean '{plain[close[0]]}'?" if close else ""
+        close = [plain_name for plain_name in plain if plain_name.startswith(wanted)]
+        close = close[: 2 if len(close) == 2 else 1]
+    nearest = " or ".join(f"'{plain[plain_name]}'" for plain_name in close)
+    return f"; did you mean {nearest}?" if close else ""
 
 
 def not_known(name: str, known: Iterable[str], *, command: str = "", also: str = "") -> str:
