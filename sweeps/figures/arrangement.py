@@ -18,7 +18,7 @@ from engine_dyn.types import Floats
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View
-from sweeps.figures.wording import number_text, sentence
+from sweeps.figures.wording import number_text, sentence, slug
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,16 +35,22 @@ def arrangements_of(
 ) -> dict[str, Mapping[str, Any]]:
     """Those arrangements that an archive describes and that can be drawn, by the ending of a file.
 
-    The number is that among all arrangements, as in the names of other figures.
+    Where there are several, the ending names the engine or, for one engine, the arrangement.
     """
     described = json.loads(view.data.attrs.get("arrangement") or "[]")
     listed = [described] if isinstance(described, dict) else described
-    found = {
-        f"_{number}" if len(listed) > 1 else "": one
-        for number, one in enumerate(listed, start=1)
-        if usable(one)
-    }
+    found: dict[str, Mapping[str, Any]] = {}
+    for number, one in enumerate(listed, start=1):
+        if usable(one):
+            ending = f"_{slug(called(one))}" if len(listed) > 1 else ""
+            found[f"{ending}_{number}" if ending in found else ending] = one
     return dict(itertools.islice(found.items(), MOST_PANELS))
+
+
+def called(one: Mapping[str, Any]) -> str:
+    """Name of an arrangement, with its engine where the archive has several."""
+    name, engine = str(one["name"]), str(one.get("engine", ""))
+    return f"{engine}, {name}" if engine and name not in engine else engine or name
 
 
 def firing_notes(one: Mapping[str, Any]) -> list[str]:
@@ -75,7 +81,7 @@ def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
         _firing_star(star, one)
         view.set_title("end view as cylinder 1 fires")
         star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
-        drawn = finish(figure, sentence(str(one["name"])), firing_notes(one))
+        drawn = finish(figure, sentence(called(one)), firing_notes(one))
         yield f"arrangement{suffix}", drawn
 
 

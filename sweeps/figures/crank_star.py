@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.figures.arrangement import arrangements_of, blank, circle, draw_throws, gathered, sense
+from sweeps.figures.arrangement import (
+    arrangements_of,
+    blank,
+    called,
+    circle,
+    draw_throws,
+    gathered,
+    sense,
+)
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View
@@ -60,7 +68,7 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
         _star(star, throws)
         side.set_title("side view, not to scale along the shaft")
         star.set_title("crank star")
-        yield f"crank_star{suffix}", finish(figure, f"Crankshaft, {one['name']}", notes)
+        yield f"crank_star{suffix}", finish(figure, f"Crankshaft, {called(one)}", notes)
 
 
 Throw = tuple[float, float, float, list[int]]

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
-from sweeps.figures.arrangement import arrangements_of, firing_notes
+from sweeps.figures.arrangement import arrangements_of, called, firing_notes
 from sweeps.figures.scales import crank_axis
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
@@ -63,7 +63,7 @@ def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
         panel.tick_params("y", left=False)
         panel.grid(False)
         crank_axis(panel, angle, 5.6)
-        title = f"Strokes of the cylinders, {one['name']}"
+        title = f"Strokes of the cylinders, {called(one)}"
         yield f"strokes{suffix}", finish(figure, title, firing_notes(one))
 
 

@@ -1036,10 +1036,12 @@ def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
 def test_each_arrangement_of_an_axis_is_drawn() -> None:
     found = plates(described("V4 90", "boxer 4", "in-line 4"))
     assert set(found) == {
-        f"{kind}_{n}" for kind in ("arrangement", "crank_star", "strokes") for n in (1, 2, 3)
+        f"{kind}_{name}"
+        for kind in ("arrangement", "crank_star", "strokes")
+        for name in ("V4_90_shared-pin", "boxer_4", "in-line_4")
     }
-    assert "intervals" in words(found["arrangement_1"])
-    assert "Boxer 4" in words(found["arrangement_2"])
+    assert "intervals" in words(found["arrangement_V4_90_shared-pin"])
+    assert "Boxer 4" in words(found["arrangement_boxer_4"])
 
 
 def test_one_cylinder_has_no_arrangement_to_draw() -> None:
