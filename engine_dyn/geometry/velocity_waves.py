@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -55,11 +56,17 @@ def velocity_waves(crank_ratio: Floats, offset: Floats, highest: int) -> tuple[F
 
     Parameters as `by_highest_order`. Where the crank cannot turn, the harmonics are NaN.
     """
-    samples = 8 * highest // 3
-    angle = np.arange(samples) * (2.0 * np.pi / samples)
     real, imaginary = np.empty((2, crank_ratio.size, highest + 1))
-    _transform(crank_ratio, offset, np.sin(angle), np.cos(angle), real, imaginary)
+    _transform(crank_ratio, offset, *_waves(highest), real, imaginary)
     return real, imaginary
+
+
+@cache
+def _waves(highest: int) -> tuple[Floats, Floats]:
+    """Sine and cosine of every order at the angles of the samples, (order, sample)."""
+    samples = 8 * highest // 3
+    angle = np.outer(np.arange(highest + 1), np.arange(samples)) % samples
+    return np.sin(angle * (2.0 * np.pi / samples)), np.cos(angle * (2.0 * np.pi / samples))
 
 
 def mean_square(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> Floats:
@@ -81,23 +88,19 @@ def _transform(
     ratio: Floats, offset: Floats, sine: Floats, cosine: Floats, real: Floats, imaginary: Floats
 ) -> None:
     """Harmonics of each design, from samples at the angles of these sines and cosines."""
-    samples = sine.size
-    velocity, wave, quadrature = np.empty(samples), np.empty(samples), np.empty(samples)
+    samples = sine.shape[1]
+    velocity = np.empty(samples)
     for design in range(ratio.size):
         lamda, e = ratio[design], offset[design]
         top = sine_of_top(lamda, e)
         upright = math.sqrt(1.0 - top * top)
         for i in range(samples):
-            s, c = sum_of_angles(sine[i], cosine[i], top, upright)
+            s, c = sum_of_angles(sine[1, i], cosine[1, i], top, upright)
             velocity[i] = offset_velocity_at(s, c, lamda, e) / samples
-            wave[i], quadrature[i] = velocity[i], 0.0
         real[design, 0] = imaginary[design, 0] = 0.0
         for order in range(1, real.shape[1]):
             one, other = 0.0, 0.0
-            for i in range(samples):  # turned back by one more angle each time
-                w, q = wave[i], quadrature[i]
-                wave[i] = w * cosine[i] + q * sine[i]
-                quadrature[i] = q * cosine[i] - w * sine[i]
-                one += wave[i]
-                other += quadrature[i]
+            for i in range(samples):
+                one += velocity[i] * cosine[order, i]
+                other -= velocity[i] * sine[order, i]
             real[design, order], imaginary[design, order] = one, other

@@ -460,9 +460,9 @@ def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) 
     return motor_gear_ratio * (speed / (1.0 - motor_slip))
 
 
-def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
+def whole_ratio(over_angle: TorqueOverAngle | None, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
     """Gear ratios with which the load repeats exactly with the cycle: 0.333333 becomes a third."""
-    if not over_angle.own_angle:
+    if over_angle is None or not over_angle.own_angle:
         return np.asarray(gear_ratio, dtype=float)
     repeats = repeats_of(over_angle, gear_ratio, cycle)
     return repeats * (over_angle.period / (cycle * over_angle.repeats))

@@ -159,8 +159,7 @@ def solve(
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
     inputs = {**DEFAULTS, **inputs}
-    if driven.over_angle is not None:
-        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
+    inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
     inputs |= {
         "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": codes(METHOD_NAMES, method),

@@ -56,12 +56,10 @@ class Call:
         """Reduced numbers of the designs, filled up to whole blocks with the last of them."""
         piece, size = self.piece, self.piece.size
         filled = np.minimum(np.arange(size + -size % LANES), size - 1)
-        needs = self.needs._replace(
-            part=self.needs.part[:, filled], share=self.needs.share[:, filled]
-        )
+        part, share = self.needs.part[:, filled], self.needs.share[:, filled]
         return reduced(
-            piece.chosen.subset(filled), needs, piece.source.box, float(self.columns.missed),
-            LAWS[piece.grouping.driven.form.kind],
+            piece.chosen.subset(filled), self.needs._replace(part=part, share=share),
+            piece.source.box, float(self.columns.missed), LAWS[piece.grouping.driven.form.kind],
         )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
@@ -68,6 +69,8 @@ def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> 
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
     angle, weights = mean_weights(Member(0.0, pressure_factor, 1.0), box, family.period)
     found = np.empty((rows.size, len(weights)))
+    if isinstance(family, CycleTable):  # at once: it forgets what is not asked for with the next
+        family.curves(rows)
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
         pressure = pressures_of_rows(family, some, angle, pressure_factor) - ATMOSPHERE

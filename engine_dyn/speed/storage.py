@@ -30,8 +30,6 @@ class Angles(NamedTuple):
 
 def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
     """Where angles [rad] lie among nodes of this width [rad]."""
-    if not angles.size:  # what follows takes time
-        return Angles(np.zeros(0, dtype=np.int64), np.zeros((0, STENCIL)))
     place = np.mod(angles, width * nodes) / width
     # Without what rounding leaves: angles a period apart have the same place.
     place = np.rint(place * PLACES) / PLACES
@@ -48,9 +46,7 @@ def store(
 
     `wanted` and `scalars` are as of `Results`. The load factor 1/mu is that of docs/method.md (52).
     """
-    values = (
-        span / mean, 2.0 * span / (high + low), high, low, mean, 1.0 / mu, error, passes,
-    )  # fmt: skip
+    values = (span / mean, 2.0 * span / (high + low), high, low, mean, 1.0 / mu, error, passes)
     for result in range(len(values)):
         if wanted[result] >= 0:
             scalars[wanted[result], target] = values[result]

@@ -16,11 +16,11 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
-from engine_dyn.speed.general.motion import Motion, fill_motion, make_motion
+from engine_dyn.speed.general.motion import Motion, add_row, fill_motion, make_motion, part_of
 from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.pieces import Progress, run_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
-from engine_dyn.speed.work.columns import Columns
+from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.maxima import largest, max_between, max_near
 from engine_dyn.types import Floats
 
@@ -46,8 +46,7 @@ def torque_extremes(
     the torque, less a load over angle of `driven`, less the mean.
     """
     inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs, "inertia": 1.0}
-    if driven.over_angle is not None:
-        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
+    inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
     inputs["cylinders"] = np.asarray(cylinders, dtype=np.int64)
     unknown, shape = take_unknown(inputs), shape_of(*inputs.values())
     high, low, swing = results = [
@@ -66,7 +65,7 @@ def torque_extremes(
                 friction = np.full(count, chosen.take("friction_torque"), dtype=float)
                 of_load = designs.part >= call.needs.parts.first_load
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-                _extremes(count, call.columns, alone, friction, high, low, motion)
+                _extremes(count, call.columns, alone, friction, high, low, motion.dw)
 
     run_on_threads(grouping.pieces(None, 1), solve, threads or os.cpu_count() or 1, progress)
     found = zip(TORQUE_NAMES, results, strict=True)
@@ -129,22 +128,23 @@ def _highest(sign: float, v: Floats) -> float:
 @kernel
 def _extremes(
     count: int, columns: Columns, designs: Designs, friction: Floats, high: Floats, low: Floats,
-    motion: Motion,
+    torque: Floats,
 ) -> None:  # fmt: skip
     """Largest and smallest torque of the first designs [N m], each where its array is not empty.
 
-    `motion` is scratch.
+    `torque` is scratch.
     """
     for which in range(count):
-        fill_motion(which, False, columns, designs, motion)
-        mean = 0.0
-        for piece in range(designs.part.shape[0]):
-            share = designs.gas[which] * designs.share[piece, which]
-            part = designs.part[piece, which]
-            for t in range(designs.factor.shape[1]):
-                mean += share * designs.factor[which, t] * columns.mean[part, t]
+        factor, mean = designs.factor[which], 0.0
+        torque[:] = 0.0
+        for piece in range(designs.part.shape[0] + 1):
+            part, share = part_of(piece, which, designs)
+            if share != 0.0:
+                add_row(torque, share, columns.fine[part], SLOPE, factor)
+                for t in range(factor.size):
+                    mean += share * factor[t] * columns.mean[part, t]
         energy, target = 0.5 * designs.speed[which] ** 2, designs.target[which]
         for sign, found in ((1.0, high), (-1.0, low)):
             if found.size > 0:
-                value = sign * _highest(sign, motion.dw) + mean
+                value = sign * _highest(sign, torque) + mean
                 found[target] = energy * value - friction[which]

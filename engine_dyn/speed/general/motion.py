@@ -18,7 +18,10 @@ from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
-__all__ = ["Design", "Motion", "begin_design", "fill_motion", "make_motion", "opposes"]
+__all__ = [
+    "Design", "Motion", "add_row", "begin_design", "fill_motion", "make_motion", "opposes",
+    "part_of",
+]  # fmt: skip
 
 
 class Design(NamedTuple):
@@ -82,17 +85,21 @@ def make_motion(nodes: int) -> Motion:
 
 
 @inlined
-def _add_part(
-    part: int, share: float, columns: Columns, factor: Floats, curves: tuple[Floats, Floats, Floats]
-) -> None:
-    """Add a part of the columns to a curve, to its slope, and to what cubics miss of it."""
-    for row in (VALUE, SLOPE, MIDDLE):
-        curve, column = curves[row], columns.fine[part]
-        for j in range(curve.size):
-            total = 0.0
-            for t in range(factor.size):
-                total += factor[t] * column[j, row, t]
-            curve[j] += share * total
+def part_of(piece: int, which: int, designs: Designs) -> tuple[int, float]:
+    """Part of the columns, and its share in a design's work; the last piece is the masses."""
+    if piece < designs.part.shape[0]:
+        return designs.part[piece, which], designs.gas[which] * designs.share[piece, which]
+    return SQUARE, -designs.eta[which]
+
+
+@inlined
+def add_row(curve: Floats, share: float, column: Floats, row: int, factor: Floats) -> None:
+    """Add a share of one row of a part of `Columns.fine` to a curve."""
+    for j in range(curve.size):
+        total = 0.0
+        for t in range(factor.size):
+            total += factor[t] * column[j, row, t]
+        curve[j] += share * total
 
 
 @inlined
@@ -105,14 +112,13 @@ def fill_motion(
     for j in range(motion.w.size):
         motion.w[j] = motion.dw[j] = motion.w_missed[j] = 0.0
         motion.tau[j], motion.dtau[j], motion.tau_missed[j] = 1.0, 0.0, 0.0
-    gas, eta, pieces = designs.gas[which], designs.eta[which], designs.part.shape[0]
-    for piece in range(pieces + 1):  # the last is the masses
-        part, share, curves = SQUARE, eta if variable else -eta, inertia if variable else work
-        if piece < pieces:
-            part, share = designs.part[piece, which], gas * designs.share[piece, which]
-            curves = work
+    for piece in range(designs.part.shape[0] + 1):
+        part, share = part_of(piece, which, designs)
+        in_tau = variable and piece == designs.part.shape[0]
+        curves, share = inertia if in_tau else work, -share if in_tau else share
         if share != 0.0:
-            _add_part(part, share, columns, designs.factor[which], curves)
+            for row in (VALUE, SLOPE, MIDDLE):
+                add_row(curves[row], share, columns.fine[part], row, designs.factor[which])
 
 
 @inlined

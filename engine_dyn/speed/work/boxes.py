@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 
 from engine_dyn.types import Floats, Integers
 
@@ -79,15 +80,14 @@ class Box:
 
     def factors(self, ratio: Floats, offset: Floats) -> Floats:
         """Chebyshev polynomials of both, docs/solver.md (58), shape (designs, term)."""
-        found = np.ones((ratio.size, len(self.degrees)))
-        sides = (ratio, self.ratio), (offset, self.offset)
-        for degrees, (value, (centre, width)) in zip(self.degrees.T, sides, strict=True):
-            x = (value - centre) / (width or 1.0)
-            before, now = np.ones(x.size), x
-            for degree in range(1, int(degrees.max()) + 1):
-                found[:, degrees == degree] *= now[:, None]
-                before, now = now, 2.0 * x * now - before
-        return found
+        sides = [
+            chebvander((value - centre) / (width or 1.0), DEGREE - 1).T
+            for value, (centre, width) in ((ratio, self.ratio), (offset, self.offset))
+        ]
+        found = np.empty((len(self.degrees), ratio.size))
+        for product, (one, other) in zip(found, self.degrees, strict=True):
+            np.multiply(sides[0][one], sides[1][other], out=product)
+        return np.ascontiguousarray(found.T)
 
 
 def _matrix(angle: Floats) -> Floats:
