@@ -11,10 +11,12 @@ stiffnesses in series. From the ends to the root, theta_0 = U_0/Z_0, and back wi
     theta_i - theta_p = (U_i - Z_i theta_p)/(k* + Z_i).
 
 Holzer's table in complex numbers, for trees, without modes and without assumptions on damping.
-Neither form subtracts what is nearly equal: stiff shafts cost no digits. Only k* + Z_i = 0 does,
-where a branch alone resonates (an undamped absorber at its own frequency, a pendulum at its own
-order) though the system does not. Such designs are rare; they are solved again with pivoting. An
-undamped system at a natural frequency has no steady state, and that is its status.
+Neither form subtracts what is nearly equal: stiff shafts cost no digits. Where k* + Z_i = 0, a
+branch alone resonates and holds its parent, though the system does not resonate: an undamped
+absorber at its own frequency, a pendulum at its own order. It is then detuned by `DETUNED`, which
+its parent turns by, and which costs no digits elsewhere unless torques act on the branch. Such
+cases are rare; they are solved again with pivoting. An undamped system at a natural frequency has
+no steady state, and that is its status.
 """
 
 from __future__ import annotations
@@ -49,8 +51,11 @@ RESULTS = {
 }
 """What can be asked for."""
 
-SMALL = 1e-4
-"""Where |k* + Z| is this part of its terms, four digits are lost: solved again with pivoting."""
+DETUNED = 1e-12
+"""Least |k* + Z| over its terms."""
+
+SMALL = 1e-6
+"""Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
 
 NEAR_RESONANCE = 1e-11
 """Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state."""
@@ -90,24 +95,27 @@ class _Cases(NamedTuple):
     orders: Floats
 
 
-class _Places(NamedTuple):
-    """Node and ratio of each disc, node and factor of each shaft, pairs of discs."""
+class _Signals(NamedTuple):
+    """What is wanted of a case, as lines of harmonics: first angles, then torques.
 
-    node_of_disc: Integers
-    ratio: Floats
-    node_of_shaft: Integers
+    An angle is that of the second node, times its ratio, less that of the first; `ratios` has the
+    shape (designs, A, 2). A torque is that of the shaft above a node, times its factor. `stored`
+    and `swung` are the lines whose harmonics and whose extremes are wanted.
+    """
+
+    nodes: Integers
+    ratios: Floats
+    shafts: Integers
     factor: Floats
-    pairs: Integers
+    stored: Integers
+    swung: Integers
 
 
 class _Found(NamedTuple):
     """Results, empty where not asked for; `doubtful` are cases that lost digits."""
 
-    angle: Floats
-    torque: Floats
-    angle_extremes: Floats
-    torque_extremes: Floats
-    twist_extremes: Floats
+    harmonics: Floats
+    extremes: Floats
     shaft_loss: Floats
     frame_loss: Floats
     doubtful: Integers
@@ -203,27 +211,22 @@ def forced_response(
         gas.reshape(-1, *gas.shape[-3:]), mass.reshape(-1, *mass.shape[-3:]), nu,
     )  # fmt: skip
     tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
-    places = _Places(
-        system.node_of_disc, ratio, system.node_of_shaft, _lines(system.shaft_factor),
-        np.asarray(twist, dtype=np.int64).reshape(-1, 2),
-    )  # fmt: skip
-    extremes = any(name.endswith("extremes") for name in wanted)
+    signals, lines = _signals(system, wanted, twist)
+    extremes = signals.swung.size > 0
     table = synthesis(nu if extremes else nu[:0], period)
     count, shafts = cases.speed.size, system.node_of_shaft.size
-    sizes = {
-        "angle": (discs, nu.size, 2), "torque": (shafts, nu.size, 2), "angle_extremes": (discs, 3),
-        "torque_extremes": (shafts, 3), "twist_extremes": (len(places.pairs), 3),
-        "shaft_loss": (shafts,), "frame_loss": (),
-    }  # fmt: skip
     found = _Found(
-        *(np.empty((count if name in wanted else 0, *size)) for name, size in sizes.items()),
+        np.empty((count, signals.stored.size, nu.size, 2)),
+        np.empty((count, signals.swung.size, 3)),
+        np.empty((count if "shaft_loss" in wanted else 0, shafts)),
+        np.empty(count if "frame_loss" in wanted else 0),
         np.zeros(count, dtype=np.int64),
     )
     which, none = np.arange(count), np.empty((0, system.parent.size, 2, nu.size))
 
     def solve(piece: _Piece) -> None:
         some = which[piece.begin : piece.end]
-        _respond(some, none, tree, cases, places, table, found)
+        _respond(some, none, tree, cases, signals, table, found)
 
     pieces = (_Piece(i, min(i + AT_ONCE, count)) for i in range(0, count, AT_ONCE))
     run_on_threads(pieces, solve, threads or os.cpu_count() or 1, progress)
@@ -231,13 +234,52 @@ def forced_response(
     for case in np.flatnonzero(found.doubtful):
         known, resonant = _with_pivoting(tree, cases, int(case))
         status[case] = NO_STEADY_STATE if resonant else CONVERGED
-        _respond(which[case : case + 1], known, tree, cases, places, table, found)
+        _respond(which[case : case + 1], known, tree, cases, signals, table, found)
     results: dict[str, Any] = {"status": status.reshape(shape)}
+    values: Any
     for name in wanted:
-        values = getattr(found, name)
-        values = values.view(np.complex128)[..., 0] if name in ("angle", "torque") else values
-        results[name] = values.reshape(*shape, *values.shape[1:])
+        if name == "shaft_loss":
+            values = found.shaft_loss[:, system.node_of_shaft - 1]
+        elif name == "frame_loss":
+            values = found.frame_loss
+        elif name.endswith("extremes"):
+            values = found.extremes[:, lines[name]]
+        else:
+            values = found.harmonics[:, lines[name]].view(np.complex128)[..., 0]
+        results[name] = values.reshape((*shape, *values.shape[1:]))
     return results
+
+
+def _signals(
+    system: ShaftSystem, wanted: Sequence[str], twist: Sequence[tuple[int, int]]
+) -> tuple[_Signals, dict[str, slice]]:
+    """Lines of harmonics that results need, and where each result lies among those of its kind."""
+    discs, ratio = system.node_of_disc, _lines(system.ratio)
+    pairs = np.asarray(twist, dtype=np.int64).reshape(-1, 2)
+    sizes = {"angle": discs.size, "twist": len(pairs), "torque": system.node_of_shaft.size}
+    sizes = {
+        kind: size if {kind, f"{kind}_extremes"} & set(wanted) else 0
+        for kind, size in sizes.items()
+    }
+    own = np.repeat(np.arange(sizes["angle"])[:, None], 2, axis=1)
+    ends = np.concatenate([own, pairs[: sizes["twist"]]])
+    ratios = ratio[:, ends]
+    ratios[:, : len(own), 0] = 0.0
+    first = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
+    kinds: tuple[list[int], list[int]] = [], []
+    places = {}
+    for name in wanted:
+        kind = name.removesuffix("_extremes")
+        if kind in sizes:
+            lines = kinds[name != kind]
+            places[name] = slice(len(lines), len(lines) + sizes[kind])
+            lines += range(first[kind], first[kind] + sizes[kind])
+    stored, swung = (np.array(lines, dtype=np.int64) for lines in kinds)
+    shafts = system.node_of_shaft[: sizes["torque"]]
+    return _Signals(
+        discs[ends], np.ascontiguousarray(ratios), shafts, _lines(system.shaft_factor), stored,
+        swung,
+    ), places  # fmt: skip
 
 
 def _torques(name: str, given: Any, throws: int, orders: int) -> Floats:
@@ -265,38 +307,58 @@ def _numbers(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
 
 @kernel
 def _respond(
-    which: Integers, known: Floats, tree: _Tree, cases: _Cases, places: _Places, table: Synthesis,
-    found: _Found,
+    which: Integers, known: Floats, tree: _Tree, cases: _Cases, signals: _Signals,
+    table: Synthesis, found: _Found,
 ) -> None:  # fmt: skip
     """Solve some cases, or, with angles of the nodes in `known`, derive results from these."""
-    nodes, orders = tree.parent.size, cases.orders.size
-    angle, twist, stiff = (
-        np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders)),
-    )  # fmt: skip
-    w, lost, one = np.empty(orders), np.empty(orders), np.empty((2, orders))
-    sums, curve = np.empty((6, table.cosine.shape[1])), np.empty(4 * table.cosine.shape[1] + 2)
+    nodes, orders, quarter = tree.parent.size, cases.orders.size, table.cosine.shape[1]
+    w, lost = np.empty(orders), np.empty(orders)
+    angle, twist = np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders))
+    stiff = np.empty((nodes, 2, orders))
+    lines = np.empty((signals.nodes.shape[0] + signals.shafts.size, 2, orders))
+    sums, curve = np.empty((6, quarter)), np.empty(4 * quarter + 2)
     for number in range(which.size):
         case = which[number]
+        design = cases.design[case]
         for v in range(orders):
             w[v] = cases.orders[v] * cases.speed[case]
             lost[v] = 0.0
         _set_up(case, w, tree, cases, angle, twist, stiff)
-        if known.shape[0] > 0:
-            for node in range(nodes):
-                parent = max(tree.parent[node], 0)
-                for part in range(2):
-                    for v in range(orders):
-                        angle[node, part, v] = known[number, node, part, v]
-                        twist[node, part, v] = (
-                            known[number, node, part, v] - known[number, parent, part, v]
-                        )
-        else:
+        if known.shape[0] == 0:
             _eliminate(tree.parent, angle, twist, stiff, lost)
             for v in range(orders):
                 if lost[v] > 0.0:
                     found.doubtful[case] = 1
-        _of_discs(case, w, tree, cases, places, angle, one, table, sums, curve, found)
-        _of_shafts(case, w, cases, places, twist, stiff, one, table, sums, curve, found)
+        else:
+            for node in range(nodes):
+                above = max(tree.parent[node], 0)
+                for part in range(2):
+                    for v in range(orders):
+                        angle[node, part, v] = known[number, node, part, v]
+                        twist[node, part, v] = angle[node, part, v] - known[number, above, part, v]
+        _to_lines(design, signals, angle, twist, stiff, lines)
+        for i in range(signals.stored.size):
+            line = lines[signals.stored[i]]
+            for v in range(orders):
+                found.harmonics[case, i, v, 0] = line[0, v]
+                found.harmonics[case, i, v, 1] = line[1, v]
+        for i in range(signals.swung.size):
+            line = lines[signals.swung[i]]
+            extremes_of(line[0], line[1], table, sums, curve, found.extremes[case, i])
+        if found.shaft_loss.size > 0:
+            for shaft in range(found.shaft_loss.shape[1]):
+                k, turned, loss = stiff[shaft + 1], twist[shaft + 1], 0.0
+                for v in range(orders):
+                    loss += w[v] * k[1, v] * (turned[0, v] ** 2 + turned[1, v] ** 2)
+                found.shaft_loss[case, shaft] = 0.5 * loss
+        if found.frame_loss.size > 0:
+            total = 0.0
+            for node in range(nodes):
+                loss = 0.0
+                for v in range(orders):
+                    loss += w[v] ** 2 * (angle[node, 0, v] ** 2 + angle[node, 1, v] ** 2)
+                total += 0.5 * tree.disc_damping[design, node] * loss
+            found.frame_loss[case] = total
 
 
 @inlined
@@ -346,8 +408,11 @@ def _eliminate(
             a, b = k[0, v] + z[0, v], k[1, v] + z[1, v]
             square = a * a + b * b
             terms = k[0, v] ** 2 + k[1, v] ** 2 + z[0, v] ** 2 + z[1, v] ** 2
-            lost[v] += 1.0 if square < SMALL**2 * terms else 0.0
-            over = 1.0 / square
+            lost[v] += u[0, v] ** 2 + u[1, v] ** 2 if square < SMALL**2 * terms else 0.0
+            held = square < DETUNED**2 * terms
+            a = DETUNED * (k[0, v] + k[1, v]) if held else a
+            b = 0.0 if held else b
+            over = 1.0 / (a * a + b * b)
             x, y = (z[0, v] * a + z[1, v] * b) * over, (z[1, v] * a - z[0, v] * b) * over
             p, q = (u[0, v] * a + u[1, v] * b) * over, (u[1, v] * a - u[0, v] * b) * over
             z[0, v], z[1, v], u[0, v], u[1, v] = x, y, p, q
@@ -378,67 +443,23 @@ def _eliminate(
 
 
 @inlined
-def _of_discs(
-    case: int, w: Floats, tree: _Tree, cases: _Cases, places: _Places, angle: Floats, one: Floats,
-    table: Synthesis, sums: Floats, curve: Floats, found: _Found,
-) -> None:  # fmt: skip
-    """Results of the discs, from the angles of the nodes."""
-    design = cases.design[case]
-    if found.angle.size + found.angle_extremes.size:
-        for disc in range(places.node_of_disc.size):
-            node, ratio = places.node_of_disc[disc], places.ratio[design, disc]
-            for part in range(2):
-                for v in range(w.size):
-                    one[part, v] = ratio * angle[node, part, v]
-            if found.angle.size:
-                for v in range(w.size):
-                    found.angle[case, disc, v, 0] = one[0, v]
-                    found.angle[case, disc, v, 1] = one[1, v]
-            if found.angle_extremes.size:
-                extremes_of(one[0], one[1], table, sums, curve, found.angle_extremes[case, disc])
-    if found.frame_loss.size:
-        found.frame_loss[case] = 0.0
-        for node in range(angle.shape[0]):
-            loss = 0.0
-            for v in range(w.size):
-                loss += w[v] ** 2 * (angle[node, 0, v] ** 2 + angle[node, 1, v] ** 2)
-            found.frame_loss[case] += 0.5 * tree.disc_damping[design, node] * loss
-    for number in range(places.pairs.shape[0] if found.twist_extremes.size else 0):
-        first, second = places.pairs[number, 0], places.pairs[number, 1]
-        back, forth = places.ratio[design, first], places.ratio[design, second]
-        start, end = places.node_of_disc[first], places.node_of_disc[second]
+def _to_lines(
+    design: int, signals: _Signals, angle: Floats, twist: Floats, stiff: Floats, lines: Floats
+) -> None:
+    """Fill in the harmonics of what is wanted."""
+    angles, orders = signals.nodes.shape[0], lines.shape[2]
+    for i in range(angles):
+        start, end, line = angle[signals.nodes[i, 0]], angle[signals.nodes[i, 1]], lines[i]
+        back, forth = signals.ratios[design, i, 0], signals.ratios[design, i, 1]
         for part in range(2):
-            for v in range(w.size):
-                one[part, v] = forth * angle[end, part, v] - back * angle[start, part, v]
-        extremes_of(one[0], one[1], table, sums, curve, found.twist_extremes[case, number])
-
-
-@inlined
-def _of_shafts(
-    case: int, w: Floats, cases: _Cases, places: _Places, twist: Floats, stiff: Floats, one: Floats,
-    table: Synthesis, sums: Floats, curve: Floats, found: _Found,
-) -> None:  # fmt: skip
-    """Results of the shafts, from the twist of each node against its parent."""
-    design = cases.design[case]
-    if found.torque.size + found.torque_extremes.size + found.shaft_loss.size == 0:
-        return
-    for shaft in range(places.node_of_shaft.size):
-        node, factor = places.node_of_shaft[shaft], places.factor[design, shaft]
-        k, turned = stiff[node], twist[node]
-        for v in range(w.size):
-            one[0, v] = factor * (k[0, v] * turned[0, v] - k[1, v] * turned[1, v])
-            one[1, v] = factor * (k[0, v] * turned[1, v] + k[1, v] * turned[0, v])
-        if found.torque.size:
-            for v in range(w.size):
-                found.torque[case, shaft, v, 0] = one[0, v]
-                found.torque[case, shaft, v, 1] = one[1, v]
-        if found.torque_extremes.size:
-            extremes_of(one[0], one[1], table, sums, curve, found.torque_extremes[case, shaft])
-        if found.shaft_loss.size:
-            loss = 0.0
-            for v in range(w.size):
-                loss += w[v] * k[1, v] * (turned[0, v] ** 2 + turned[1, v] ** 2)
-            found.shaft_loss[case, shaft] = 0.5 * loss
+            for v in range(orders):
+                line[part, v] = forth * end[part, v] - back * start[part, v]
+    for i in range(signals.shafts.size):
+        k, turned, line = stiff[signals.shafts[i]], twist[signals.shafts[i]], lines[angles + i]
+        factor = signals.factor[design, i]
+        for v in range(orders):
+            line[0, v] = factor * (k[0, v] * turned[0, v] - k[1, v] * turned[1, v])
+            line[1, v] = factor * (k[0, v] * turned[1, v] + k[1, v] * turned[0, v])
 
 
 def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:

@@ -225,22 +225,25 @@ def _tree(
 ) -> tuple[list[int], list[int], list[int], Floats]:  # fmt: skip
     """Parents of the nodes, node of each disc, node below each shaft, and ratios of the discs."""
     beside: list[list[tuple[int, int]]] = [[] for _ in range(discs)]
+    group = list(range(discs))  # of the discs joined so far
     for edge, (first, second) in enumerate([*shafts, *meshes]):
+        if group[first] == group[second]:
+            mesh = edge - len(shafts)
+            name = f"shafts[{edge}]" if mesh < 0 else f"meshes[{mesh}]"
+            raise ValueError(
+                f"{name} = {(first, second)}: closes a loop: shafts and gears must be a tree"
+            )
+        group = [group[first] if one == group[second] else one for one in group]
         beside[first].append((edge, second))
         beside[second].append((edge, first))
     parent, node, below = [-1], [-1] * discs, [0] * len(shafts)
     ratio = np.ones((*shape, discs))
-    node[crank], seen, reached = 0, set(), [crank]
+    node[crank], reached = 0, [crank]
     for disc in reached:  # which grows
         for edge, other in beside[disc]:
-            if edge in seen:
-                continue
-            seen.add(edge)
-            mesh = edge - len(shafts)
             if node[other] >= 0:
-                name = f"shafts[{edge}]" if mesh < 0 else f"meshes[{mesh}]"
-                pair = [*shafts, *meshes][edge]
-                raise ValueError(f"{name} = {pair}: closes a loop: shafts and gears must be a tree")
+                continue
+            mesh = edge - len(shafts)
             ratio[..., other] = ratio[..., disc]
             node[other] = node[disc]
             if mesh < 0:
@@ -288,8 +291,8 @@ def mean_torques(system: ShaftSystem, torque: Any, load: int) -> Floats:
     system : ShaftSystem
         Its springs to the frame and its damping are taken to carry no mean torque.
     torque : array_like
-        On each disc along the last axis [N m], in the sense of rotation of the disc; that on the
-        load is ignored.
+        On each disc along the last axis [N m], positive in the sense of rotation of the crank; that
+        on the load is ignored.
     load : int
         Disc that takes up what the others give.
     """

@@ -154,17 +154,21 @@ def test_damped_eigenvalues_of_a_printed_state_matrix() -> None:
 
 @pytest.mark.parametrize(
     ("order", "printed"),
-    zip(
-        [1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 6.5, 7.0],
-        [1.111, 1.414, 1.663, 0.765, 1.961, 0.0, 1.961, 0.765, 1.663, 1.414, 1.111, 1.848],
-        strict=True,
-    ),
-)
+    [
+        (1.5, 1.111), (2.0, 1.414), (2.5, 1.663), (3.0, 0.765), (3.5, 1.961), (4.0, 0.0),
+        (4.5, 1.961), (5.0, 0.765), (5.5, 1.663), (6.0, 1.414), (6.5, 1.111), (7.0, 1.848),
+    ],
+)  # fmt: skip
 def test_printed_bank_factors(order: float, printed: float) -> None:
-    """Rolls-Royce archive, box 138, scan 0009 (1932): V12 of 45 degree, |1 + exp(-i nu 405)|."""
+    """Rolls-Royce archive, box 138, scan 0009 (1932): V12 of 45 degree, |1 + exp(-i nu 405)|.
+
+    Erratum: 2 cos(11.25 degree) = 1.9616 is cut to 1.961; the others are rounded.
+    """
     two = natural_modes(shaft_system([1.0, 1.0, 1e12], [1e9, 1.0]))  # both throws move alike
     torque = np.exp(-1j * order * np.radians([[0.0], [405.0]]))
-    assert abs(abs(modal_excitation(two, [0, 1], torque)[0, 0]) - printed) <= 0.000501
+    cut = 0.0005 if printed == 1.961 else 0.0
+    found = abs(modal_excitation(two, [0, 1], torque)[0, 0])
+    assert abs(found - printed - cut) <= 0.0005
 
 
 def _elements(count: int, stiffness: float, inertia: float) -> tuple[Any, Any]:
