@@ -113,7 +113,9 @@ def zero_crossings(system: ShaftSystem, modes: Modes) -> Floats:
     return np.where((first > 0.0) != (second > 0.0), place, np.nan)
 
 
-def critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
+def critical_speeds(
+    system: ShaftSystem, orders: Any, lowest: float = 0.0, highest: float = np.inf
+) -> Floats:
     """Speeds of the crank [rad/s] at which an order meets a natural frequency, omega_m/nu.
 
     Parameters
@@ -123,15 +125,22 @@ def critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
         K a = omega^2 (J - K_s/nu^2) a.
     orders : array_like
         Orders, above 0.
+    lowest, highest : float
+        Range of the speeds [rad/s] that are wanted.
 
     Returns
     -------
     ndarray, shape (..., orders, m)
-        Rising; NaN where a design has fewer. Which of them lie in a range is for the caller.
+        Rising; NaN outside the range, and where a design has fewer. Without pendulums, mode m is at
+        its place.
     """
     nu = checked_orders(orders)
+
+    def within(speeds: Floats) -> Floats:
+        return np.where((speeds >= lowest) & (speeds <= highest), speeds, np.nan)
+
     if not system.speed_stiffness.any():
-        return np.asarray(natural_modes(system).omega[..., None, :] / nu[:, None])
+        return within(natural_modes(system).omega[..., None, :] / nu[:, None])
     inertia, stiffness, *_ = matrices(system)
     following = matrices(system, 1.0)[1] - stiffness
     nodes = inertia.shape[-1]
@@ -145,7 +154,7 @@ def critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
         squares = 1.0 / inverse - 1e-3 * scale[..., 0]
         real = np.abs(squares.imag) <= 1e-9 * np.abs(squares)
         found = np.where(real & (squares.real > 1e-9 * scale[..., 0]), squares.real, np.nan)
-    return np.asarray(np.sort(np.sqrt(found), axis=-1)[..., : nodes - 1] / nu[:, None])
+    return within(np.sort(np.sqrt(found), axis=-1) / nu[:, None])
 
 
 def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:

@@ -23,7 +23,7 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Synthesis", "extremes_of", "half_range", "synthesis"]
+__all__ = ["Synthesis", "extremes_of", "half_range", "least_torque", "synthesis"]
 
 SAMPLES = 16
 """Samples a period of the highest order."""
@@ -123,6 +123,16 @@ def extremes_of(
     found[0] = least if known else math.nan
     found[1] = most if known else math.nan
     found[2] = error
+
+
+def least_torque(mean: Any, extremes: Any) -> Any:
+    """Least of the whole torque over the cycle [N m], in the direction of its mean.
+
+    Below 0 a coupling or a mesh reverses. `mean` as of `system.mean_torques`, `extremes` as
+    "torque_extremes".
+    """
+    values, steady = np.asarray(extremes), np.asarray(mean)
+    return np.abs(steady) + np.where(steady < 0.0, -values[..., 1], values[..., 0])
 
 
 def half_range(extremes: Any) -> Any:

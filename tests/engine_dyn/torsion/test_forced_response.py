@@ -63,10 +63,12 @@ def test_it_is_the_dense_solution(system: dict[str, Any], crank: int) -> None:
         forces[list(throws)] = torque[:, v]
         angle, shaft = dense(order * speed, forces, **system)
         for mine, other in ((found["angle"], angle), (found["torque"], shaft)):
-            assert np.abs(mine[:, v] - other).max() < 1e-12 * np.abs(other).max() * 5
+            assert np.abs(mine[:, v] - other).max() < 1e-12 * np.abs(other).max()
     assert found["status"] == CONVERGED
 
 
+@pytest.mark.compiled
+@pytest.mark.quick
 def test_cases_agree_bit_for_bit_one_by_one_and_on_threads() -> None:
     """Designs, speeds, loads and masses, each on an axis of its own."""
     stiffness = np.array(DIESEL["stiffness"]) * np.linspace(0.8, 1.2, 3)[:, None]
@@ -456,10 +458,10 @@ def test_a_pendulum_holds_its_carrier_at_its_order(speed: float) -> None:
         angle, _ = dense(orders[v] * speed, [100.0, 0.0], [0.5 + effective, 3.0], [9e4])
         np.testing.assert_allclose(found["angle"][:2, v], angle, rtol=1e-10)
     assert abs(found["angle"][0, 2]) < 2e-12 * 100.0 / (made.speed_stiffness * speed**2)
-    # The carrier at rest: the pendulum's pull m R r Omega^2 psi/r (R + r) ... is the torque.
+    # On the carrier at rest, the centrifugal force m (R + r) Omega^2 has the lever R psi.
     swing = made.swing * (found["angle"][2, 2] - found["angle"][0, 2])
     pull = mass * distance * (distance + length) * speed**2 * swing
-    assert pull.real == pytest.approx(-100.0, rel=1e-10)
+    assert pull.real == pytest.approx(-100.0, rel=1e-8)
 
 
 def test_the_pendulum_moves_as_its_nonlinear_equations_do_at_small_swings() -> None:
@@ -510,6 +512,7 @@ def test_the_pendulum_moves_as_its_nonlinear_equations_do_at_small_swings() -> N
 # ---- dampers
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("mu", [0.05, 0.3, 1.0])
 def test_the_optimum_viscous_damper(mu: float) -> None:
     """Den Hartog: the peak is 1 + 2/mu at omega_m sqrt(2/(2 + mu)), and no damping has less."""
@@ -533,6 +536,7 @@ def test_the_optimum_viscous_damper(mu: float) -> None:
     assert peak(0.97 * best.damping)[0] > at_best[0] < peak(1.03 * best.damping)[0]
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(("mu", "true_peak"), [(0.05, 6.40844), (0.3, 2.78221), (1.0, 1.75439)])
 def test_the_optimum_tuned_damper(mu: float, true_peak: float) -> None:
     """Den Hartog's fixed points, sqrt(1 + 2/mu); the peak by an independent search."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.stress import propulsion_shaft_limits, shaft_stiffness, shear_stress
-from engine_dyn.torsion.synthesis import half_range
+from engine_dyn.torsion.synthesis import half_range, least_torque
 from engine_dyn.torsion.system import shaft_system
 
 FINE = np.linspace(0.0, 4.0 * np.pi, 120_001)
@@ -55,6 +55,13 @@ def test_order_of_the_orders_does_not_matter() -> None:
         extremes_of(orders[mixed], harmonics[mixed], 4.0 * np.pi),
         extremes_of(orders, harmonics, 4.0 * np.pi), rtol=1e-12,
     )  # fmt: skip
+
+
+def test_a_coupling_reverses_where_it_vibrates_more_than_it_carries() -> None:
+    """The diesel's coupling behind the flywheel side carries 900 N m, and swings by more."""
+    extremes = np.array([[-700.0, 1000.0, 1.0]] * 4)
+    found = least_torque([900.0, 600.0, -900.0, -1100.0], extremes)
+    np.testing.assert_array_equal(found, [200.0, -100.0, -100.0, 100.0])
 
 
 def test_round_shafts() -> None:
