@@ -13,8 +13,8 @@ stiffnesses in series. From the ends to the root, theta_0 = U_0/Z_0, and back wi
 Holzer's table in complex numbers, for trees, without modes and without assumptions on damping.
 Neither form subtracts what is nearly equal: stiff shafts cost no digits. Where k* + Z_i = 0, a
 branch alone resonates and holds its parent, though the system does not resonate: an undamped
-absorber at its own frequency, a pendulum at its own order. It is then detuned by `DETUNED`, which
-its parent turns by, and which costs no digits elsewhere unless torques act on the branch. Such
+absorber at its own frequency, a pendulum at its own order. It is then detuned by `DETUNED`, and its
+parent turns by as little. That costs no digits elsewhere, unless torques act on the branch. Such
 cases are rare; they are solved again with pivoting. An undamped system at a natural frequency has
 no steady state, and that is its status.
 """
@@ -161,7 +161,7 @@ def forced_response(
         Disc on which each torque acts.
     torque : array_like of complex
         Harmonics of the torque on each of them [N m], shape (..., T, orders), of
-        `forces.harmonics.of_throws`.
+        `forces.harmonics.of_throws`. What is NaN gives NaN.
     mass_torque : array_like of complex
         The part that grows with the square of the speed, over omega^2 [kg m2]; it is added.
     wanted : sequence of str
@@ -190,39 +190,24 @@ def forced_response(
     unknown = [name for name in wanted if name not in RESULTS]
     if unknown:
         raise ValueError(f"wanted: {unknown[0]!r}: must be of {', '.join(RESULTS)}")
-    nu = checked_orders(orders)
-    omega = given_array("speed", speed, finite=True)
-    if not (omega > 0.0).all():
-        raise ValueError(f"speed: {omega[~(omega > 0.0)].flat[0]:g}: must be above 0")
     discs = system.node_of_disc.size
     for name, numbers in (("throws", throws), ("twist", np.ravel(twist))):
         outside = [number for number in numbers if number not in range(discs)]
         if outside:
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
-    gas = _torques("torque", torque, len(throws), nu.size)
-    mass = _torques("mass_torque", mass_torque, len(throws), nu.size)
-    shape = np.broadcast_shapes(system.shape, omega.shape, gas.shape[:-3], mass.shape[:-3])
-    at_throws = np.asarray(throws, dtype=np.int64)
-    ratio = _lines(system.ratio)
-    cases = _Cases(
-        _numbers(system.shape, shape), _numbers(gas.shape[:-3], shape),
-        _numbers(mass.shape[:-3], shape), np.broadcast_to(omega, shape).flatten(),
-        system.node_of_disc[at_throws], np.ascontiguousarray(ratio[:, at_throws]),
-        gas.reshape(-1, *gas.shape[-3:]), mass.reshape(-1, *mass.shape[-3:]), nu,
-    )  # fmt: skip
+    cases, shape = _cases(system, orders, speed, throws, torque, mass_torque)
     tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
     signals, lines = _signals(system, wanted, twist)
-    extremes = signals.swung.size > 0
-    table = synthesis(nu if extremes else nu[:0], period)
-    count, shafts = cases.speed.size, system.node_of_shaft.size
+    table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
+    count, orders = cases.speed.size, cases.orders.size
     found = _Found(
-        np.empty((count, signals.stored.size, nu.size, 2)),
+        np.empty((count, signals.stored.size, orders, 2)),
         np.empty((count, signals.swung.size, 3)),
-        np.empty((count if "shaft_loss" in wanted else 0, shafts)),
+        np.empty((count if "shaft_loss" in wanted else 0, system.node_of_shaft.size)),
         np.empty(count if "frame_loss" in wanted else 0),
         np.zeros(count, dtype=np.int64),
     )
-    which, none = np.arange(count), np.empty((0, system.parent.size, 2, nu.size))
+    which, none = np.arange(count), np.empty((0, system.parent.size, 2, orders))
 
     def solve(piece: _Piece) -> None:
         some = which[piece.begin : piece.end]
@@ -248,6 +233,27 @@ def forced_response(
             values = found.harmonics[:, lines[name]].view(np.complex128)[..., 0]
         results[name] = values.reshape((*shape, *values.shape[1:]))
     return results
+
+
+def _cases(
+    system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any,
+    mass_torque: Any,
+) -> tuple[_Cases, tuple[int, ...]]:  # fmt: skip
+    """All cases, and the shape of the axes that they lie on."""
+    nu = checked_orders(orders)
+    omega = given_array("speed", speed, finite=True)
+    if not (omega > 0.0).all():
+        raise ValueError(f"speed: {omega[~(omega > 0.0)].flat[0]:g}: must be above 0")
+    gas = _torques("torque", torque, len(throws), nu.size)
+    mass = _torques("mass_torque", mass_torque, len(throws), nu.size)
+    shape = np.broadcast_shapes(system.shape, omega.shape, gas.shape[:-3], mass.shape[:-3])
+    at_throws = np.asarray(throws, dtype=np.int64)
+    return _Cases(
+        _numbers(system.shape, shape), _numbers(gas.shape[:-3], shape),
+        _numbers(mass.shape[:-3], shape), np.broadcast_to(omega, shape).flatten(),
+        system.node_of_disc[at_throws], _lines(system.ratio[..., at_throws]),
+        gas.reshape(-1, *gas.shape[-3:]), mass.reshape(-1, *mass.shape[-3:]), nu,
+    ), shape  # fmt: skip
 
 
 def _signals(

@@ -53,8 +53,8 @@ def propulsion_shaft_limits(
     -----
     IACS UR M68, which does not hold for crankshafts (M53) and shafts of gears and generators.
     c_D, the half range and some of c_K were compared with Lloyd's Register, Rules for Naval Ships,
-    Vol. 2 Part 5 Ch. 1 Sec. 3. The rest is quoted from memory of the rule: read its current text
-    before you rely on it.
+    Vol. 2 Part 5 Ch. 1 Sec. 3. The rest is general knowledge of the rule, not compared with its
+    text: read that before you rely on it.
     """
     ratio = np.asarray(speed_ratio, dtype=float)
     size = 0.35 + 0.93 * (1000.0 * np.asarray(diameter)) ** -0.2
