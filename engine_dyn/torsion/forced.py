@@ -60,8 +60,8 @@ SMALL = 1e-6
 NEAR_RESONANCE = 1e-11
 """Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state."""
 
-AT_ONCE = 256
-"""Designs that a thread takes at once."""
+AT_ONCE = 1024
+"""Cases that a thread takes at once."""
 
 
 class _Tree(NamedTuple):
