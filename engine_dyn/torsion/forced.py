@@ -252,7 +252,7 @@ def _cases(
         _numbers(system.shape, shape), _numbers(gas.shape[:-3], shape),
         _numbers(mass.shape[:-3], shape), np.broadcast_to(omega, shape).flatten(),
         system.node_of_disc[at_throws], _lines(system.ratio[..., at_throws]),
-        gas.reshape(-1, *gas.shape[-3:]), mass.reshape(-1, *mass.shape[-3:]), nu,
+        _lines(gas, 3), _lines(mass, 3), nu,
     ), shape  # fmt: skip
 
 
@@ -300,9 +300,10 @@ def _torques(name: str, given: Any, throws: int, orders: int) -> Floats:
     return np.stack([values.real, values.imag], axis=-2)
 
 
-def _lines(values: Floats) -> Floats:
-    """Designs along one axis."""
-    return np.ascontiguousarray(values.reshape(-1, values.shape[-1]))
+def _lines(values: Floats, own: int = 1) -> Floats:
+    """Designs along one axis, before the last `own` ones."""
+    shape = math.prod(values.shape[:-own]), *values.shape[-own:]
+    return np.ascontiguousarray(values.reshape(shape))
 
 
 def _numbers(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
