@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 import sweeps
+from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.system import shaft_system
+from engine_dyn.units import RPM
 from sweeps.errors import SceneError
 from sweeps.exploring.torsion import QUANTITIES, excitation
 
@@ -109,6 +112,28 @@ def test_real_openTorsion_agrees(found: Any, speed: float) -> None:
     )
     ours = line.torques(line.response(one.matrix(9), one.omega))
     assert np.abs(theirs) == pytest.approx(np.abs(ours), rel=1e-6)
+
+
+@pytest.mark.parametrize("speed", [1000.0, 2165.0])
+def test_shaft_systems_agree_with_openTorsion(speed: float) -> None:
+    """With amplitude and phase: the same convention from the engine's orders to the shaft."""
+    import opentorsion
+
+    shafts = [
+        opentorsion.Shaft(i, i + 1, None, None, k=k, I=0) for i, k in enumerate(example.STIFFNESSES)
+    ]
+    damping = example.diesel_shaft().damping
+    discs = [
+        opentorsion.Disk(i, inertia, c=damping[i]) for i, inertia in enumerate(example.INERTIAS)
+    ]
+    one = excitation(archive(set={"speed": speed}), NODES)
+    assembly = opentorsion.Assembly(shafts, disk_elements=discs)
+    theirs, _ = assembly.vibratory_torque(one.for_opentorsion(9))
+    system = shaft_system(example.INERTIAS, example.STIFFNESSES, disc_damping=damping)
+    ours = forced_response(system, one.order, speed * RPM, NODES, one.complexes)
+    scale = np.abs(theirs).max(axis=0)
+    # Its torque is that on the second disc of a shaft.
+    assert (np.abs(ours["torque"] + theirs) < 1e-9 * scale).all()
 
 
 # The example's own shaft --------------------------------------------------------------------------

@@ -1,0 +1,554 @@
+r"""Steady response of a shaft system to each order of the torques, by elimination along the tree.
+
+For each order nu, with w = nu omega, node i has the dynamic stiffness Z_i = g - w^2 J + i w c and
+the torque U_i. Its parent p, over k* = k (1 + i eta) + i w c_r, feels
+
+    theta_i = (U_i + k* theta_p)/(k* + Z_i),
+    Z_p += k* Z_i/(k* + Z_i),        U_p += k* U_i/(k* + Z_i),
+
+stiffnesses in series. From the ends to the root, theta_0 = U_0/Z_0, and back with the twist
+
+    theta_i - theta_p = (U_i - Z_i theta_p)/(k* + Z_i).
+
+Holzer's table in complex numbers, for trees, without modes and without assumptions on damping.
+Neither form subtracts what is nearly equal: stiff shafts cost no digits. Where k* + Z_i = 0, a
+branch alone resonates and holds its parent, though the system does not resonate: an undamped
+absorber at its own frequency, a pendulum at its own order. It is then detuned by `DETUNED`, and its
+parent turns by as little. That costs no digits elsewhere, unless torques act on the branch. Such
+cases are rare; they are solved again with pivoting. An undamped system at a natural frequency has
+no steady state, and that is its status.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.given_numbers import given_array
+from engine_dyn.speed.pieces import Progress, run_on_threads
+from engine_dyn.status import CONVERGED, NO_STEADY_STATE
+from engine_dyn.torsion.modes import checked_orders
+from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
+from engine_dyn.torsion.system import ShaftSystem
+from engine_dyn.types import Complexes, Floats, Integers
+
+__all__ = ["RESULTS", "forced_response", "largest_order", "misfiring"]
+
+RESULTS = {
+    "angle": "harmonics of the angle of each disc [rad], (..., N, orders)",
+    "torque": "harmonics of the torque in each shaft [N m], (..., S, orders)",
+    "angle_extremes": "least and largest angle of each disc over the cycle, bound on the error of "
+    "both [rad], (..., N, 3)",
+    "torque_extremes": "the same of the torque in each shaft [N m], (..., S, 3)",
+    "twist_extremes": "the same of the angle between the discs of each pair [rad], (..., P, 3)",
+    "shaft_loss": "mean power lost in each shaft, coupling or damper [W], (..., S)",
+    "frame_loss": "mean power lost between all discs and the frame [W], (...)",
+}
+"""What can be asked for."""
+
+DETUNED = 1e-12
+"""Least |k* + Z| over its terms."""
+
+SMALL = 1e-6
+"""Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
+
+NEAR_RESONANCE = 1e-11
+"""Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state."""
+
+AT_ONCE = 1024
+"""Cases that a thread takes at once."""
+
+
+class _Tree(NamedTuple):
+    """Referred values, shape (designs, M); node 0 is the root."""
+
+    parent: Integers
+    inertia: Floats
+    disc_damping: Floats
+    ground_stiffness: Floats
+    stiffness: Floats
+    loss_factor: Floats
+    damping: Floats
+    speed_stiffness: Floats
+
+
+class _Cases(NamedTuple):
+    """Cases to be solved: lines of the tables, speed [rad/s], torques.
+
+    `gas` and `mass` have shape (lines, T, 2, V), real and imaginary parts; the torque is gas +
+    omega^2 mass. `throw_ratio`, (designs, T), refers it to the crank.
+    """
+
+    design: Integers
+    gas_line: Integers
+    mass_line: Integers
+    speed: Floats
+    throw_node: Integers
+    throw_ratio: Floats
+    gas: Floats
+    mass: Floats
+    orders: Floats
+
+
+class _Signals(NamedTuple):
+    """What is wanted of a case, as lines of harmonics: first angles, then torques.
+
+    An angle is that of the second node, times its ratio, less that of the first; `ratios` has the
+    shape (designs, A, 2). A torque is that of the shaft above a node, times its factor. `stored`
+    and `swung` are the lines whose harmonics and whose extremes are wanted.
+    """
+
+    nodes: Integers
+    ratios: Floats
+    shafts: Integers
+    factor: Floats
+    stored: Integers
+    swung: Integers
+
+
+class _Found(NamedTuple):
+    """Results, empty where not asked for; `doubtful` are cases that lost digits."""
+
+    harmonics: Floats
+    extremes: Floats
+    shaft_loss: Floats
+    frame_loss: Floats
+    doubtful: Integers
+
+
+class _Piece(NamedTuple):
+    begin: int
+    end: int
+
+    @property
+    def size(self) -> int:
+        return self.end - self.begin
+
+
+def forced_response(
+    system: ShaftSystem,
+    orders: Any,
+    speed: Any,
+    throws: Sequence[int],
+    torque: Any,
+    mass_torque: Any = 0.0,
+    *,
+    wanted: Sequence[str] = ("angle", "torque"),
+    twist: Sequence[tuple[int, int]] = (),
+    period: float = 4.0 * math.pi,
+    threads: int | None = 1,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Steady torsional vibration under the orders of torques on some discs.
+
+    The designs of `system`, `speed` and the axes of the torques before (throw, order) broadcast;
+    `...` below is the shape of all of them.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        The shafts.
+    orders : array_like
+        nu, above 0, along one axis.
+    speed : array_like
+        omega of the crank [rad/s], above 0.
+    throws : sequence of int
+        Disc on which each torque acts.
+    torque : array_like of complex
+        Harmonics of the torque on each of them [N m], shape (..., T, orders), of
+        `forces.harmonics.of_throws`. What is NaN gives NaN.
+    mass_torque : array_like of complex
+        The part that grows with the square of the speed, over omega^2 [kg m2]; it is added.
+    wanted : sequence of str
+        Names of `RESULTS`.
+    twist : sequence of (int, int)
+        Pairs of discs for `twist_extremes`: second less first.
+    period : float
+        Angle of the cycle [rad], for extremes.
+    threads : int, optional
+        Largest number of threads; None: one for each processor.
+    progress : callable, optional
+        Is told numbers of cases done.
+
+    Returns
+    -------
+    dict
+        What was wanted, and "status", shape (...): `no_steady_state` where an order meets a
+        natural frequency of an undamped system. Results of that order, and extremes and losses of
+        the case, are then NaN.
+
+    Raises
+    ------
+    ValueError
+        One line: an unknown name, or numbers that do not fit.
+    """
+    unknown = [name for name in wanted if name not in RESULTS]
+    if unknown:
+        raise ValueError(f"wanted: {unknown[0]!r}: must be of {', '.join(RESULTS)}")
+    discs = system.node_of_disc.size
+    for name, numbers in (("throws", throws), ("twist", np.ravel(twist))):
+        outside = [number for number in numbers if number not in range(discs)]
+        if outside:
+            raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
+    cases, shape = _cases(system, orders, speed, throws, torque, mass_torque)
+    tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
+    signals, lines = _signals(system, wanted, twist)
+    table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
+    count, orders = cases.speed.size, cases.orders.size
+    found = _Found(
+        np.empty((count, signals.stored.size, orders, 2)),
+        np.empty((count, signals.swung.size, 3)),
+        np.empty((count if "shaft_loss" in wanted else 0, system.node_of_shaft.size)),
+        np.empty(count if "frame_loss" in wanted else 0),
+        np.zeros(count, dtype=np.int64),
+    )
+    which, none = np.arange(count), np.empty((0, system.parent.size, 2, orders))
+
+    def solve(piece: _Piece) -> None:
+        some = which[piece.begin : piece.end]
+        _respond(some, none, tree, cases, signals, table, found)
+
+    pieces = (_Piece(i, min(i + AT_ONCE, count)) for i in range(0, count, AT_ONCE))
+    run_on_threads(pieces, solve, threads or os.cpu_count() or 1, progress)
+    status = np.full(count, CONVERGED, dtype=np.int8)
+    for case in np.flatnonzero(found.doubtful):
+        known, resonant = _with_pivoting(tree, cases, int(case))
+        status[case] = NO_STEADY_STATE if resonant else CONVERGED
+        _respond(which[case : case + 1], known, tree, cases, signals, table, found)
+    results: dict[str, Any] = {"status": status.reshape(shape)}
+    values: Any
+    for name in wanted:
+        if name == "shaft_loss":
+            values = found.shaft_loss[:, system.node_of_shaft - 1]
+        elif name == "frame_loss":
+            values = found.frame_loss
+        elif name.endswith("extremes"):
+            values = found.extremes[:, lines[name]]
+        else:
+            values = found.harmonics[:, lines[name]].view(np.complex128)[..., 0]
+        results[name] = values.reshape((*shape, *values.shape[1:]))
+    return results
+
+
+def _cases(
+    system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any,
+    mass_torque: Any,
+) -> tuple[_Cases, tuple[int, ...]]:  # fmt: skip
+    """All cases, and the shape of the axes that they lie on."""
+    nu = checked_orders(orders)
+    omega = given_array("speed", speed, finite=True)
+    if not (omega > 0.0).all():
+        raise ValueError(f"speed: {omega[~(omega > 0.0)].flat[0]:g}: must be above 0")
+    gas = _torques("torque", torque, len(throws), nu.size)
+    mass = _torques("mass_torque", mass_torque, len(throws), nu.size)
+    shape = np.broadcast_shapes(system.shape, omega.shape, gas.shape[:-3], mass.shape[:-3])
+    at_throws = np.asarray(throws, dtype=np.int64)
+    return _Cases(
+        _numbers(system.shape, shape), _numbers(gas.shape[:-3], shape),
+        _numbers(mass.shape[:-3], shape), np.broadcast_to(omega, shape).flatten(),
+        system.node_of_disc[at_throws], _lines(system.ratio[..., at_throws]),
+        _lines(gas, 3), _lines(mass, 3), nu,
+    ), shape  # fmt: skip
+
+
+def _signals(
+    system: ShaftSystem, wanted: Sequence[str], twist: Sequence[tuple[int, int]]
+) -> tuple[_Signals, dict[str, slice]]:
+    """Lines of harmonics that results need, and where each result lies among those of its kind."""
+    discs, ratio = system.node_of_disc, _lines(system.ratio)
+    pairs = np.asarray(twist, dtype=np.int64).reshape(-1, 2)
+    sizes = {"angle": discs.size, "twist": len(pairs), "torque": system.node_of_shaft.size}
+    sizes = {
+        kind: size if {kind, f"{kind}_extremes"} & set(wanted) else 0
+        for kind, size in sizes.items()
+    }
+    own = np.repeat(np.arange(sizes["angle"])[:, None], 2, axis=1)
+    ends = np.concatenate([own, pairs[: sizes["twist"]]])
+    ratios = ratio[:, ends]
+    ratios[:, : len(own), 0] = 0.0
+    first = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
+    kinds: tuple[list[int], list[int]] = [], []
+    places = {}
+    for name in wanted:
+        kind = name.removesuffix("_extremes")
+        if kind in sizes:
+            lines = kinds[name != kind]
+            places[name] = slice(len(lines), len(lines) + sizes[kind])
+            lines += range(first[kind], first[kind] + sizes[kind])
+    stored, swung = (np.array(lines, dtype=np.int64) for lines in kinds)
+    shafts = system.node_of_shaft[: sizes["torque"]]
+    return _Signals(
+        discs[ends], np.ascontiguousarray(ratios), shafts, _lines(system.shaft_factor), stored,
+        swung,
+    ), places  # fmt: skip
+
+
+def _torques(name: str, given: Any, throws: int, orders: int) -> Floats:
+    """Real and imaginary parts, shape (..., T, 2, V)."""
+    values = np.asarray(given, dtype=np.complex128)
+    if values.ndim == 0 and values == 0.0:
+        values = np.zeros((throws, orders), dtype=np.complex128)
+    if values.shape[-2:] != (throws, orders):
+        raise ValueError(
+            f"{name}: shape {values.shape}: must end with {throws} throws and {orders} orders"
+        )
+    return np.stack([values.real, values.imag], axis=-2)
+
+
+def _lines(values: Floats, own: int = 1) -> Floats:
+    """Designs along one axis, before the last `own` ones."""
+    shape = math.prod(values.shape[:-own]), *values.shape[-own:]
+    return np.ascontiguousarray(values.reshape(shape))
+
+
+def _numbers(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
+    """Line of each case in a table over the axes `own`."""
+    lines = np.arange(math.prod(own)).reshape(own)
+    return np.broadcast_to(lines, shape).flatten()
+
+
+@kernel
+def _respond(
+    which: Integers, known: Floats, tree: _Tree, cases: _Cases, signals: _Signals,
+    table: Synthesis, found: _Found,
+) -> None:  # fmt: skip
+    """Solve some cases, or, with angles of the nodes in `known`, derive results from these."""
+    nodes, orders, quarter = tree.parent.size, cases.orders.size, table.cosine.shape[1]
+    w, lost = np.empty(orders), np.empty(orders)
+    angle, twist = np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders))
+    stiff = np.empty((nodes, 2, orders))
+    lines = np.empty((signals.nodes.shape[0] + signals.shafts.size, 2, orders))
+    sums, curve = np.empty((6, quarter)), np.empty(4 * quarter + 2)
+    for number in range(which.size):
+        case = which[number]
+        design = cases.design[case]
+        for v in range(orders):
+            w[v] = cases.orders[v] * cases.speed[case]
+            lost[v] = 0.0
+        _set_up(case, w, tree, cases, angle, twist, stiff)
+        if known.shape[0] == 0:
+            _eliminate(tree.parent, angle, twist, stiff, lost)
+            for v in range(orders):
+                if lost[v] > 0.0:
+                    found.doubtful[case] = 1
+        else:
+            for node in range(nodes):
+                above = max(tree.parent[node], 0)
+                for part in range(2):
+                    for v in range(orders):
+                        angle[node, part, v] = known[number, node, part, v]
+                        twist[node, part, v] = angle[node, part, v] - known[number, above, part, v]
+        _to_lines(design, signals, angle, twist, stiff, lines)
+        for i in range(signals.stored.size):
+            line = lines[signals.stored[i]]
+            for v in range(orders):
+                found.harmonics[case, i, v, 0] = line[0, v]
+                found.harmonics[case, i, v, 1] = line[1, v]
+        for i in range(signals.swung.size):
+            line = lines[signals.swung[i]]
+            extremes_of(line[0], line[1], table, sums, curve, found.extremes[case, i])
+        if found.shaft_loss.size > 0:
+            for shaft in range(found.shaft_loss.shape[1]):
+                k, turned, loss = stiff[shaft + 1], twist[shaft + 1], 0.0
+                for v in range(orders):
+                    loss += w[v] * k[1, v] * (turned[0, v] ** 2 + turned[1, v] ** 2)
+                found.shaft_loss[case, shaft] = 0.5 * loss
+        if found.frame_loss.size > 0:
+            total = 0.0
+            for node in range(nodes):
+                loss = 0.0
+                for v in range(orders):
+                    loss += w[v] ** 2 * (angle[node, 0, v] ** 2 + angle[node, 1, v] ** 2)
+                total += 0.5 * tree.disc_damping[design, node] * loss
+            found.frame_loss[case] = total
+
+
+@inlined
+def _set_up(
+    case: int, w: Floats, tree: _Tree, cases: _Cases, dynamic: Floats, torque: Floats, stiff: Floats
+) -> None:
+    """Z and U of each node, and k* of the shaft to its parent."""
+    design, square = cases.design[case], cases.speed[case] ** 2
+    for node in range(tree.parent.size):
+        inertia, ground = tree.inertia[design, node], tree.ground_stiffness[design, node]
+        own, damping = tree.disc_damping[design, node], tree.damping[design, node]
+        stiffness = tree.stiffness[design, node] + square * tree.speed_stiffness[design, node]
+        loss = tree.loss_factor[design, node] * stiffness
+        z, u, k = dynamic[node], torque[node], stiff[node]
+        for v in range(w.size):
+            z[0, v] = ground - w[v] * w[v] * inertia
+            z[1, v] = w[v] * own
+            k[0, v] = stiffness
+            k[1, v] = loss + w[v] * damping
+            u[0, v] = u[1, v] = 0.0
+    gas, mass = cases.gas_line[case], cases.mass_line[case]
+    for throw in range(cases.throw_node.size):
+        u, ratio = torque[cases.throw_node[throw]], cases.throw_ratio[design, throw]
+        for part in range(2):
+            for v in range(w.size):
+                u[part, v] += ratio * (
+                    cases.gas[gas, throw, part, v] + square * cases.mass[mass, throw, part, v]
+                )
+
+
+@inlined
+def _eliminate(
+    parents: Integers, dynamic: Floats, torque: Floats, stiff: Floats, lost: Floats
+) -> None:
+    """Turn Z into the angle of each node, and U into its twist against the parent.
+
+    On the way up, Z becomes Z/(k* + Z), and U becomes U/(k* + Z). `lost` is set for orders that
+    lost digits.
+    """
+    orders = lost.size
+    scale = stiff[0, 0]  # nothing is above the root: sum of the squares of what adds up there
+    for v in range(orders):
+        scale[v] = dynamic[0, 0, v] ** 2 + dynamic[0, 1, v] ** 2
+    for node in range(parents.size - 1, 0, -1):
+        z, u, k = dynamic[node], torque[node], stiff[node]
+        for v in range(orders):
+            a, b = k[0, v] + z[0, v], k[1, v] + z[1, v]
+            square = a * a + b * b
+            terms = k[0, v] ** 2 + k[1, v] ** 2 + z[0, v] ** 2 + z[1, v] ** 2
+            lost[v] += u[0, v] ** 2 + u[1, v] ** 2 if square < SMALL**2 * terms else 0.0
+            held = square < DETUNED**2 * terms
+            a = DETUNED * (k[0, v] + k[1, v]) if held else a
+            b = 0.0 if held else b
+            over = 1.0 / (a * a + b * b)
+            x, y = (z[0, v] * a + z[1, v] * b) * over, (z[1, v] * a - z[0, v] * b) * over
+            p, q = (u[0, v] * a + u[1, v] * b) * over, (u[1, v] * a - u[0, v] * b) * over
+            z[0, v], z[1, v], u[0, v], u[1, v] = x, y, p, q
+        above, force = dynamic[parents[node]], torque[parents[node]]
+        for v in range(orders):
+            above[0, v] += k[0, v] * z[0, v] - k[1, v] * z[1, v]
+            above[1, v] += k[0, v] * z[1, v] + k[1, v] * z[0, v]
+            force[0, v] += k[0, v] * u[0, v] - k[1, v] * u[1, v]
+            force[1, v] += k[0, v] * u[1, v] + k[1, v] * u[0, v]
+        if parents[node] == 0:
+            for v in range(orders):
+                scale[v] += (k[0, v] ** 2 + k[1, v] ** 2) * (z[0, v] ** 2 + z[1, v] ** 2)
+    z, u = dynamic[0], torque[0]
+    for v in range(orders):
+        over = 1.0 / (z[0, v] ** 2 + z[1, v] ** 2)
+        lost[v] += 1.0 if over * scale[v] > SMALL**-2 else 0.0
+        x = (u[0, v] * z[0, v] + u[1, v] * z[1, v]) * over
+        y = (u[1, v] * z[0, v] - u[0, v] * z[1, v]) * over
+        z[0, v], z[1, v] = x, y
+        u[0, v] = u[1, v] = 0.0
+    for node in range(1, parents.size):
+        z, u, above = dynamic[node], torque[node], dynamic[parents[node]]
+        for v in range(orders):
+            u[0, v] -= z[0, v] * above[0, v] - z[1, v] * above[1, v]
+            u[1, v] -= z[0, v] * above[1, v] + z[1, v] * above[0, v]
+            z[0, v] = above[0, v] + u[0, v]
+            z[1, v] = above[1, v] + u[1, v]
+
+
+@inlined
+def _to_lines(
+    design: int, signals: _Signals, angle: Floats, twist: Floats, stiff: Floats, lines: Floats
+) -> None:
+    """Fill in the harmonics of what is wanted."""
+    angles, orders = signals.nodes.shape[0], lines.shape[2]
+    for i in range(angles):
+        start, end, line = angle[signals.nodes[i, 0]], angle[signals.nodes[i, 1]], lines[i]
+        back, forth = signals.ratios[design, i, 0], signals.ratios[design, i, 1]
+        for part in range(2):
+            for v in range(orders):
+                line[part, v] = forth * end[part, v] - back * start[part, v]
+    for i in range(signals.shafts.size):
+        k, turned, line = stiff[signals.shafts[i]], twist[signals.shafts[i]], lines[angles + i]
+        factor = signals.factor[design, i]
+        for v in range(orders):
+            line[0, v] = factor * (k[0, v] * turned[0, v] - k[1, v] * turned[1, v])
+            line[1, v] = factor * (k[0, v] * turned[1, v] + k[1, v] * turned[0, v])
+
+
+def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:
+    """Angles of the nodes of a case, shape (1, M, 2, V), and whether an order meets a resonance.
+
+    B = J^(-1/2) (K* + i w C - w^2 J) J^(-1/2)/w^2 has the eigenvalues omega_m^2/w^2 - 1 if nothing
+    damps: of one that is nothing but rounding, there is no steady state.
+    """
+    design, speed = cases.design[case], cases.speed[case]
+    inertia, own, ground, stiffness, eta, damping, following = (line[design] for line in tree[1:])
+    parts = cases.gas[cases.gas_line[case]] + speed**2 * cases.mass[cases.mass_line[case]]
+    forces = cases.throw_ratio[design][:, None] * (parts[:, 0] + 1j * parts[:, 1])
+    nodes, orders = inertia.size, cases.orders.size
+    found = np.full((1, nodes, 2, orders), np.nan)
+    resonant = False
+    for v, w in enumerate(cases.orders * speed):
+        stiff = (stiffness + speed**2 * following) * (1.0 + 1j * eta) + 1j * w * damping
+        matrix = np.diag(ground - w**2 * inertia + 1j * w * own)
+        for node, parent in enumerate(tree.parent[1:].tolist(), 1):
+            ends = np.array([node, parent])
+            matrix[np.ix_(ends, ends)] += stiff[node] * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        scale = w * np.sqrt(inertia)
+        sizes = np.abs(np.linalg.eigvals(matrix / (scale[:, None] * scale)))
+        if sizes.min() <= max(NEAR_RESONANCE, 4.0 * np.finfo(float).eps * sizes.max()):
+            resonant = True
+            continue
+        force = np.zeros(nodes, dtype=np.complex128)
+        np.add.at(force, cases.throw_node, forces[:, v])
+        solved = np.linalg.solve(matrix, force)
+        found[0, :, 0, v], found[0, :, 1, v] = solved.real, solved.imag
+    return found, resonant
+
+
+def misfiring(torque: Any, change: Any, throws: Sequence[int]) -> Complexes:
+    """Torques on the throws with each cylinder misfiring in turn, for `forced_response`.
+
+    The response is linear in the torques, so these are just more of them: the elimination of one
+    more right-hand side costs as much as to superpose the unit responses of the throws.
+
+    Parameters
+    ----------
+    torque : array_like of complex
+        Harmonics on each throw with all cylinders firing, shape (..., T, orders).
+    change : array_like of complex
+        Harmonics of each cylinder's motored torque less its firing torque, shape (..., Z, orders).
+    throws : sequence of int
+        Number of the throw of each cylinder, from 0.
+
+    Returns
+    -------
+    ndarray of complex, shape (..., Z, T, orders)
+    """
+    each = np.asarray(change, dtype=np.complex128)
+    at = np.eye(np.shape(torque)[-2])[np.asarray(throws)]  # (Z, T)
+    return np.asarray(np.asarray(torque)[..., None, :, :] + at[..., None] * each[..., None, :])
+
+
+def largest_order(harmonics: Any, orders: Any, speed: Any = None) -> tuple[Any, ...]:
+    """Largest amplitude of a single order, and that order; with speeds, the largest over them too.
+
+    Parameters
+    ----------
+    harmonics : array_like of complex
+        Orders along the last axis; with `speed`, the speeds along the first. NaN is left out.
+    orders : array_like
+        nu.
+    speed : array_like, optional
+        Speeds of the first axis [rad/s].
+
+    Returns
+    -------
+    tuple of ndarray
+        Amplitude, order and, with `speed`, the speed.
+    """
+    size = np.abs(np.asarray(harmonics))
+    known = np.where(np.isnan(size), -1.0, size)
+    if speed is not None:
+        known = np.moveaxis(known, 0, -2).reshape(*known.shape[1:-1], -1)
+    place = known.argmax(axis=-1)
+    most = np.take_along_axis(known, place[..., None], axis=-1)[..., 0]
+    most = np.where(most < 0.0, np.nan, most)
+    at_order = np.asarray(orders)[place % np.size(orders)]
+    if speed is None:
+        return most, at_order
+    return most, at_order, np.asarray(speed)[place // np.size(orders)]

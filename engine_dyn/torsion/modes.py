@@ -1,0 +1,212 @@
+r"""Free vibration without damping: natural frequencies, shapes, and how orders excite them.
+
+The referred system is K a = omega_m^2 J a. With y = J^(1/2) a it is the symmetric eigenproblem of
+J^(-1/2) K J^(-1/2). Where nothing holds a part of the system (the whole of it, unless there are
+springs to the frame; a ring that only a viscous damper joins) it turns freely: these modes have the
+frequency 0, their number follows from the tree, and they are left out. The first mode is the first
+elastic one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.given_numbers import given_array
+from engine_dyn.torsion.system import ShaftSystem, matrices
+from engine_dyn.types import Complexes, Floats, Integers
+
+__all__ = [
+    "Modes",
+    "checked_orders",
+    "critical_speeds",
+    "modal_damping",
+    "modal_excitation",
+    "natural_modes",
+    "resonance_angle",
+    "zero_crossings",
+]
+
+
+class Modes(NamedTuple):
+    """Elastic modes, from the lowest; NaN where a design has fewer than others.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (..., m)
+        Natural frequencies [rad/s].
+    shape : ndarray, shape (..., m, N)
+        Amplitude of each disc, in its own turns, over that of the disc of unit amplitude.
+    modal_inertia : ndarray, shape (..., m)
+        sum J a^2 [kg m2], which belongs to the disc of unit amplitude.
+    """
+
+    omega: Floats
+    shape: Floats
+    modal_inertia: Floats
+
+    @property
+    def frequency(self) -> Floats:
+        """Natural frequencies [Hz]."""
+        return np.asarray(self.omega / (2.0 * np.pi))
+
+
+def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int = 0) -> Modes:
+    """Natural frequencies and mode shapes.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        Losses and damping are left out.
+    speed : array_like
+        Of the crank [rad/s], which stiffens pendulums; broadcasts with the designs.
+    unit : int
+        Disc of unit amplitude. The shape is infinite where that disc does not move.
+    """
+    if not 0 <= unit < system.node_of_disc.size:
+        raise ValueError(f"unit = {unit}: must be a disc, from 0 to {system.node_of_disc.size - 1}")
+    inertia, stiffness, *_ = matrices(system, speed)
+    free = _free_parts(system, speed)
+    root = np.sqrt(inertia)
+    squares, vectors = np.linalg.eigh(stiffness / (root[..., :, None] * root[..., None, :]))
+    shape = np.swapaxes(vectors / root[..., :, None], -1, -2)
+    squares, shape = _from_elastic(squares, free), _from_elastic(shape, free)
+    count = squares.shape[-1] - int(free.min())
+    squares, shape = squares[..., :count], shape[..., :count, system.node_of_disc]
+    shape = shape * system.ratio[..., None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        over = 1.0 / shape[..., unit]
+        return Modes(np.sqrt(squares), shape * over[..., None], over**2)
+
+
+def _free_parts(system: ShaftSystem, speed: Any) -> Integers:
+    """Number of parts of each design that nothing holds, by adding up from the ends of the tree."""
+    joins = system.stiffness_at(speed) > 0.0
+    held = np.broadcast_to(system.ground_stiffness, joins.shape) > 0.0
+    held = held.copy()
+    free = np.zeros(joins.shape[:-1], dtype=np.int64)
+    for node in range(system.parent.size - 1, 0, -1):
+        parent = system.parent[node]
+        held[..., parent] |= held[..., node] & joins[..., node]
+        free += ~held[..., node] & ~joins[..., node]
+    return np.asarray(free + ~held[..., 0])
+
+
+def _from_elastic(values: Floats, free: Integers) -> Floats:
+    """Modes (the axis behind those of the designs) from the first elastic one on, then NaN."""
+    count = values.shape[free.ndim]
+    place = free[..., None] + np.arange(count)
+    index = np.minimum(place, count - 1).reshape(*place.shape, *(1,) * (values.ndim - place.ndim))
+    missing = (place >= count).reshape(index.shape)
+    return np.where(missing, np.nan, np.take_along_axis(values, index, axis=free.ndim))
+
+
+def zero_crossings(system: ShaftSystem, modes: Modes) -> Floats:
+    """Where in each shaft a mode has a node: the part of the way from its first disc; else NaN.
+
+    Shape (..., m, S). A node on a disc is counted in one of its shafts.
+    """
+    first, second = (modes.shape[..., system.shafts[:, side]] for side in (0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        place = first / (first - second)
+    return np.where((first > 0.0) != (second > 0.0), place, np.nan)
+
+
+def critical_speeds(
+    system: ShaftSystem, orders: Any, lowest: float = 0.0, highest: float = np.inf
+) -> Floats:
+    """Speeds of the crank [rad/s] at which an order meets a natural frequency, omega_m/nu.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        A pendulum's stiffness follows the speed: with omega = nu Omega it belongs to the inertia,
+        K a = omega^2 (J - K_s/nu^2) a.
+    orders : array_like
+        Orders, above 0.
+    lowest, highest : float
+        Range of the speeds [rad/s] that are wanted.
+
+    Returns
+    -------
+    ndarray, shape (..., orders, m)
+        Rising; NaN outside the range, and where a design has fewer. Without pendulums, mode m is at
+        its place.
+    """
+    nu = checked_orders(orders)
+
+    def within(speeds: Floats) -> Floats:
+        return np.where((speeds >= lowest) & (speeds <= highest), speeds, np.nan)
+
+    if not system.speed_stiffness.any():
+        return within(natural_modes(system).omega[..., None, :] / nu[:, None])
+    inertia, stiffness, *_ = matrices(system)
+    following = matrices(system, 1.0)[1] - stiffness
+    nodes = inertia.shape[-1]
+    mass = inertia[..., None, :] * np.eye(nodes)
+    mass = mass[..., None, :, :] - following[..., None, :, :] / nu[:, None, None] ** 2
+    scale = (stiffness.trace(axis1=-2, axis2=-1) / inertia.sum(axis=-1))[..., None, None, None]
+    # 1/(omega^2 + shift), shift away from all roots of interest, keeps rigid modes finite.
+    stiff = stiffness[..., None, :, :]
+    inverse = np.linalg.eigvals(np.linalg.solve(stiff + 1e-3 * scale * mass, mass))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = 1.0 / inverse - 1e-3 * scale[..., 0]
+        real = np.abs(squares.imag) <= 1e-9 * np.abs(squares)
+        found = np.where(real & (squares.real > 1e-9 * scale[..., 0]), squares.real, np.nan)
+    return within(np.sort(np.sqrt(found), axis=-1) / nu[:, None])
+
+
+def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
+    """Damping ratio zeta [1] of each mode, from the losses of its undamped shape.
+
+    zeta = (a^T (eta K) a + omega a^T C a)/(2 omega^2 J_m): half the loss factor where all shafts
+    have the same. For small damping; no mode of a heavily damped ring.
+    """
+    shape = modes.shape[..., _first_discs(system)] / system.ratio[..., None, _first_discs(system)]
+    _, _, loss, damping = matrices(system, speed)
+    lost = np.einsum("...mi,...ij,...mj->...m", shape, loss, shape)
+    viscous = np.einsum("...mi,...ij,...mj->...m", shape, damping, shape)
+    return np.asarray(0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia))
+
+
+def modal_excitation(modes: Modes, throws: Any, torque: Any) -> Complexes:
+    """Torque on each mode [N m], sum_j a_j U_j: with U_j = exp(i nu psi_j) the phase-vector sum.
+
+    Parameters
+    ----------
+    modes : Modes
+        Their discs.
+    throws : array_like of int
+        Disc on which each torque acts.
+    torque : array_like of complex
+        U, shape (..., T, orders): amplitude and phase of each order.
+
+    Returns
+    -------
+    ndarray, shape (..., m, orders)
+    """
+    return np.asarray(np.matmul(modes.shape[..., np.asarray(throws)], np.asarray(torque)))
+
+
+def resonance_angle(modes: Modes, zeta: Any, excitation: Any) -> Floats:
+    """Amplitude [rad] of the disc of unit amplitude at resonance, |W|/(2 zeta omega^2 J_m).
+
+    One mode alone: for a comparison, and to rank critical speeds. `excitation` is what
+    `modal_excitation` returns, `zeta` what `modal_damping` returns.
+    """
+    stiff = 2.0 * np.asarray(zeta) * modes.omega**2 * modes.modal_inertia
+    return np.asarray(np.abs(excitation) / stiff[..., None])
+
+
+def _first_discs(system: ShaftSystem) -> Integers:
+    """A disc of each node."""
+    return np.unique(system.node_of_disc, return_index=True)[1]
+
+
+def checked_orders(orders: Any) -> Floats:
+    """Orders along one axis, checked."""
+    nu = given_array("orders", orders, finite=True).reshape(-1)
+    if not (nu > 0.0).all():
+        raise ValueError(f"orders: {nu[~(nu > 0.0)][0]:g}: must be above 0")
+    return nu

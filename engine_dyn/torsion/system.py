@@ -1,0 +1,312 @@
+r"""A system of discs, shafts and gears, referred to the speed of one of its discs.
+
+Discs that gears couple rigidly turn as one: theta_b = i_b theta with the speed ratio i_b to the
+crank. With theta = theta_b/i_b as unknown, the energies J theta_b'^2/2 and k (theta_b' -
+theta_a)^2/2 of equal theta keep their values if everything behind the gear is referred: i^2 J,
+i^2 k, i^2 c, and i times a torque. So gears leave a system of *nodes* (a disc, or discs in mesh)
+and shafts. Where these form a tree, numbered so that each node comes after its parent, the
+equations are solved by elimination from its ends in as many steps as there are nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.given_numbers import given_array
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["MOST_DISCS", "ShaftSystem", "matrices", "mean_torques", "shaft_system"]
+
+MOST_DISCS = 64
+"""Most discs of a system; shafts of ships have some 30."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftSystem:
+    """A shaft system referred to the crank, made by `shaft_system`.
+
+    N discs on M nodes; S shafts, each of which lies between a node and its parent. Arrays of values
+    have the designs as leading axes.
+
+    Attributes
+    ----------
+    shafts : ndarray of int, shape (S, 2)
+        First and second disc of each shaft.
+    node_of_disc, node_of_shaft : ndarray of int, shapes (N,) and (S,)
+        Node of a disc; node below a shaft, the other one is its parent.
+    ratio : ndarray, shape (..., N)
+        Speed of each disc over the crank's, negative where it turns the other way.
+    shaft_factor : ndarray, shape (..., S)
+        Torque of a shaft over the referred torque k* (theta_node - theta_parent).
+    parent : ndarray of int, shape (M,)
+        Parent of each node, before it in the order; -1 of node 0, which is the crank's.
+    inertia, disc_damping, ground_stiffness : ndarray, shape (..., M)
+        Referred, of each node [kg m2, N m s/rad, N m/rad].
+    stiffness, loss_factor, damping, speed_stiffness : ndarray, shape (..., M)
+        Referred, of the shaft to the parent; those of node 0 are 0.
+    """
+
+    shafts: Integers
+    node_of_disc: Integers
+    node_of_shaft: Integers
+    ratio: Floats
+    shaft_factor: Floats
+    parent: Integers
+    inertia: Floats
+    disc_damping: Floats
+    ground_stiffness: Floats
+    stiffness: Floats
+    loss_factor: Floats
+    damping: Floats
+    speed_stiffness: Floats
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the designs."""
+        return self.inertia.shape[:-1]
+
+    def stiffness_at(self, speed: Any) -> Floats:
+        """Stiffness of the shafts to the parents with the crank at a speed [rad/s]."""
+        turns = np.asarray(speed, dtype=float)[..., None]
+        return np.asarray(self.stiffness + self.speed_stiffness * turns**2)
+
+
+def shaft_system(
+    inertia: Any,
+    stiffness: Any,
+    shafts: Sequence[tuple[int, int]] | None = None,
+    *,
+    loss_factor: Any = 0.0,
+    damping: Any = 0.0,
+    speed_stiffness: Any = 0.0,
+    disc_damping: Any = 0.0,
+    ground_stiffness: Any = 0.0,
+    meshes: Sequence[tuple[int, int]] = (),
+    ratios: Any = 1.0,
+    crank: int = 0,
+) -> ShaftSystem:
+    """Check a system of discs, shafts and gears, and refer it to the speed of one disc.
+
+    Discs, shafts and meshes are numbered from 0. Values have their disc, shaft or mesh along the
+    last axis; axes before it are designs, and broadcast. One number serves all.
+
+    Parameters
+    ----------
+    inertia : array_like
+        Of each disc [kg m2]; of a crank throw with the mean of its reciprocating masses.
+    stiffness : array_like
+        Of each shaft [N m/rad]; 0 of a viscous damper.
+    shafts : sequence of (int, int), optional
+        Discs that each shaft joins; default: each disc to the next. A damper's ring, a coupling's
+        half and a pendulum are discs, and what holds them is a shaft.
+    loss_factor : array_like
+        eta [1] of each shaft: steel, rubber. The relative damping psi of couplings is 2 pi eta.
+    damping : array_like
+        Viscous, in each shaft [N m s/rad].
+    speed_stiffness : array_like
+        Stiffness over the square of the crank's speed [kg m2]: see `dampers.pendulum`.
+    disc_damping : array_like
+        Viscous, from each disc to the frame [N m s/rad].
+    ground_stiffness : array_like
+        Spring from each disc to the frame [N m/rad]: the synchronising torque of an alternator.
+    meshes : sequence of (int, int)
+        Discs that turn in a fixed ratio.
+    ratios : array_like
+        Speed of the second disc of a mesh over that of the first; below 0 where it turns the other
+        way, as two spur gears do: -R_first/R_second.
+    crank : int
+        Disc to whose speed orders and the referred values belong.
+
+    Raises
+    ------
+    ValueError
+        One line that names the place, the value and what is allowed.
+
+    Examples
+    --------
+    >>> from engine_dyn.torsion.modes import natural_modes
+    >>> two = shaft_system([211.4, 8.3], [9.775e6])
+    >>> print(round(natural_modes(two).frequency[0], 3))  # Hz
+    176.077
+    """
+    of_discs = given_array("inertia", inertia, finite=True)
+    count = of_discs.shape[-1] if of_discs.ndim else 1
+    if count > MOST_DISCS:
+        raise ValueError(f"inertia: {count} discs: must be at most {MOST_DISCS}")
+    pairs = [(i, i + 1) for i in range(count - 1)] if shafts is None else shafts
+    joined, meshed = _pairs("shafts", pairs, count), _pairs("meshes", meshes, count)
+    if not 0 <= crank < count:
+        raise ValueError(f"crank = {crank}: must be a disc, from 0 to {count - 1}")
+    size = len(joined)
+    discs = {
+        name: _values(name, value, count, "disc")
+        for name, value in (
+            ("inertia", of_discs), ("disc_damping", disc_damping),
+            ("ground_stiffness", ground_stiffness),
+        )
+    }  # fmt: skip
+    between = {
+        name: _values(name, value, size, "shaft")
+        for name, value in (
+            ("stiffness", stiffness), ("loss_factor", loss_factor), ("damping", damping),
+            ("speed_stiffness", speed_stiffness),
+        )
+    }  # fmt: skip
+    of_meshes = _values("ratios", ratios, len(meshed), "mesh", signed=True)
+    holds = between["stiffness"] + between["speed_stiffness"] + between["damping"]
+    if not np.all(holds > 0.0):
+        number = int(np.argwhere(~(holds > 0.0))[0, -1])
+        raise ValueError(
+            f"stiffness[{number}] = 0: must be above 0, unless damping[{number}] is, as in a "
+            "viscous damper"
+        )
+    everything = (*discs.values(), *between.values(), of_meshes)
+    try:
+        shape = np.broadcast_shapes(*(values.shape[:-1] for values in everything))
+    except ValueError:
+        raise ValueError("values of discs, shafts and meshes: designs do not broadcast") from None
+    parent, nodes, below, ratio = _tree(joined, meshed, of_meshes, count, crank, shape)
+    made = {name: np.zeros((*shape, len(parent))) for name in (*discs, *between)}
+    for disc, node in enumerate(nodes):
+        for name, values in discs.items():
+            made[name][..., node] += ratio[..., disc] ** 2 * values[..., disc]
+    factor = np.empty((*shape, size))
+    for shaft, (_, second) in enumerate(joined):
+        own = ratio[..., second]
+        factor[..., shaft] = (1.0 if nodes[second] == below[shaft] else -1.0) / own
+        for name, values in between.items():
+            scale = 1.0 if name == "loss_factor" else own**2
+            made[name][..., below[shaft]] = scale * values[..., shaft]
+    if not np.all(made["inertia"] > 0.0):
+        node = int(np.argwhere(~(made["inertia"] > 0.0))[0, -1])
+        raise ValueError(
+            f"inertia[{nodes.index(node)}] = 0: must be above 0, of a disc with what it meshes with"
+        )
+    for values in (*made.values(), ratio, factor):
+        values.flags.writeable = False
+    return ShaftSystem(
+        np.array(joined, dtype=np.int64).reshape(-1, 2), np.array(nodes, dtype=np.int64),
+        np.array(below, dtype=np.int64), ratio, factor, np.array(parent, dtype=np.int64), **made,
+    )  # fmt: skip
+
+
+def _pairs(name: str, pairs: Sequence[tuple[int, int]], discs: int) -> list[tuple[int, int]]:
+    """Pairs of discs, checked."""
+    for number, pair in enumerate(pairs):
+        if len(pair) != 2 or not all(disc in range(discs) for disc in pair):
+            raise ValueError(
+                f"{name}[{number}] = {tuple(pair)}: must be two discs, from 0 to {discs - 1}"
+            )
+    return [(int(first), int(second)) for first, second in pairs]
+
+
+def _values(name: str, value: Any, size: int, kind: str, *, signed: bool = False) -> Floats:
+    """Values with one for each along the last axis, none below 0 or, signed, none of 0."""
+    values = given_array(name, value, finite=True)
+    if values.ndim == 0:
+        values = np.full(size, float(values))
+    if values.shape[-1] != size:
+        raise ValueError(f"{name}: {values.shape[-1]} values: must be {size}, one for each {kind}")
+    wrong = values == 0.0 if signed else values < 0.0
+    if wrong.any():
+        place = np.argwhere(wrong)[0]
+        allowed = "not be 0" if signed else "not be below 0"
+        raise ValueError(f"{name}[{place[-1]}] = {values[tuple(place)]:g}: must {allowed}")
+    return values
+
+
+def _tree(
+    shafts: list[tuple[int, int]], meshes: list[tuple[int, int]], ratios: Floats, discs: int,
+    crank: int, shape: tuple[int, ...],
+) -> tuple[list[int], list[int], list[int], Floats]:  # fmt: skip
+    """Parents of the nodes, node of each disc, node below each shaft, and ratios of the discs."""
+    beside: list[list[tuple[int, int]]] = [[] for _ in range(discs)]
+    group = list(range(discs))  # of the discs joined so far
+    for edge, (first, second) in enumerate([*shafts, *meshes]):
+        if group[first] == group[second]:
+            mesh = edge - len(shafts)
+            name = f"shafts[{edge}]" if mesh < 0 else f"meshes[{mesh}]"
+            raise ValueError(
+                f"{name} = {(first, second)}: closes a loop: shafts and gears must be a tree"
+            )
+        group = [group[first] if one == group[second] else one for one in group]
+        beside[first].append((edge, second))
+        beside[second].append((edge, first))
+    parent, node, below = [-1], [-1] * discs, [0] * len(shafts)
+    ratio = np.ones((*shape, discs))
+    node[crank], reached = 0, [crank]
+    for disc in reached:  # which grows
+        for edge, other in beside[disc]:
+            if node[other] >= 0:
+                continue
+            mesh = edge - len(shafts)
+            ratio[..., other] = ratio[..., disc]
+            node[other] = node[disc]
+            if mesh < 0:
+                node[other] = below[edge] = len(parent)
+                parent.append(node[disc])
+            elif meshes[mesh][0] == disc:
+                ratio[..., other] *= ratios[..., mesh]
+            else:
+                ratio[..., other] /= ratios[..., mesh]
+            reached.append(other)
+    if -1 in node:
+        raise ValueError(f"disc {node.index(-1)}: no shafts or meshes join it to disc {crank}")
+    return parent, node, below, ratio
+
+
+def matrices(system: ShaftSystem, speed: Any = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
+    """Referred inertia (..., M) and matrices (..., M, M): stiffness, its loss eta k, damping.
+
+    So K* = stiffness + i loss + i nu omega damping. `speed` [rad/s] broadcasts with the designs.
+    """
+    stiffness = system.stiffness_at(speed)
+    shape = stiffness.shape
+    inertia = np.broadcast_to(system.inertia, shape)
+    found = []
+    for between, own in (
+        (stiffness, system.ground_stiffness), (stiffness * system.loss_factor, 0.0),
+        (system.damping, system.disc_damping),
+    ):  # fmt: skip
+        matrix = np.zeros((*shape, shape[-1]))
+        diagonal = np.einsum("...ii->...i", matrix)
+        diagonal += own
+        for node, parent in enumerate(system.parent[1:].tolist(), 1):
+            for one, other in ((node, parent), (parent, node)):
+                matrix[..., one, one] += between[..., node]
+                matrix[..., one, other] -= between[..., node]
+        found.append(matrix)
+    return inertia, found[0], found[1], found[2]
+
+
+def mean_torques(system: ShaftSystem, torque: Any, load: int) -> Floats:
+    """Mean torque in each shaft [N m], shape (..., S), from the mean torques on the discs.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        Its springs to the frame and its damping are taken to carry no mean torque.
+    torque : array_like
+        On each disc along the last axis [N m], positive in the sense of rotation of the crank; that
+        on the load is ignored.
+    load : int
+        Disc that takes up what the others give.
+    """
+    given = given_array("torque", torque, finite=True)
+    discs = system.node_of_disc.size
+    if not given.ndim or given.shape[-1] != discs:
+        raise ValueError(f"torque: must be {discs} values, one for each disc")
+    if not 0 <= load < discs:
+        raise ValueError(f"load = {load}: must be a disc, from 0 to {discs - 1}")
+    referred = system.ratio * given
+    referred[..., load] -= referred.sum(axis=-1)
+    behind = np.zeros((*referred.shape[:-1], system.parent.size))
+    for disc, node in enumerate(system.node_of_disc.tolist()):
+        behind[..., node] += referred[..., disc]
+    for node in range(system.parent.size - 1, 0, -1):
+        behind[..., system.parent[node]] += behind[..., node]
+    return np.asarray(system.shaft_factor * behind[..., system.node_of_shaft])
