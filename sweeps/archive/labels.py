@@ -25,7 +25,7 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
 from sweeps.archive.several_engines import about_several, engine_of
 from sweeps.archive.warnings import ATTRIBUTE, Watch
-from sweeps.dimensions import DESIGN, PARAMETER, PUBLISHED, UNCERTAIN
+from sweeps.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN
 from sweeps.errors import printable
 from sweeps.planning.elasticities import KIND, KINDS
 from sweeps.planning.plan import Plan
@@ -317,12 +317,13 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
         about = {"long_name": f"number of the {what}", "units": "1"}
         found[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
         if name != DESIGN:
-            found[f"{name}_name"] = _of_texts(name, scene.axes[name], what)
+            found[f"{name}_name"] = _of_texts(name, _called(scene, name, scene.axes[name]), what)
             continue
         for column, values in scene.designs.items():
             found[column] = _of_values(DESIGN, values, PARAMETERS[column])
         for column, texts in scene.labels.items():
-            found[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
+            called = _called(scene, column, texts)
+            found[column] = _of_texts(DESIGN, called, _NAMES.get(column, column))
     for name, points in plan.points.items():
         if name in used:
             found[name] = _of_values(name, points, DIMENSIONS[name])
@@ -331,6 +332,22 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
             facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]
             found[f"{dimension}_{fact}"] = _of_texts(dimension, facts, f"{text} of the parameter")
     return found
+
+
+def _called(scene: Scene, name: str, texts: Sequence[str]) -> Sequence[str]:
+    """Texts of an axis or column; engines by their names, where no two have the same.
+
+    A scene names some by the path of their file, which says less.
+    """
+    if name != ENGINE:
+        return texts
+    names: dict[str, str] = {}
+    for one in (scene, *(part.scene for part in scene.beside)):
+        given = one.source.get(ENGINE)
+        if isinstance(given, str):
+            names[given] = one.engine.name
+    alike = len(set(names.values())) < len(names)
+    return texts if alike else [names.get(text, text) for text in texts]
 
 
 def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:

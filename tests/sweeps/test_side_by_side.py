@@ -107,6 +107,22 @@ def test_one_engine_in_a_list_is_that_engine():
     assert_numbers(found.isel(engine=0), alone(raw, "ntua"))
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path) -> None:
+    for name, own in (("one", "ntua"), ("six", "v6_96x81")):
+        text = ENGINES.joinpath(f"{own}.toml").read_text(encoding="utf-8")
+        lines = [line for line in text.splitlines() if not line.startswith("name =")]
+        lines[:0] = [f'name = "{name if named else "the same"}"']
+        tmp_path.joinpath(f"my_{name}.toml").write_text("\n".join(lines), encoding="utf-8")
+    files = [str(tmp_path / f"my_{name}.toml") for name in ("one", "six")]
+    scene = {"output": {"quantities": ["mean_piston_speed"]}}
+    of_axis = sweeps.run({**scene, "axes": {"engine": files}})
+    assert of_axis["engine_name"].values.tolist() == (["one", "six"] if named else files)
+    of_rows = sweeps.run({**scene, "designs": {"engine": [*files, files[0]]}})
+    rows = ["one", "six", "one"] if named else [*files, files[0]]
+    assert of_rows["engine"].values.tolist() == rows
+
+
 def test_list_at_the_top_varies_slowest():
     axes = {k: v for k, v in ENGINES_BESIDE["axes"].items() if k != "engine"}
     found = sweeps.run(

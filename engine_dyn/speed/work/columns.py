@@ -323,19 +323,20 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
     `halves` gets the part of the first half of each interval. Cylinders that differ in their phase
     by whole intervals have the same torque.
     """
-    step = source.width
+    step, nodes = source.width, source.nodes.number
     for member in source.members:
         whole = math.floor(member.phase / step + SAME_PLACE)
-        rest = member.phase - whole * step
+        rest, whole = member.phase - whole * step, whole % nodes
         first = member._replace(phase=rest if rest > SAME_PLACE * step else 0.0, mass_factor=1.0)
         key = "gas", first, source.box, source.nodes, rows.tobytes()
         make = partial(_gas_of, source, rows, first)
         several = len(source.members) > 1
         made = remembered(source.family, key, make) if several else make()
         for total, found in zip((work, halves, rates), made, strict=True):
-            early = np.roll(found, -whole, axis=-1)
-            total[UNIT] += early[0]
-            total[FIRST_GAS : FIRST_GAS + rows.size] += early[1:]
+            gas = total[FIRST_GAS : FIRST_GAS + rows.size]
+            for curve, own in ((total[UNIT], found[0]), (gas, found[1:])):
+                curve[..., : nodes - whole] += own[..., whole:]
+                curve[..., nodes - whole :] += own[..., :whole]
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
