@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -334,20 +334,20 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
     return found
 
 
-def _called(scene: Scene, name: str, texts: Sequence[str]) -> Sequence[str]:
+def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
     """Texts of an axis or column; engines by their names, where no two have the same.
 
     A scene names some by the path of their file, which says less.
     """
     if name != ENGINE:
-        return texts
+        return list(texts)
     names: dict[str, str] = {}
     for one in (scene, *(part.scene for part in scene.beside)):
         given = one.source.get(ENGINE)
         if isinstance(given, str):
             names[given] = one.engine.name
     alike = len(set(names.values())) < len(names)
-    return texts if alike else [names.get(text, text) for text in texts]
+    return [text if alike else names.get(text, text) for text in texts]
 
 
 def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:
