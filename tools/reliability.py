@@ -12,12 +12,11 @@ Run it from the project's root: `python tools/reliability.py`.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import re
 from pathlib import Path
 from typing import Any
+
+from pages import DOCS, ROOT, csv_rows, csv_text, filled, write
 
 from sweeps.archive import partial, provenance
 from sweeps.errors import size_text
@@ -27,8 +26,6 @@ from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, tom
 from sweeps.reading.laboratory import matlab_files, recorded_columns, recording
 from sweeps.scene import axes, reading
 
-ROOT = Path(__file__).resolve().parents[1]
-
 NOT_YET = "not measured yet"
 
 OF_STABILITY = ("run", "absurd", "again", "independent", "light", "driven", "sampled", "weak",
@@ -36,9 +33,13 @@ OF_STABILITY = ("run", "absurd", "again", "independent", "light", "driven", "sam
 """Sentences of docs/stability/summary.csv that the page tells."""
 
 
-def read_parts() -> dict[str, dict[str, Any]]:
+Part = dict[str, Any]
+"""Figures of a command that has been run."""
+
+
+def read_parts() -> dict[str, Part]:
     """Figures of all commands that have been run, by their names."""
-    files = sorted((ROOT / "docs" / "reliability").glob("*.json"))
+    files = sorted((DOCS / "reliability").glob("*.json"))
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in files}
 
 
@@ -47,33 +48,26 @@ def number(value: float) -> str:
     return f"{value:,.0f}".replace(",", " ")
 
 
-def wrong_of(part: dict[str, Any]) -> str:
+def wrong_of(part: Part) -> str:
     """How many findings a command had."""
     found = len(part["wrong"])
     return "nothing went wrong" if found == 0 else f"{found} went wrong"
 
 
-def figure(name: str, parts: dict[str, dict[str, Any]]) -> str:
+def figure(name: str, parts: dict[str, Part]) -> str:
     """Words for the figure of a promise, from the part that has it."""
     if name in OF_STABILITY:
-        return of_stability(name).rstrip(".")
+        return of_stability("summary", name).rstrip(".")
     part = parts.get({"faults_power": "faults", "soak_processes": "soak", "readers": "soak",
                       "memory": "large_runs", "workers": "large_runs"}.get(name, name))  # fmt: skip
     return NOT_YET if part is None else FIGURES[name](part)
 
 
-def rows_of_stability(name: str) -> list[list[str]]:
-    """Rows of a file of docs/stability, heads first; none where it was not written."""
-    path = ROOT / "docs" / "stability" / f"{name}.csv"
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.reader(file))
-
-
-def of_stability(name: str) -> str:
-    """A sentence with a figure of the stress run."""
-    return dict(rows_of_stability("summary")).get(name, NOT_YET)
+def of_stability(file: str, name: str) -> str:
+    """A sentence or a number of a file of docs/stability, by the first cell of its row."""
+    path = DOCS / "stability" / f"{file}.csv"
+    rows = csv_rows(path) if path.is_file() else []
+    return {first: second for first, second, *_ in map(dict.values, rows)}.get(name, NOT_YET)
 
 
 FIGURES = {
@@ -123,28 +117,26 @@ FIGURES = {
 
 def promises() -> list[dict[str, str]]:
     """Rows of tools/promises.csv."""
-    with (ROOT / "tools" / "promises.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    return csv_rows(ROOT / "tools" / "promises.csv")
 
 
-def promised(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+def promised(parts: dict[str, Part]) -> list[list[str]]:
     """Each promise with the figures of its last run, heads first."""
-    body = [
-        [row["subject"], row["promise"],
-         "; ".join(figure(name, parts) for name in row["figure"].split()) or "the tests only"]
-        for row in promises()
-    ]  # fmt: skip
-    return [["subject", "promise", "last run"], *body]
+    rows = [["subject", "promise", "last run"]]
+    for row in promises():
+        told = "; ".join(figure(name, parts) for name in row["figure"].split())
+        rows.append([row["subject"], row["promise"], told or "the tests only"])
+    return rows
 
 
-def runs(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+def runs(parts: dict[str, Part]) -> list[list[str]]:
     """When each command was run, and on what, heads first."""
-    body = []
+    rows = [["figures of", "date", "on", "versions"]]
     for name, part in parts.items():
         versions = ", ".join(f"{k} {v}" for k, v in part["versions"].items())
-        body.append([name.replace("_", " "), part["date"], part["system"],
-                     f"Python {part['python']}, {versions}"])  # fmt: skip
-    return [["figures of", "date", "on", "versions"], *body]
+        told = f"Python {part['python']}, {versions}"
+        rows.append([name.replace("_", " "), part["date"], part["system"], told])
+    return rows
 
 
 def doors() -> list[list[str]]:
@@ -177,35 +169,25 @@ def doors() -> list[list[str]]:
     ]  # fmt: skip
 
 
-def as_csv(rows: list[list[str]]) -> str:
-    """The text of a file."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows(rows)
-    return file.getvalue()
-
-
 def files() -> dict[Path, str]:
     """Every file that is made here, and its text."""
-    parts, folder = read_parts(), ROOT / "docs" / "reliability"
-    worst = dict(rows_of_stability("independent_differences"))
+    parts, folder = read_parts(), DOCS / "reliability"
+    words = (ROOT / "tools" / "trust.md.in").read_text(encoding="utf-8")
     made = {
-        **{name: of_stability(name) for name in OF_STABILITY},
+        **{name: of_stability("summary", name) for name in OF_STABILITY},
         **{name: figure(name, parts) for name in FIGURES},
-        "worst_delta": worst.get("delta", NOT_YET),
-        "worst_mean": worst.get("omega_mean", NOT_YET),
+        "worst_delta": of_stability("independent_differences", "delta"),
+        "worst_mean": of_stability("independent_differences", "omega_mean"),
         "counted": str(len(promises())),
     }
-    words = (ROOT / "tools" / "trust.md.in").read_text(encoding="utf-8")
-    page = re.sub(r"@(\w+)@", lambda place: made[place[1]], words)
+    told = {name: text for name, text in made.items() if f"{{{{ {name} }}}}" in words}
     return {
-        ROOT / "docs" / "trust.md": page,
-        folder / "promises.csv": as_csv(promised(parts)),
-        folder / "runs.csv": as_csv(runs(parts)),
-        folder / "doors.csv": as_csv(doors()),
+        DOCS / "trust.md": filled(words, told),
+        folder / "promises.csv": csv_text(promised(parts)),
+        folder / "runs.csv": csv_text(runs(parts)),
+        folder / "doors.csv": csv_text(doors()),
     }
 
 
 if __name__ == "__main__":
-    for path, text in files().items():
-        path.write_text(text, encoding="utf-8")
-        print(path)
+    write(files())
