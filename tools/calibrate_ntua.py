@@ -21,15 +21,15 @@ samples at 1 degree.
 
 The figures do not determine the parameters. Of all parameters that meet the figures, those are
 taken that lie closest to what is usual for a moderately supercharged diesel engine (as section
-5.2.5 calls it; `USUAL_*` below: value and spread), closest in the sum of squares of deviation over
-spread. The figures are met exactly; nothing is weighed against them. The predictions were looked at
-while the model and the usual values were chosen, and so was a free curve of pressure fitted to all
-rows at 50 % (it meets them all, the multi-cylinder ones too, so what the predictions miss is the
-shape of the diagram): with the diffusion part's duration, form and share
-chosen otherwise, the most sensitive prediction, delta of six cylinders, lay between 1.6 and 3.7
-percent above the printed one, all single-cylinder rows staying within 0.3 percent; without the
-pressure loss in the valves the intake pressure came out higher (1.19 bar) and the row of
-0.5 kg m2 0.7 percent off.
+5.2.5 calls it; value and spread in tools/ntua_usual.csv), closest in the sum of squares of
+deviation over spread. The figures are met exactly; nothing is weighed against them. The predictions
+were looked at while the model and the usual values were chosen, and so was a free curve of pressure
+fitted to all rows at 50 % (it meets them all, the multi-cylinder ones too, so what the predictions
+miss is the shape of the diagram): with the diffusion part's duration, form and share chosen
+otherwise, the most sensitive prediction, delta of six cylinders, lay between 1.6 and 3.7 percent
+above the printed one, all single-cylinder rows staying within 0.3 percent; without the pressure
+loss in the valves the intake pressure came out higher (1.19 bar) and the row of 0.5 kg m2 0.7
+percent off.
 
 Run it from the project's root: `python tools/calibrate_ntua.py`. It is deterministic and writes the
 fitted numbers into `sweeps/catalogue/engines/ntua.toml`; they are rounded to 6 decimals, but for
@@ -40,10 +40,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import with_numbers
+from pages import csv_rows, with_numbers
 from thesis_study import CUT_SPEED, SPEEDS, other_numbers, printed
 
 from engine_dyn import Diagram, diagram_from_points, family_from_diagrams, periodic_speed
@@ -88,48 +89,8 @@ FIXED: Parameters = {
     "valve_ramp": 40.0,
     "valve_lag": 8.0,
 }
-# Usual value and spread of what is varied, in the units of an engine file.
-USUAL_50: Usual = {
-    "compression_ratio": (17.5, 0.5),
-    "compression_exponent": (1.36, 0.015),
-    "expansion_exponent": (1.30, 0.03),
-    "heat": (14.0, 2.0),
-    "premixed_share": (0.15, 0.10),
-    "premixed_start": (-7.0, 4.0),
-    "premixed_duration": (10.0, 3.0),
-    "diffusion_duration": (100.0, 20.0),
-    "diffusion_form": (1.2, 0.3),
-    "intake_pressure": (1.10, 0.05),
-    "exhaust_pressure": (1.12, 0.05),
-    "intake_loss": (0.10, 0.03),
-    "exhaust_loss": (0.05, 0.03),
-    "intake_closing": (-145.0, 6.0),
-    "exhaust_opening": (130.0, 6.0),
-}
-# What may change with load; everything else is the engine's own, as found at 50 %.
-SPREAD_WITH_LOAD = {
-    "expansion_exponent": 0.03,
-    "heat": 2.0,
-    "premixed_share": 0.05,
-    "premixed_start": 4.0,
-    "premixed_duration": 2.0,
-    "diffusion_duration": 20.0,
-    "intake_pressure": 0.05,
-    "exhaust_pressure": 0.05,
-    "intake_loss": 0.03,
-    "exhaust_loss": 0.03,
-}
-# Where a load differs from 50 % by nature: less or more heat, shorter or longer burning, boost.
-USUAL_AT_LOAD = {
-    0: {
-        "heat": 4.0,
-        "premixed_share": 0.10,
-        "diffusion_duration": 50.0,
-        "intake_pressure": 1.05,
-        "exhaust_pressure": 1.12,
-    },
-    90: {"heat": 21.0, "intake_pressure": 1.25, "exhaust_pressure": 1.25},
-}
+USUAL = csv_rows(Path(__file__).with_name("ntua_usual.csv"))
+"""Usual values and spreads of what is varied."""
 
 
 def friction_of(diagram: Diagram, speed: float = OMEGA) -> float:
@@ -305,12 +266,13 @@ def closest(
 def varied_and_fixed(load: int, own: Mapping[str, float]) -> tuple[Usual, Mapping[str, float]]:
     """Say what is varied at a load, and what is held; `own` are the parameters found at 50 %."""
     if load == 50:
-        return USUAL_50, FIXED
+        return {r["parameter"]: (float(r["usual"]), float(r["spread"])) for r in USUAL}, FIXED
     usual = {
-        name: (USUAL_AT_LOAD[load].get(name, own[name]), spread)
-        for name, spread in SPREAD_WITH_LOAD.items()
+        r["parameter"]: (float(r[f"usual at {load}"] or own[r["parameter"]]), float(spread))
+        for r in USUAL
+        if (spread := r["spread with load"])
     }
-    return usual, {name: value for name, value in own.items() if name not in SPREAD_WITH_LOAD}
+    return usual, {name: value for name, value in own.items() if name not in usual}
 
 
 def rounded(parameters: Mapping[str, float]) -> Parameters:

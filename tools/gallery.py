@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pages import DOCS, FIGURES, keep_picture, run_command, write
+from pages import DOCS, FIGURES, filled, keep_picture, run_command, write
 
 from sweeps.figures.kinds import KINDS
 
@@ -38,28 +38,11 @@ LISTS: dict[str, list[Any]] = tomllib.loads(
 )
 GALLERY: list[Entry] = [one for subject in LISTS["subject"] for one in subject["picture"]]
 
-HEAD = """\
-# Gallery
-
-<!-- Made by python tools/gallery.py from tools/gallery.toml; change that, not this. -->
-
-Every kind of figure, with the scene that gives it. Save the scene as scene.toml; unless other
-commands stand there, two draw the figure (without `--only`, every kind that the archive gives):
-
-```console
-$ engine-dyn run scene.toml -o out.nc
-$ engine-dyn plot out.nc --only KIND
-```
-
-Options for size, style, units and crank angle are in [figures](figures.md). Names such as
-`four_cylinder` are [built-in scenes](scenes.md).
-"""
-
 
 def page() -> str:
     """Text of the gallery."""
     kinds = {kind.name: kind for kind in KINDS}
-    parts = [HEAD]
+    parts: list[str] = []
     for subject in LISTS["subject"]:
         parts.append(f"## {subject['title']}\n")
         for entry in subject["picture"]:
@@ -76,7 +59,8 @@ def page() -> str:
             if "commands" in entry:
                 lines = "\n".join(f"$ {command}" for command in entry["commands"])
                 parts.append(f"```console\n{lines}\n```\n")
-    return "\n".join(parts)
+    template = Path(__file__).with_suffix(".md.in").read_text(encoding="utf-8")
+    return filled(template, {"pictures": "\n".join(parts)})
 
 
 def picture_of(entry: Entry) -> Path:

@@ -16,12 +16,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from pages import DOCS, csv_text, figures_wanted, filled, keep_figure, sheet, write
+from scipy.interpolate import CubicHermiteSpline
 
 import sweeps
 from engine_dyn.engine import Engine
@@ -155,8 +156,7 @@ class Motor:
             fired, motored = self.diagrams[0]
             none = self.imep(motored)
             return motored + (imep - none) / (self.imeps[0] - none) * (fired - motored), motored
-        upper = min(int(np.searchsorted(self.imeps, imep)), len(self.rows) - 1)
-        upper = max(upper, 1)
+        upper = int(np.clip(np.searchsorted(self.imeps, imep), 1, len(self.rows) - 1))
         share = (imep - self.imeps[upper - 1]) / (self.imeps[upper] - self.imeps[upper - 1])
         low, high = self.diagrams[upper - 1 : upper + 1]
         fired, motored = ((1.0 - share) * a + share * b for a, b in zip(low, high, strict=True))
@@ -304,21 +304,16 @@ def _seen(
         recordings, -1
     )[:, : round(turns) * WHEEL.teeth + 1]
     edges = edges + GAP + 0.5 * PERIOD + noise.passage * pitch * rng.standard_normal(edges.shape)
-    place = (edges / step).astype(int)
-    u = edges / step - place
-    rows = np.arange(recordings)[:, None]
-    t0, t1 = times[rows, place], times[rows, place + 1]
-    s0, s1 = step / speeds[rows, place], step / speeds[rows, place + 1]
-    at = (
-        t0 * (1.0 + 2.0 * u) * (1.0 - u) ** 2 + t1 * u * u * (3.0 - 2.0 * u)
-        + u * (1.0 - u) * ((1.0 - u) * s0 - u * s1)
-    )  # fmt: skip
+    angle = step * np.arange(times.shape[1])
+    at = [
+        CubicHermiteSpline(angle, *curves)(edge)
+        for *curves, edge in zip(times, 1.0 / speeds, edges, strict=True)
+    ]
     raw = np.tile(WHEEL.width, round(turns)) / np.diff(at, axis=1)
     return np.asarray(raw.reshape(recordings, -1, 2 * WHEEL.teeth))
 
 
-@dataclass(frozen=True)
-class Counted:
+class Counted(NamedTuple):
     """Rates by formula and of drawn speeds, of one cylinder and one cycle."""
 
     alarms_expected: float
@@ -330,28 +325,21 @@ class Counted:
 
 def counted(
     motor: Motor, speed: float, imep: float, case: Case, size: float = WANTED_SIZE,
-    *, share: float | None = None, recordings: int = 240, false_alarms: float = 0.04,
-    seed: int = SEED,
+    *, recordings: int = 240, false_alarms: float = 0.04, seed: int = SEED,
 ) -> Counted:  # fmt: skip
     """Judge drawn speeds with the thresholds of the formula.
 
     Rates of one in 10,000 are too rare to be counted in minutes: the threshold is set for four
     false alarms in a hundred cycles, and missed cycles lack only so much of their imep that some
     ninety in a hundred are found.
-
-    Parameters
-    ----------
-    share : float, optional
-        Of the combustion that a missed cycle lacks.
     """
     rng = np.random.default_rng(seed)
     first = EARLIER_DRAWN if np.isfinite(case.reference_cycles) else 0
     case = replace(case, reference_cycles=first or np.inf)
     estimator, lacking = estimator_at(motor, speed, imep, case, size)
-    if share is None:
-        wanted = detection(estimator, lacking, false_alarms)
-        ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
-        share = float(np.max((ninety - wanted.threshold) / lacking))
+    wanted = detection(estimator, lacking, false_alarms)
+    ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
+    share = float(np.max((ninety - wanted.threshold) / lacking))  # of a cycle's combustion
     wanted = detection(estimator, share * lacking, false_alarms)
     cycles, number = first + 14, len(motor.firing)
     dispersion = motor.dispersion(imep) * imep / lacking

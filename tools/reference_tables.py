@@ -23,11 +23,11 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
+from sweeps.presenting.lists import LISTS
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
 from sweeps.scene.json_schema import scene_schema
-from sweeps.scene.reading import built_in_scenes
 from sweeps.scene.schema_parts import Schema
 
 OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
@@ -394,10 +394,7 @@ def _in_text(text: str) -> str:
 
 def scenes() -> str:
     """Scenes that come with the package."""
-    rows = [["scene", "title"]]
-    for name, path in built_in_scenes().items():
-        rows.append([f"`{name}`", tomllib.loads(path.read_text(encoding="utf-8"))["title"]])
-    return markdown(rows)
+    return markdown([["scene", "title"], *([f"`{name}`", t] for name, t in LISTS["scenes"]())])
 
 
 CRANKSHAFT = ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")
