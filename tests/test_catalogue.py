@@ -14,7 +14,6 @@ import pytest
 
 import sweeps
 from engine_dyn import diagram_from_points
-from engine_dyn.pressure.first_law import TwoStrokeCycle
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_range, number
 from sweeps.reading.engine_files import catalogue, load_engine
@@ -82,15 +81,8 @@ def test_published_power(name: str) -> None:
 def test_fitted_numbers_are_those_of_the_fit(name: str) -> None:
     """Run the calibration of the last diagram again."""
     engine = raw_of(catalogue()[name])
-    values, table = engine["values"], engine["diagram"][-1]
-    cycle = calibration.cycle_of(table, values)
-    volume = values["cylinders"] * 0.25 * math.pi * values["bore"] ** 2 * values["stroke"]
-    omega = values["speed"] * math.pi / 30.0
-    goal = FITTED[name] * PERIODS[engine["cycle"]] / (volume * omega)
-    if isinstance(cycle, TwoStrokeCycle):
-        fit = calibration.two_stroke(cycle, values, goal, calibration.PEAK[name])
-    else:
-        fit = calibration.spark_ignition(cycle, values, goal)
+    table = engine["diagram"][-1]
+    fit = calibration.fit(name, table, engine["values"])
     for key, text in fit.items():
         assert float(text) == pytest.approx(table[key], rel=1e-3)
 
@@ -126,8 +118,7 @@ def test_published_pressures_of_driven_machines(name: str) -> None:
     assert 0.5 < float(found["driver_factor"]) < 1.0  # the motor in the file is large enough
     raw = raw_of(catalogue()[name])
     table = raw["diagram"][0]
-    cycle = calibration.cycle_of(table, raw["values"])
-    fit = calibration.compressor(cycle, DRIVEN[name], calibration.PEAK[name])
+    fit = calibration.fit(name, table, raw["values"])
     for key, text in fit.items():
         assert float(text) == pytest.approx(table[key], rel=1e-3)
 

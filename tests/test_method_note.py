@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import re
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,10 +22,6 @@ SECTIONS = {
     page: set(re.findall(r"^##+ (\d+(?:\.\d+)?) ", text, re.MULTILINE))
     for page, text in NOTES.items()
 }
-
-# Scripts import each other by their bare names, as when they are run.
-sys.path.insert(0, str(ROOT / "tools"))
-method_constants: Any = importlib.import_module("method_constants")
 
 CITED = re.compile(r"docs/(method|solver)\.md\s+((?:\(\d+\)(?:(?:,| and| to)\s+(?=\())?)+)")
 SECTION_CITED = re.compile(r"docs/(method|solver)\.md,?\s+(?:section|chapter)\s+(\d+(?:\.\d+)?)")
@@ -90,10 +83,6 @@ def test_what_the_code_cites_exists(path: Path) -> None:
 def test_the_solution_is_cited_throughout() -> None:
     cited = {number for path in PACKAGE.rglob("*.py") for number in citations(without_marks(path))}
     assert len(cited) > 2 * len(ALL_EQUATIONS) / 3  # the others are steps of a derivation
-
-
-def test_constants_are_derived_again(capsys: pytest.CaptureFixture[str]) -> None:
-    assert method_constants.main() == 0, capsys.readouterr().out
 
 
 def test_constants_are_in_the_modules_that_the_table_names() -> None:

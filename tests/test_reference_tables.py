@@ -43,9 +43,9 @@ def test_every_quantity_is_on_the_page_once() -> None:
 
 def test_every_outcome_says_what_to_do() -> None:
     assert set(reference_tables.OUTCOMES) == set(MEANINGS)
-    for meaning, remedy in reference_tables.OUTCOMES.values():
-        assert meaning.endswith(".")
-        assert remedy.endswith(".")
+    for row in reference_tables.OUTCOMES.values():
+        assert row["meaning"].endswith(".")
+        assert row["what to do"].endswith(".")
 
 
 def test_keys_say_where_they_stand() -> None:

@@ -1,31 +1,29 @@
 """Write docs/data_sheet.md: from a data sheet to delta, as a user would.
 
-Every command of the document is run in an empty folder, as a process of its own. Run it from the
-project's root: `python tools/data_sheet.py`; `--no-figures` leaves the figure alone.
+Every command of the document is run in an empty folder. Run it from the project's root:
+`python tools/data_sheet.py`; `--no-figures` leaves the figure alone.
 """
 
 from __future__ import annotations
 
-import argparse
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from csv_tables import as_csv
+from pages import DOCS, FIGURES, csv_text, figures_wanted, filled, markdown, run_command, write
 
 import sweeps
 
-ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
-DOCUMENT = ROOT / "docs" / "data_sheet.md"
-BESIDE = ROOT / "docs" / "data_sheet"
-FIGURE = ROOT / "docs" / "figures" / "data_sheet.png"
+DOCUMENT = DOCS / "data_sheet.md"
+BESIDE = DOCS / "data_sheet"
+
+Rows = list[list[str]]
+"""A table, heads first."""
 
 POWER, SPEED, BORE, STROKE = 36.4, 2700, 87.0, 102.4
 """Data sheet of the Kubota V2403: kW, rpm, mm, mm; four cylinders in line."""
@@ -57,14 +55,10 @@ WIDTH = 150
 
 def shell(command: str, folder: Path, status: int = 0) -> str:
     """Run `engine-dyn ...` in a folder; its command line and what it prints."""
-    code = "from sweeps.cli.main import main; main()"
-    words = [sys.executable, "-c", code, *command.split()[1:]]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode != status:
-        raise RuntimeError(f"{command}: {done.returncode}: {done.stderr}")
+    said, refused = run_command(command, folder, status)
     if status:
-        return f"$ {command}\n{done.stderr.rstrip()}"
-    lines = done.stdout.splitlines()
+        return f"$ {command}\n{refused.rstrip()}"
+    lines = said.splitlines()
     kept = [line if len(line) <= WIDTH else f"{line[:WIDTH]} [...]" for line in lines]
     return "\n".join([f"$ {command}", *kept]).rstrip()
 
@@ -105,11 +99,7 @@ def fluctuation(
     path = folder / "changed_fitted.toml"
     path.write_text(made.text, encoding="utf-8")
     archive = sweeps.run(
-        {
-            "engine": str(path),
-            "axes": {"load": [10, 100]},
-            "output": {"quantities": ["delta"]},
-        }
+        engine=str(path), axes={"load": [10, 100]}, output={"quantities": ["delta"]}
     )
     low, full = archive["delta"].values.tolist()
     return full, low
@@ -140,27 +130,26 @@ def variations(made: Any) -> Iterator[tuple[str, dict[str, float], dict[str, flo
         yield f"inertia x {factor:g}", {"inertia": inertia}, {}, {}
 
 
-def sensitivities(folder: Path) -> tuple[str, float, float]:
+def sensitivities(folder: Path, made: Any) -> tuple[Rows, float, float]:
     """Table of what each assumption does, and delta without a change."""
-    made = sweeps.calibrate(folder / "v2403.toml", power=POWER, speed=SPEED, loads=[10])
     full, low = fluctuation(folder, {}, {})
-    lines = ["| assumption | δ at full load | δ at 10 percent |", "| --- | --- | --- |"]
+    rows = [["assumption", "δ at full load", "δ at 10 percent"]]
     for words, values, cycle, given in variations(made):
         found = fluctuation(folder, values, cycle, **given)
-        changes = [100.0 * (new / old - 1.0) for new, old in zip(found, (full, low), strict=True)]
-        lines.append(f"| {words} | {changes[0]:+.1f} % | {changes[1]:+.1f} % |")
-    return "\n".join(lines), full, low
+        changes = zip(found, (full, low), strict=True)
+        rows.append([words, *(f"{100.0 * (new / old - 1.0):+.1f} %" for new, old in changes)])
+    return rows, full, low
 
 
-def strongest(table: str, number: int = 6) -> str:
+def strongest(rows: Rows, number: int = 6) -> Rows:
     """The rows of a table of changes that change delta most, in its order."""
-    head, ruling, *rows = table.splitlines()
+    heads, *body = rows
 
-    def size(row: str) -> float:
-        return max(abs(float(found)) for found in re.findall(r"([-+][\d.]+) %", row))
+    def size(row: list[str]) -> float:
+        return max(abs(float(cell.removesuffix(" %"))) for cell in row[1:])
 
-    kept = sorted(rows, key=size, reverse=True)[:number]
-    return "\n".join([head, ruling, *(row for row in rows if row in kept)])
+    kept = sorted(body, key=size, reverse=True)[:number]
+    return [heads, *(row for row in body if row in kept)]
 
 
 def shortened(printed: str) -> str:
@@ -174,50 +163,39 @@ def shortened(printed: str) -> str:
 # --- the document ---------------------------------------------------------------------------------
 
 
-def delta_table(folder: Path) -> str:
+def delta_table(folder: Path) -> Rows:
     """Delta over load and inertia, every eighth inertia."""
-    rows = pd.read_csv(folder / "flywheel.csv")
-    inertias = sorted(rows["inertia"].unique())[::8]
-    lines = ["| load, percent | " + " | ".join(f"{i:.3g} kg m²" for i in inertias) + " |"]
-    lines.append("| --- " * (1 + len(inertias)) + "|")
-    for load, part in rows.groupby("load"):
-        deltas = [part.loc[part["inertia"] == i, "delta"].item() for i in inertias]
-        lines.append(f"| {load:g} | " + " | ".join(f"{d:.5f}" for d in deltas) + " |")
-    return "\n".join(lines)
+    rows = pd.read_csv(folder / "flywheel.csv").pivot(index="load", columns="inertia")["delta"]
+    kept = rows.iloc[:, ::8]
+    body = [[f"{load:g}", *(f"{d:.5f}" for d in deltas)] for load, *deltas in kept.itertuples()]
+    return [["load, percent", *(f"{i:.3g} kg m²" for i in kept.columns)], *body]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--no-figures", action="store_true", help="leave the figure alone")
-    figures = not parser.parse_args().no_figures
+    figures = figures_wanted(__doc__.splitlines()[0])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         parts = session(folder)
         parts["refused"] = shell(REFUSED, folder, status=2)
         parts["edits"] = "\n".join(f"{key} = {value}" for key, value in EDITS.items())
-        parts["delta_table"] = delta_table(folder)
+        parts["delta_table"] = markdown(delta_table(folder))
         parts["calibrate_short"] = shortened(calibrated := parts.pop("calibrate"))
-        table, full, low = sensitivities(folder)
-        parts["strongest"] = strongest(table)
+        made = sweeps.calibrate(folder / "v2403.toml", power=POWER, speed=SPEED, loads=[10])
+        table, full, low = sensitivities(folder, made)
+        parts["strongest"] = markdown(strongest(table))
         parts |= {"delta_full": f"{full:.5f}", "delta_low": f"{low:.5f}"}
-        made = sweeps.calibrate(folder / "v2403.toml", power=POWER, speed=SPEED, loads=[100])
         parts |= {
             "bore": f"{BORE:g}", "stroke": f"{STROKE:g}", "power": f"{POWER:g}",
             "speed": f"{SPEED:g}", "inertia": f"{made.values['inertia']:g}",
         }  # fmt: skip
         if figures:
             shell(PLOT, folder)
-            shutil.copy(folder / "figures" / "delta_inertia.png", FIGURE)
-    text = TEMPLATE.read_text("utf-8")
-    for name, part in parts.items():
-        text = text.replace(f"{{{{ {name} }}}}", part)
-    if left := re.findall(r"\{\{ .*? \}\}", text):
-        raise ValueError(f"nothing for {', '.join(left)}")
-    DOCUMENT.write_text(text, encoding="utf-8")
-    BESIDE.mkdir(exist_ok=True)
-    (BESIDE / "calibrate.txt").write_text(calibrated + "\n", encoding="utf-8")
-    (BESIDE / "assumptions.csv").write_text(as_csv(table), encoding="utf-8")
-    print(f"written: {DOCUMENT}")
+            shutil.copy(folder / "figures" / "delta_inertia.png", FIGURES / "data_sheet.png")
+    write({
+        DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), parts),
+        BESIDE / "calibrate.txt": calibrated + "\n",
+        BESIDE / "assumptions.csv": csv_text(table),
+    })  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -1,431 +1,120 @@
-"""Write docs/gallery.md and its pictures: every kind of figure, and the commands that draw it.
+"""Write docs/gallery.md, its pictures, and the figures of other pages that commands draw.
 
-The commands of the page are those that are run here, in a folder of their own. Run it from the
-project's root: `python tools/gallery.py`, or with names of kinds to draw only these again; the page
-is always written. All of them take some two minutes.
+What is drawn, and by which commands, is in tools/gallery.toml; the commands of the page are those
+that are run here, in a folder of their own. Run it from the project's root:
+`python tools/gallery.py`, or with names of pictures to draw only these again; the page is always
+written. All of them take some four minutes. Other figures belong to one page, and its tool
+draws them: `grep -l NAME tools/*.py` finds it.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
-import shlex
-import subprocess
-import sys
+import re
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from PIL import Image
+from pages import DOCS, FIGURES, filled, keep_picture, run_command, write
 
-from sweeps.cli.main import main as engine_dyn
 from sweeps.figures.kinds import KINDS
 
-ROOT = Path(__file__).resolve().parents[1]
-DOCUMENT = ROOT / "docs" / "gallery.md"
-PICTURES = ROOT / "docs" / "gallery"
-WIDTH, COLOURS = 900, 192
-"""Of the pictures: pixels, and colours of their palettes."""
+DOCUMENT = DOCS / "gallery.md"
+PICTURES = DOCS / "gallery"
 
+Entry = Mapping[str, Any]
+"""A picture.
 
-@dataclass(frozen=True)
-class Entry:
-    """How a kind of figure is drawn.
-
-    Attributes
-    ----------
-    kind : str
-        Its name in `KINDS`.
-    scene : str
-        Text of the scene.toml that the commands read; empty where they read none, or write it.
-    commands : tuple of str
-        What is run; empty where another tool draws the picture.
-    made_by : str
-        Page with the picture that another tool draws, as Markdown.
-    picture : str
-        Path of that picture in docs; of drawn ones, the beginning of the file's name where it is
-        not the first that is drawn.
-    """
-
-    kind: str
-    scene: str = ""
-    commands: tuple[str, ...] = ()
-    made_by: str = ""
-    picture: str = ""
-
-
-def drawn(kind: str, scene: str, options: str = "", picture: str = "", run: str = "") -> Entry:
-    """Entry of a scene that is run and drawn: its text, or the name of a built-in one."""
-    built_in = "\n" not in scene
-    what = scene if built_in else "scene.toml"
-    plot = f"engine-dyn plot out.nc --only {kind}{options and ' ' + options}"
-    commands = (f"engine-dyn run {what} -o out.nc{run and ' ' + run}", plot)
-    return Entry(kind, "" if built_in else scene, commands, picture=picture)
-
-
-ONE_CYLINDER = """\
-engine = "ntua"
-
-[output]
-quantities = ["torque", "gas_torque", "inertia_torque", "friction_torque", "load_torque", "omega"]
+Its keys: `name`; `scene`, the text of the scene.toml that the commands read, or `scene_of`, the
+entry or the page that has it; `commands`, where the two usual ones do not draw it; `files`, how
+the names of the drawn files begin that are kept, one below the other; `made_by`, the page whose
+tool draws it.
 """
 
-LOADS = """\
-engine = "ntua"
-
-[axes]
-load = [20, 50, 80]             # percent
-
-[output]
-quantities = ["pressure", "cylinder_volume", "torque", "omega"]
-"""
-
-FOUR = """\
-engine = "si_four_87x101"
-
-[set]
-speed = 4000                    # rpm
-load = 100                      # percent
-
-[output]
-quantities = [
-    "gas_force", "inertia_force", "piston_force", "wall_thrust", "rod_force", "tangential_force",
-    "radial_force", "crank_pin_x", "crank_pin_y", "main_journal_x", "main_journal_y",
-]
-"""
-
-BEARINGS = """\
-engine = "si_four_87x101"
-
-[set]
-load = 100                      # percent
-crank_pin_diameter = 0.050      # m
-crank_pin_width = 0.022
-main_journal_diameter = 0.055
-main_journal_width = 0.024
-
-[axes]
-speed = { start = 1000, stop = 6000, num = 26 }     # rpm
-
-[output]
-quantities = [
-    "crank_pin_load_max", "crank_pin_load_mean", "main_journal_load_max", "main_journal_load_mean",
-    "crank_pin_pressure_max", "crank_pin_pressure_mean",
-    "main_journal_pressure_max", "main_journal_pressure_mean",
-]
-"""
-
-FRICTION = """\
-engine = "si_four_87x101"
-
-[set]
-friction_law = "patton_nitschke_heywood"
-
-[axes]
-speed = { start = 1000, stop = 6000, num = 26 }     # rpm
-
-[output]
-quantities = [
-    "fmep_rings", "fmep_ring_gas_pressure", "fmep_skirt", "fmep_main_bearings",
-    "fmep_crank_pin_bearings", "fmep_crankshaft_seals", "fmep_valve_train", "fmep_auxiliaries",
-]
-"""
-
-RECORDINGS = "python -m benchmarks identification --write ."
-"""Writes simulated recordings and scene.toml."""
-
-GROUPS: dict[str, tuple[Entry, ...]] = {
-    "The engine": (
-        drawn("arrangement", """\
-engine = "v8_cross_plane_93x86"
-
-[output]
-quantities = ["delta"]
-"""),
-        drawn("crank_star", """\
-engine = "ntua"
-
-[set]
-cylinders = 6
-arrangement = "in-line 6"
-
-[output]
-quantities = ["delta"]
-"""),
-        drawn("strokes", """\
-engine = "si_four_87x101"
-
-[output]
-quantities = ["delta"]
-"""),
-        drawn("kinematics", """\
-engine = "ntua"
-
-[axes]
-crank_ratio = [0.2, 0.25, 0.3333]
-
-[output]
-quantities = ["position", "velocity", "acceleration", "rod_angle"]
-"""),
-    ),
-    "Pressure": (
-        drawn("indicator_diagrams", LOADS),
-        drawn("work_diagrams", LOADS),
-        Entry("recorded_pressure", made_by="[Measured pressure](measured_pressure.md)",
-              picture="figures/recorded_pressure.png"),
-    ),
-    "Torque and speed": (
-        drawn("torque_components", ONE_CYLINDER),
-        drawn("torque_and_speed", ONE_CYLINDER),
-        drawn("turning_moment", ONE_CYLINDER),
-        drawn("load_curves", LOADS),
-        drawn("cylinders", """\
-engine = "ntua"
-
-[axes]
-cylinders = [1, 2, 4, 6, 8]
-
-[output]
-quantities = ["torque", "omega"]
-"""),
-        drawn("curves", """\
-engine = "ntua"
-
-[axes]
-inertia = [1, 2, 5, 12]         # kg m2
-
-[output]
-quantities = ["angular_acceleration"]
-"""),
-    ),
-    "Orders": (
-        drawn("orders", """\
-engine = "ntua"
-
-[axes]
-cylinders = [1, 4, 6]
-
-[output]
-quantities = ["torque_order"]
-"""),
-        drawn("waterfall", "four_cylinder", "--select load=100"),
-    ),
-    "Forces, bearings and friction": (
-        drawn("shaking", """\
-engine = "v8_cross_plane_93x86"
-
-[set]
-cylinder_spacing = 0.11         # m
-
-[output]
-quantities = ["shaking_moment"]
-"""),
-        drawn("mechanism_forces", FOUR),
-        drawn("crank_train", FOUR),
-        drawn("bearing_polar", FOUR),
-        drawn("bearing_loads", BEARINGS),
-        drawn("bearing_pressures", BEARINGS),
-        drawn("friction_components", FRICTION),
-    ),
-    "Results over the designs": (
-        drawn("numbers", "inertia_speed", "--target delta=1/75", picture="delta_map"),
-        drawn("outcomes", """\
-engine = "ntua"
-
-[axes]
-inertia = { start = 0.1, stop = 2, num = 30, spacing = "log" }      # kg m2
-speed = { start = 400, stop = 2000, num = 33 }                      # rpm
-
-[output]
-quantities = ["delta"]
-"""),
-        drawn("pareto", """\
-engine = "ntua"
-
-[sample]
-method = "sobol"
-number = 512
-inertia = { low = 1, high = 12 }                # kg m2
-rod_length = { low = 0.30, high = 0.45 }        # m
-reciprocating_mass = { low = 5, high = 9 }      # kg
-
-[output]
-quantities = ["delta"]
-"""),
-        drawn("tornado", "thesis_elasticities", picture="tornado_delta"),
-        drawn("uncertainty", """\
-engine = "b112"
-
-[output]
-quantities = ["delta"]
-""", run="--uncertainty"),
-        Entry("sensitivities", """\
-engine = "ntua"
-
-[sample]
-method = "saltelli"
-number = 4096
-inertia = { low = 1.5, high = 3.0 }
-load = { low = 30, high = 70 }
-speed = { low = 1100, high = 1300 }
-bore = { low = 0.138, high = 0.142 }
-rod_length = { low = 0.30, mode = 0.35, high = 0.45 }
-
-[output]
-quantities = ["delta"]
-""", (
-            "engine-dyn run scene.toml -o out.nc",
-            "engine-dyn sensitivities out.nc -o indices.nc",
-            "engine-dyn plot indices.nc --only sensitivities",
-        )),
-        Entry("firing_orders", "", (
-            'engine-dyn firing-orders ntua --arrangement "in-line 6" --set cylinder_spacing=0.2 '
-            "-o out.nc",
-            "engine-dyn plot out.nc --only firing_orders",
-        )),
-        Entry("compared", """\
-engine = "ntua"
-
-[axes]
-inertia = { start = 1.5, stop = 12, num = 25, spacing = "log" }     # kg m2
-
-[solver]
-inertia_model = "constant"      # in a second scene: "variable"
-
-[output]
-quantities = ["delta"]
-""", (
-            "engine-dyn run scene.toml -o constant.nc",
-            "sed s/constant/variable/ scene.toml > second.toml",
-            "engine-dyn run second.toml -o variable.nc",
-            "engine-dyn compare constant.nc variable.nc --figures compared",
-        )),
-        drawn("published", "thesis"),
-    ),
-    "Measurements": (
-        Entry("measured_speed", "", (
-            RECORDINGS,
-            "engine-dyn measured scene.toml -o out.nc",
-            "engine-dyn plot out.nc --only measured_speed",
-        ), picture="measured_speed"),
-        Entry("fitted_speed", "", (
-            RECORDINGS,
-            "engine-dyn identify scene.toml --vary inertia,gap_angle,dead_centre_shift -o fit.nc",
-            "engine-dyn plot fit.nc --only fitted_speed",
-        ), picture="fitted_speed"),
-        Entry("recorded_train", made_by="[Measured speed](measured_speed.md)",
-              picture="figures/recorded_train.png"),
-        Entry("cylinder_deviations", made_by="[Misfire detection](misfire_detection.md)",
-              picture="figures/cylinder_deviations.png"),
-    ),
-}  # fmt: skip
-"""Every kind, by subject."""
-
-HEAD = """\
-# Gallery
-
-<!-- Made by python tools/gallery.py; change that, not this. -->
-
-Every kind of figure, with the scene that gives it. Save the scene as scene.toml; unless other
-commands stand there, two draw the figure (without `--only`, every kind that the archive gives):
-
-```console
-$ engine-dyn run scene.toml -o out.nc
-$ engine-dyn plot out.nc --only KIND
-```
-
-Options for size, style, units and crank angle are in [figures](figures.md). Names such as
-`four_cylinder` are [built-in scenes](scenes.md).
-"""
+LISTS: dict[str, list[Any]] = tomllib.loads(
+    Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+)
+GALLERY: list[Entry] = [one for subject in LISTS["subject"] for one in subject["picture"]]
 
 
 def page() -> str:
     """Text of the gallery."""
     kinds = {kind.name: kind for kind in KINDS}
-    parts = [HEAD]
-    shown: dict[str, str] = {}
-    for subject, entries in GROUPS.items():
-        parts.append(f"## {subject}\n")
-        for entry in entries:
-            shows = kinds[entry.kind].shows
-            shows = shows[0].upper() + shows[1:]
-            parts.append(f"### `{entry.kind}`\n\n{shows}. It needs {kinds[entry.kind].needs}.\n")
-            parts.append(f"![{entry.kind}]({picture_of(entry)})\n")
-            if entry.made_by:
-                parts.append(f"{entry.made_by} says how this recording is evaluated.\n")
-            if entry.scene in shown:
-                same = shown[entry.scene]
+    parts: list[str] = []
+    for subject in LISTS["subject"]:
+        parts.append(f"## {subject['title']}\n")
+        for entry in subject["picture"]:
+            name = entry["name"]
+            shows = kinds[name].shows[0].upper() + kinds[name].shows[1:]
+            parts.append(f"### `{name}`\n\n{shows}. It needs {kinds[name].needs}.\n")
+            parts.append(f"![{name}]({picture_of(entry).relative_to(DOCS)})\n")
+            if "made_by" in entry:
+                parts.append(f"{entry['made_by']} says how this recording is evaluated.\n")
+            if same := entry.get("scene_of"):
                 parts.append(f"The scene is that of [`{same}`](#{same}).\n")
-            elif entry.scene:
-                shown[entry.scene] = entry.kind
-                parts.append(f"```toml\n{entry.scene}```\n")
-            if entry.commands and entry != drawn(entry.kind, entry.scene, picture=entry.picture):
-                lines = "\n".join(f"$ {command}" for command in entry.commands)
+            if "scene" in entry:
+                parts.append(f"```toml\n{entry['scene']}```\n")
+            if "commands" in entry:
+                lines = "\n".join(f"$ {command}" for command in entry["commands"])
                 parts.append(f"```console\n{lines}\n```\n")
-    return "\n".join(parts)
+    template = Path(__file__).with_suffix(".md.in").read_text(encoding="utf-8")
+    return filled(template, {"pictures": "\n".join(parts)})
 
 
-def picture_of(entry: Entry) -> str:
-    """Path of its picture, from docs."""
-    return entry.picture if entry.made_by else f"{PICTURES.name}/{entry.kind}.png"
+def picture_of(entry: Entry) -> Path:
+    """Path of its picture; figures of other pages lie beside each other."""
+    drawn_here = entry in GALLERY and "made_by" not in entry
+    return (PICTURES if drawn_here else FIGURES) / f"{entry['name']}.png"
 
 
-def draw(entry: Entry, done: dict[Sequence[str], Path]) -> None:
-    """Run the commands of an entry, and keep one of the pictures that they draw.
+def scene_of(entry: Entry) -> str:
+    """Text of its scene.toml: its own, of another entry, or the first whole one of a page."""
+    place = entry.get("scene_of", "")
+    if not place.endswith(".md"):
+        return str(entry.get("scene") or next(
+            (one["scene"] for one in GALLERY if one["name"] == place), ""
+        ))  # fmt: skip
+    text = (DOCS / place).read_text(encoding="utf-8")
+    blocks = re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return next(block for block in blocks if block.startswith("engine = "))
 
-    `done` has the folders of commands that were run for other entries.
+
+def draw(entry: Entry, done: dict[tuple[str, ...], Path], among: Path) -> None:
+    """Run the commands of an entry, and keep the pictures that its last one draws.
+
+    `done` has the folders, in the folder `among`, of commands that were run for other entries.
     """
-    *first, last = entry.commands
-    before = (entry.scene, *first)
+    plot = f"engine-dyn plot out.nc --only {entry['name']}"
+    *first, last = entry.get("commands", ["engine-dyn run scene.toml -o out.nc", plot])
+    before = (scene_of(entry), *first)
     folder = done.get(before)
     if folder is None:
-        folder = done[before] = Path(tempfile.mkdtemp(dir=done[()]))
-        if entry.scene:
-            (folder / "scene.toml").write_text(entry.scene, encoding="utf-8")
+        folder = done[before] = Path(tempfile.mkdtemp(dir=among))
+        if before[0]:
+            (folder / "scene.toml").write_text(before[0], encoding="utf-8")
         for command in first:
             run_command(command, folder)
-    known = set(folder.rglob("*.png"))
+    for path in folder.rglob("*.png"):
+        path.unlink()
     run_command(last, folder)
-    new = sorted(set(folder.rglob("*.png")) - known)
-    print(f"{entry.kind}: {', '.join(path.stem for path in new)}")
-    path = next(one for one in new if one.stem.startswith(entry.picture))
-    in_width(path, WIDTH).quantize(COLOURS).save(PICTURES / f"{entry.kind}.png", optimize=True)
-
-
-def in_width(path: Path, width: int) -> Image.Image:
-    """A picture, scaled to a width in pixels."""
-    with Image.open(path) as picture:
-        height = round(picture.height * width / picture.width)
-        return picture.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
-
-
-def run_command(command: str, folder: Path) -> None:
-    """Run a command in a folder."""
-    program, *arguments = shlex.split(command)
-    if program == "engine-dyn":
-        with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
-            engine_dyn(arguments, standalone_mode=False)
-    elif program == "python":
-        arguments = [str(folder) if part == "." else part for part in arguments]
-        subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, capture_output=True)
-    else:
-        subprocess.run(command, shell=True, cwd=folder, check=True)
+    new = sorted(folder.rglob("*.png"))
+    print(f"{entry['name']}: {', '.join(path.stem for path in new)}")
+    kept = [next(p for p in new if p.stem.startswith(one)) for one in entry.get("files", [""])]
+    keep_picture(kept, picture_of(entry))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Write docs/gallery.md and its pictures.")
-    parser.add_argument("kinds", nargs="*", help="draw only these again")
-    wanted = parser.parse_args().kinds
-    PICTURES.mkdir(exist_ok=True)
+    parser = argparse.ArgumentParser(description="Write docs/gallery.md, and draw pictures.")
+    parser.add_argument("names", nargs="*", help="draw only these again")
+    wanted = parser.parse_args().names
     with tempfile.TemporaryDirectory() as folder:
-        done: dict[Sequence[str], Path] = {(): Path(folder)}
-        for entry in (entry for entries in GROUPS.values() for entry in entries):
-            if entry.commands and (not wanted or entry.kind in wanted):
-                draw(entry, done)
-    DOCUMENT.write_text(page(), encoding="utf-8")
-    print(f"written: {DOCUMENT.name}")
+        done: dict[tuple[str, ...], Path] = {}
+        for entry in [*GALLERY, *LISTS["figure"]]:
+            if "made_by" not in entry and (not wanted or entry["name"] in wanted):
+                draw(entry, done, Path(folder))
+    write({DOCUMENT: page()})
 
 
 if __name__ == "__main__":

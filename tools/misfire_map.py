@@ -4,14 +4,11 @@ Two engines of the catalogue on a rigid crank, their speed seen through a 60-2 w
 have errors. The map follows from formulas (docs/method.md (139) to (148)); at some points of it the
 formulas are held against speeds that are integrated over the angle with cycles drawn at random, and
 judged as a recording would be. Run it from the project's root: `python tools/misfire_map.py`;
-`--no-figures` leaves the figures alone, `--example` makes only that of the command. It takes two to
-four minutes.
+`--no-figures` leaves the figures alone. It takes two to four minutes.
 """
 
 from __future__ import annotations
 
-import argparse
-import contextlib
 import tempfile
 from collections.abc import Callable
 from copy import copy
@@ -19,11 +16,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from csv_tables import as_csv
-from PIL import Image
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from pages import DOCS, csv_text, figures_wanted, filled, keep_figure, sheet, write
+from scipy.interpolate import CubicHermiteSpline
 
 import sweeps
 from engine_dyn.engine import Engine
@@ -42,16 +41,13 @@ from engine_dyn.recordings.tooth_errors import speed_through_wheel
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps import figures
+from sweeps.figures.marks import DASHES, shade
 from sweeps.presenting.cylinder_deviations import deviations_text
 from sweeps.reading.engine_files import load_engine
 
-ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
-DOCUMENT = ROOT / "docs" / "misfire_detection.md"
-BESIDE = ROOT / "docs" / "misfire"
-FIGURE = ROOT / "docs" / "figures" / "misfire_map.png"
-EXAMPLE = ROOT / "docs" / "figures" / "cylinder_deviations.png"
+DOCUMENT = DOCS / "misfire_detection.md"
+BESIDE = DOCS / "misfire"
 
 ENGINES = {"si_four_87x101": "four cylinders", "v6_96x81": "six cylinders"}
 WHEEL = wheel_from_text("60-2")
@@ -160,8 +156,7 @@ class Motor:
             fired, motored = self.diagrams[0]
             none = self.imep(motored)
             return motored + (imep - none) / (self.imeps[0] - none) * (fired - motored), motored
-        upper = min(int(np.searchsorted(self.imeps, imep)), len(self.rows) - 1)
-        upper = max(upper, 1)
+        upper = int(np.clip(np.searchsorted(self.imeps, imep), 1, len(self.rows) - 1))
         share = (imep - self.imeps[upper - 1]) / (self.imeps[upper] - self.imeps[upper - 1])
         low, high = self.diagrams[upper - 1 : upper + 1]
         fired, motored = ((1.0 - share) * a + share * b for a, b in zip(low, high, strict=True))
@@ -239,8 +234,8 @@ def drawn_speeds(
 ) -> Floats:  # fmt: skip
     """Raw speeds of recordings: equation of motion over the angle, then the wheel.
 
-    Nothing is shared with the estimator but the diagrams: Runge and Kutta's formula for the speed
-    itself, true places of teeth, times between them.
+    Nothing is shared with the estimator but the diagrams: Simpson's rule for the energy, which is
+    known over the angle, true places of teeth, times between them.
 
     Parameters
     ----------
@@ -259,10 +254,7 @@ def drawn_speeds(
     extra, carried = (fired - motored) * slope, motor.of_all(motored * slope)
     mean = float((carried + motor.of_all(extra)).mean())
     step = PERIOD / SAMPLES
-    orders = np.fft.rfftfreq(SAMPLES, 1.0 / SAMPLES) * 2.0 * np.pi / PERIOD
     inertia = np.append(motor.inertia, motor.inertia[0])
-    by_angle = np.fft.irfft(1j * orders * np.fft.rfft(motor.inertia), SAMPLES)
-    by_angle = np.append(by_angle, by_angle[0])
 
     def torque_of(number: int) -> Floats:
         """Torque over one cycle; cylinders that fire late in the one before still work."""
@@ -275,32 +267,27 @@ def drawn_speeds(
             found[:, :start] += before[:, place, None] * rolled[:start]
         return found
 
-    omega, time = np.full(recordings, cycle.speed[0]), np.zeros(recordings)
-    speeds, times = [omega], [time]
-    following = torque_of(0)
+    energy = np.full(recordings, 0.5 * inertia[0] * cycle.speed[0] ** 2)
+    steady, torque = energy, torque_of(0)
+    times, speeds = [np.zeros((recordings, 1))], [np.full((recordings, 1), cycle.speed[0])]
     for number in range(cycles):
-        torque = following
         following = torque_of(min(number + 1, cycles - 1))
-        torque = np.hstack([torque, following[:, :1]])
         # a slow governor: the load follows the energy from cycle to cycle, not within one
-        energy = 0.5 * inertia[0] * omega**2
-        load = mean + 0.05 * (energy - 0.5 * inertia[0] * cycle.speed[0] ** 2) / PERIOD
-
-        def rise(place: int, w: Floats, torque: Floats = torque, load: Floats = load) -> Floats:
-            return (torque[:, place] - load - 0.5 * by_angle[place] * w * w) / (inertia[place] * w)
-
-        for place in range(0, SAMPLES, 2):
-            k1 = rise(place, omega)
-            k2 = rise(place + 1, omega + step * k1)
-            k3 = rise(place + 1, omega + step * k2)
-            k4 = rise(place + 2, omega + 2.0 * step * k3)
-            after = omega + step / 3.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            middle = 0.5 * (omega + after) + step / 4.0 * (k1 - k4)  # of the cubic between
-            time = time + step / 3.0 * (1.0 / omega + 4.0 / middle + 1.0 / after)
-            omega = after
-            speeds.append(omega)
-            times.append(time)
-    return _seen(np.array(times).T, np.array(speeds).T, 2.0 * step, noise, rng)
+        load = mean + 0.05 * (energy - steady) / PERIOD
+        rise = np.hstack([torque, following[:, :1]]) - load[:, None]
+        left, middle, right = rise[:, :-1:2], rise[:, 1::2], rise[:, 2::2]
+        after = energy[:, None] + np.cumsum(step / 3.0 * (left + 4.0 * middle + right), axis=1)
+        before = np.hstack([energy[:, None], after[:, :-1]])
+        between = before + step / 12.0 * (5.0 * left + 8.0 * middle - right)
+        w0, w1, w2 = (
+            np.sqrt(2.0 * part / inertia[first::2][: SAMPLES // 2])
+            for first, part in enumerate((before, between, after))
+        )
+        passing = np.cumsum(step / 3.0 * (1.0 / w0 + 4.0 / w1 + 1.0 / w2), axis=1)
+        times.append(times[-1][:, -1:] + passing)
+        speeds.append(w2)
+        energy, torque = after[:, -1], following
+    return _seen(np.hstack(times), np.hstack(speeds), 2.0 * step, noise, rng)
 
 
 def _seen(
@@ -317,21 +304,16 @@ def _seen(
         recordings, -1
     )[:, : round(turns) * WHEEL.teeth + 1]
     edges = edges + GAP + 0.5 * PERIOD + noise.passage * pitch * rng.standard_normal(edges.shape)
-    place = (edges / step).astype(int)
-    u = edges / step - place
-    rows = np.arange(recordings)[:, None]
-    t0, t1 = times[rows, place], times[rows, place + 1]
-    s0, s1 = step / speeds[rows, place], step / speeds[rows, place + 1]
-    at = (
-        t0 * (1.0 + 2.0 * u) * (1.0 - u) ** 2 + t1 * u * u * (3.0 - 2.0 * u)
-        + u * (1.0 - u) * ((1.0 - u) * s0 - u * s1)
-    )  # fmt: skip
+    angle = step * np.arange(times.shape[1])
+    at = [
+        CubicHermiteSpline(angle, *curves)(edge)
+        for *curves, edge in zip(times, 1.0 / speeds, edges, strict=True)
+    ]
     raw = np.tile(WHEEL.width, round(turns)) / np.diff(at, axis=1)
     return np.asarray(raw.reshape(recordings, -1, 2 * WHEEL.teeth))
 
 
-@dataclass(frozen=True)
-class Counted:
+class Counted(NamedTuple):
     """Rates by formula and of drawn speeds, of one cylinder and one cycle."""
 
     alarms_expected: float
@@ -343,28 +325,21 @@ class Counted:
 
 def counted(
     motor: Motor, speed: float, imep: float, case: Case, size: float = WANTED_SIZE,
-    *, share: float | None = None, recordings: int = 240, false_alarms: float = 0.04,
-    seed: int = SEED,
+    *, recordings: int = 240, false_alarms: float = 0.04, seed: int = SEED,
 ) -> Counted:  # fmt: skip
     """Judge drawn speeds with the thresholds of the formula.
 
     Rates of one in 10,000 are too rare to be counted in minutes: the threshold is set for four
     false alarms in a hundred cycles, and missed cycles lack only so much of their imep that some
     ninety in a hundred are found.
-
-    Parameters
-    ----------
-    share : float, optional
-        Of the combustion that a missed cycle lacks.
     """
     rng = np.random.default_rng(seed)
     first = EARLIER_DRAWN if np.isfinite(case.reference_cycles) else 0
     case = replace(case, reference_cycles=first or np.inf)
     estimator, lacking = estimator_at(motor, speed, imep, case, size)
-    if share is None:
-        wanted = detection(estimator, lacking, false_alarms)
-        ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
-        share = float(np.max((ninety - wanted.threshold) / lacking))
+    wanted = detection(estimator, lacking, false_alarms)
+    ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
+    share = float(np.max((ninety - wanted.threshold) / lacking))  # of a cycle's combustion
     wanted = detection(estimator, share * lacking, false_alarms)
     cycles, number = first + 14, len(motor.firing)
     dispersion = motor.dispersion(imep) * imep / lacking
@@ -493,25 +468,10 @@ def torsion_errors(
 
 # Document -----------------------------------------------------------------------------------------
 
+Rows = list[list[str]]
+"""A table, heads first."""
 
-@dataclass(frozen=True, eq=False)
-class Map:
-    """Largest errors [share of a pitch], and margins with heavier flywheels, of one engine.
-
-    Attributes
-    ----------
-    speed, imep : ndarray
-        [rad/s] and [Pa].
-    errors : dict
-        Of each case, shape (imep, speed).
-    margins : dict
-        Of each case and factor on the inertia, at errors of the wanted size.
-    """
-
-    speed: Floats
-    imep: Floats
-    errors: dict[Case, Floats]
-    margins: dict[tuple[Case, float], Floats]
+Motors = dict[str, Motor]
 
 
 def heavier(motor: Motor, factor: float) -> Motor:
@@ -521,48 +481,30 @@ def heavier(motor: Motor, factor: float) -> Motor:
     return other
 
 
-def make_map(motor: Motor) -> Map:
+def draw(motors: Motors) -> None:
+    """The map: largest errors over speed and imep, and the limits with heavier flywheels."""
+    levels = [0.1, 0.2, 0.5, 1.0, 2.0]
+    colours = [shade(0.05 + 0.95 * i / len(levels)) for i in range(len(levels) + 1)]
     speed = np.linspace(800.0, 6000.0, 14) * RPM
-    imep = np.geomspace(IDLE, motor.highest, 11)
+    with sheet("misfire_map", (7.0, 4.9), 2, 3, sharex=True, sharey="row") as (figure, panels):
+        for row, (name, motor) in zip(panels, motors.items(), strict=True):
+            imep = np.geomspace(IDLE, motor.highest, 11)
 
-    def over(found: Callable[[float, float], float]) -> Floats:
-        return np.array([[found(float(w), float(p)) for w in speed] for p in imep])
+            def over(found: Callable[[float, float], float], imep: Floats = imep) -> Floats:
+                return np.array([[found(float(w), float(p)) for w in speed] for p in imep])
 
-    errors = {case: over(partial(largest_errors, motor, case=case)) for case in CASES}
-    margins = {}
-    for factor in HEAVIER:
-        other = heavier(motor, factor)
-        for case in CASES:
-            margins[case, factor] = over(partial(margin, other, case=case, size=WANTED_SIZE))
-    return Map(speed, imep, errors, margins)
-
-
-def draw(maps: dict[str, Map]) -> None:
-    import matplotlib
-    from matplotlib.lines import Line2D
-    from matplotlib.patheffects import withStroke
-
-    from sweeps.figures.marks import DASHES, shade
-    from sweeps.figures.sheet import STYLE, new_sheet
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
-        figure, panels = new_sheet(2, 3, 4.9, sharex=True, sharey="row")
-        levels = [0.1, 0.2, 0.5, 1.0, 2.0]
-        colours = [shade(0.05 + 0.95 * i / len(levels)) for i in range(len(levels) + 1)]
-        wanted = NORMAL.inv_cdf(WANTED)
-        for row, (name, found) in enumerate(maps.items()):
-            for column, case in enumerate(CASES):
-                panel = panels[3 * row + column]
-                x, y = found.speed / RPM, found.imep / BAR
-                filled = panel.contourf(
-                    x, y, 100.0 * found.errors[case], levels, colors=colours, extend="both"
+            for panel, case in zip(row, CASES, strict=True):
+                errors = over(partial(largest_errors, motor, case=case))
+                x, y = speed / RPM, imep / BAR
+                filled_in = panel.contourf(
+                    x, y, 100.0 * errors, levels, colors=colours, extend="both"
                 )
-                for rank, factor in enumerate(HEAVIER):
+                for factor, dashes in zip(HEAVIER, DASHES, strict=False):
+                    other = heavier(motor, factor)
+                    margins = over(partial(margin, other, case=case, size=WANTED_SIZE))
                     limit = panel.contour(
-                        x, y, found.margins[case, factor], [wanted], colors="black",
-                        linestyles=[DASHES[rank]], linewidths=1.3,
+                        x, y, margins, [NORMAL.inv_cdf(WANTED)], colors="black",
+                        linestyles=[dashes], linewidths=1.3,
                     )  # fmt: skip
                     limit.set(path_effects=[withStroke(linewidth=3.0, foreground="white")])
                 panel.set_yscale("log")
@@ -570,80 +512,64 @@ def draw(maps: dict[str, Map]) -> None:
                 panel.minorticks_off()
                 panel.grid(visible=False)
                 panel.set_title(f"{ENGINES[name]}\n{case.title}")
-                if row == 1:
-                    panel.set_xlabel("Engine speed (rpm)")
-            panels[3 * row].set_ylabel("imep (bar)")
-        bar = figure.colorbar(filled, ax=panels, shrink=0.8, pad=0.02)
+            row[0].set_ylabel("imep (bar)")
+        for panel in panels[-1]:
+            panel.set_xlabel("Engine speed (rpm)")
+        bar = figure.colorbar(filled_in, ax=panels, shrink=0.8, pad=0.02)
         bar.set_label("Largest tooth errors (% of a pitch)")
-        handles = [
-            Line2D([], [], color="black", linestyle=DASHES[rank], linewidth=1.3,
-                   label=f"{factor:g} times the inertia")
-            for rank, factor in enumerate(HEAVIER)
-        ]  # fmt: skip
         figure.legend(
-            handles=handles, loc="outside lower center", ncols=2,
+            handles=[Line2D([], [], color="black", linestyle=dashes, linewidth=1.3,
+                            label=f"{factor:g} times the inertia")
+                     for factor, dashes in zip(HEAVIER, DASHES, strict=False)],
+            loc="outside lower center", ncols=2,
             title="Errors of 0.1 %: below and to the right of the line less than 99 % are detected",
         )  # fmt: skip
-        figure.savefig(FIGURE, dpi=150, metadata={"Software": None})
 
 
-def limits_table(motors: dict[str, Motor]) -> str:
-    lines = ["| engine | rpm | imep, bar | " + " | ".join(c.title for c in CASES) + " |",
-             "| --- | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
+def limits_table(motors: Motors) -> Rows:
+    rows = [["engine", "rpm", "imep, bar", *(case.title for case in CASES)]]
     for name, motor in motors.items():
         for rpm in (800.0, 2000.0, 4000.0, 6000.0):
             for imep in (1.0, 3.0, motor.highest / BAR):
-                sizes = [largest_errors(motor, rpm * RPM, imep * BAR, c) for c in CASES]
+                sizes = [largest_errors(motor, rpm * RPM, imep * BAR, case) for case in CASES]
                 cells = ["above 2.5" if s >= SIZES[-1] else f"{100.0 * s:.2g}" for s in sizes]
-                lines.append(f"| {ENGINES[name]} | {rpm:.0f} | {imep:.3g} | "
-                             + " | ".join(cells) + " |")  # fmt: skip
-    return "\n".join(lines)
+                rows.append([ENGINES[name], f"{rpm:.0f}", f"{imep:.3g}", *cells])
+    return rows
 
 
-def corner_table(motors: dict[str, Motor]) -> str:
+def corner_table(motors: Motors) -> Rows:
     """What decides at the highest speed and the lowest load."""
-    lines = [
-        "| engine, 6000 rpm, 1 bar | error of a deviation, bar | dispersion of the others, bar "
-        "| threshold, bar | detected | verdict |",
-        "| --- | ---: | ---: | ---: | ---: | --- |",
-    ]
-    exact = Case("", 1.0, 0.2)
+    rows = [["engine, 6000 rpm, 1 bar", "error of a deviation, bar",
+             "dispersion of the others, bar", "threshold, bar", "detected", "verdict"]]  # fmt: skip
     for name, motor in motors.items():
-        twice, four = heavier(motor, 2.0), heavier(motor, 4.0)
-        rows: list[tuple[str, Motor, WheelNoise, float]] = [
-            ("errors of intervals 0.1 %, 0.02 % a passage", motor, exact.noise(1e-3), 1.0),
+        variants: list[tuple[str, Motor, WheelNoise, float]] = [
+            ("errors of intervals 0.1 %, 0.02 % a passage", motor, UNKNOWN.noise(1e-3), 1.0),
             ("errors of places 0.1 %, 0.02 % a passage", motor, WheelNoise(0, 1e-3, 2e-4), 1.0),
             ("errors known, 0.02 % a passage", motor, WheelNoise(0, 0, 2e-4), 1.0),
             ("errors known, 0.1 % a passage", motor, WheelNoise(0, 0, 1e-3), 1.0),
-            ("errors of intervals 0.2 %, 0.04 % a passage", motor, exact.noise(2e-3), 1.0),
-            ("the first, twice the inertia", twice, exact.noise(1e-3), 1.0),
-            ("the first, four times the inertia", four, exact.noise(1e-3), 1.0),
-            ("the first, dispersion 20 %", motor, exact.noise(1e-3), 2.0),
+            ("errors of intervals 0.2 %, 0.04 % a passage", motor, UNKNOWN.noise(2e-3), 1.0),
+            ("the first, twice the inertia", heavier(motor, 2.0), UNKNOWN.noise(1e-3), 1.0),
+            ("the first, four times the inertia", heavier(motor, 4.0), UNKNOWN.noise(1e-3), 1.0),
+            ("the first, dispersion 20 %", motor, UNKNOWN.noise(1e-3), 2.0),
         ]
-        for text, one, noise, factor in rows:
+        for text, one, noise, factor in variants:
             cycle, lacking = one.cycle(6000.0 * RPM, IDLE)
             found = work_estimator(cycle, WHEEL, GAP, noise, dispersion=factor * 0.1 * IDLE)
             judged = detection(found, lacking, FALSE_ALARMS)
             worst = int(judged.margin.argmin())
             share = float(judged.probability[worst])
-            lines.append(
-                f"| {ENGINES[name]}: {text} | {found.noise[worst] / BAR:.3f} | "
-                f"{found.others[worst] / BAR:.3f} | {judged.threshold[worst] / BAR:.2f} | "
-                f"{_percent(share)} | {'' if share > WANTED else 'fails'} |"
-            )
-    return "\n".join(lines)
+            detected = "more than 99.9 %" if share > 0.999 else f"{100.0 * share:.1f} %"
+            rows.append([
+                f"{ENGINES[name]}: {text}", f"{found.noise[worst] / BAR:.3f}",
+                f"{found.others[worst] / BAR:.3f}", f"{judged.threshold[worst] / BAR:.2f}",
+                detected, "" if share > WANTED else "fails",
+            ])  # fmt: skip
+    return rows
 
 
-def _percent(share: float) -> str:
-    return "more than 99.9 %" if share > 0.999 else f"{100.0 * share:.1f} %"
-
-
-def counted_table(motors: dict[str, Motor]) -> str:
-    lines = [
-        "| engine | rpm | imep, bar | looked for | false alarms by formula | counted "
-        "| detected by formula | counted | missed cycles |",
-        "| --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |",
-    ]
+def counted_table(motors: Motors) -> Rows:
+    rows = [["engine", "rpm", "imep, bar", "looked for", "false alarms by formula", "counted",
+             "detected by formula", "counted", "missed cycles"]]  # fmt: skip
     four, six = motors
     points = [
         (four, 6000.0, 1.0, UNKNOWN), (four, 1500.0, 8.0, UNKNOWN), (six, 6000.0, 1.0, UNKNOWN),
@@ -651,44 +577,34 @@ def counted_table(motors: dict[str, Motor]) -> str:
     ]  # fmt: skip
     for seed, (name, rpm, imep, case) in enumerate(points, SEED):
         one = counted(motors[name], rpm * RPM, imep * BAR, case, recordings=1600, seed=seed)
-        lines.append(
-            f"| {ENGINES[name]} | {rpm:.0f} | {imep:g} | {case.title} | "
-            f"{100 * one.alarms_expected:.2f} % | {100 * one.alarms:.2f} % | "
-            f"{100 * one.found_expected:.1f} % | {100 * one.found:.1f} % | {one.cycles} |"
-        )
-    return "\n".join(lines)
+        alarms = (f"{100 * rate:.2f} %" for rate in (one.alarms_expected, one.alarms))
+        found = (f"{100 * rate:.1f} %" for rate in (one.found_expected, one.found))
+        point = [ENGINES[name], f"{rpm:.0f}", f"{imep:g}", case.title]
+        rows.append([*point, *alarms, *found, str(one.cycles)])
+    return rows
 
 
-def reference_table(motors: dict[str, Motor]) -> str:
-    points = [(n, rpm, p) for n in motors for rpm, p in ((1000.0, 4.0), (6000.0, 1.0))]
-    found = [errors_of_reference(motors[n], rpm * RPM, p * BAR) for n, rpm, p in points]
-    lines = [
-        "| wrong in the model | "
-        + " | ".join(f"{ENGINES[n]}, {rpm:.0f} rpm, {p:g} bar" for n, rpm, p in points) + " |",
-        "| --- | ---: | ---: | ---: | ---: |",
-    ]  # fmt: skip
-    for key in found[0]:
-        lines.append(f"| {key} | " + " | ".join(f"{one[key] / BAR:.4f}" for one in found) + " |")
-    return "\n".join(lines)
+def reference_table(motors: Motors) -> Rows:
+    heads, columns = ["wrong in the model"], []
+    for name, motor in motors.items():
+        for rpm, imep in ((1000.0, 4.0), (6000.0, 1.0)):
+            heads.append(f"{ENGINES[name]}, {rpm:.0f} rpm, {imep:g} bar")
+            columns.append(errors_of_reference(motor, rpm * RPM, imep * BAR))
+    return [heads, *([key, *(f"{one[key] / BAR:.4f}" for one in columns)] for key in columns[0])]
 
 
-def torsion_table(motors: dict[str, Motor]) -> str:
-    lines = [
-        "| engine | rpm | imep, bar | threshold | wheel at the front: missed | others "
-        "| wheel at the flywheel: missed | others |",
-        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
-    ]
+def torsion_table(motors: Motors) -> Rows:
+    rows = [["engine", "rpm", "imep, bar", "threshold", "wheel at the front: missed", "others",
+             "wheel at the flywheel: missed", "others"]]  # fmt: skip
     for name, motor in motors.items():
         for rpm, imep in ((1000.0, 4.0), (3000.0, 1.0), (6000.0, 1.0), (6000.0, 12.0)):
-            estimator, lacking = estimator_at(motor, rpm * RPM, imep * BAR, LEARNED)
+            point = (motor, rpm * RPM, imep * BAR)
+            estimator, lacking = estimator_at(*point, LEARNED)
             threshold = float(detection(estimator, lacking, FALSE_ALARMS).threshold.max())
-            cells = [f"{100.0 * -threshold / lacking:.0f} %"]
-            for end in ("front", "flywheel"):
-                cells += [
-                    f"{100.0 * x:.1f} %" for x in torsion_errors(motor, rpm * RPM, imep * BAR, end)
-                ]
-            lines.append(f"| {ENGINES[name]} | {rpm:.0f} | {imep:g} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+            errors = [x for end in ("front", "flywheel") for x in torsion_errors(*point, end)]
+            cells = [f"{rpm:.0f}", f"{imep:g}", f"{100.0 * -threshold / lacking:.0f} %"]
+            rows.append([ENGINES[name], *cells, *(f"{100.0 * x:.1f} %" for x in errors)])
+    return rows
 
 
 def example(motor: Motor) -> None:
@@ -701,60 +617,45 @@ def example(motor: Motor) -> None:
     speed, row = 2500.0 * RPM, len(motor.rows) // 2
     (raw,) = drawn_speeds(motor, speed, motor.imeps[row], factors, WheelNoise(), rng)
     times = np.concatenate([[0.0], np.cumsum(np.tile(WHEEL.width, 2 * len(raw)) / raw.ravel())])
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        Path("teeth.csv").write_text(
-            "time [s]\n" + "\n".join(f"{t:.9f}" for t in times) + "\n", "utf-8"
-        )
-        loads: Any = motor.engine.family
-        load = float(np.interp(motor.rows[row], range(loads.row_count), loads.row_loads))
+    loads: Any = motor.engine.family
+    load = float(np.interp(motor.rows[row], range(loads.row_count), loads.row_loads))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "teeth.csv"
+        path.write_text(csv_text([["time [s]"], *([f"{t:.9f}"] for t in times)]), encoding="utf-8")
         found = sweeps.cylinder_deviations({
             "engine": motor.engine.name,
             "set": {"speed": float(np.mean(raw)) / RPM, "load": load, "load_exponent": 0.0},
-            "measured": {"file": "teeth.csv", "kind": "teeth", "wheel": WHEEL.text,
+            "measured": {"file": str(path), "kind": "teeth", "wheel": WHEEL.text,
                          "gap_angle": GAP / DEGREE},
             "output": {"quantities": ["delta"]},
         })  # fmt: skip
-        path = {p.stem: p for p in figures.draw(found, "figures")}["cylinder_deviations"]
-        with Image.open(path) as picture:
-            small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2))
-            small.quantize(256).save(EXAMPLE, optimize=True)
+    keep_figure(found, "cylinder_deviations")
     print(deviations_text(found))
 
 
-def write(numbers: dict[str, str], tables: dict[str, str]) -> None:
-    """Write the page, and its tables as files beside it."""
-    text = TEMPLATE.read_text(encoding="utf-8")
-    for name, number in numbers.items():
-        text = text.replace("{{ " + name + " }}", number)
-    DOCUMENT.write_text(text, encoding="utf-8")
-    BESIDE.mkdir(exist_ok=True)
-    for name, table in tables.items():
-        (BESIDE / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
+TABLES: dict[str, Callable[[Motors], Rows]] = {
+    "limits": limits_table, "corner": corner_table, "counted": counted_table,
+    "reference": reference_table, "torsion": torsion_table,
+}  # fmt: skip
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Write docs/misfire_detection.md.")
-    parser.add_argument("--no-figures", action="store_true")
-    parser.add_argument("--example", action="store_true", help="only the figure of the command")
-    arguments = parser.parse_args()
+    with_figures = figures_wanted("Write docs/misfire_detection.md.")
     motors = {name: Motor(name) for name in ENGINES}
-    if not arguments.no_figures:
-        example(motors["si_four_87x101"])
-    if arguments.example:
-        return
     numbers: dict[str, str] = {}
     for name, motor in motors.items():
         lost = motor.cycle(6000.0 * RPM, motor.highest)[1] * motor.geometry.swept_volume
         stop = np.sqrt(2.0 * lost / motor.inertia.mean()) / RPM
-        numbers["stop " + ENGINES[name]] = f"{stop:.0f}"
-        numbers["highest " + ENGINES[name]] = f"{motor.highest / BAR:.1f}"
-    tables = {
-        "limits": limits_table, "corner": corner_table, "counted": counted_table,
-        "reference": reference_table, "torsion": torsion_table,
-    }  # fmt: skip
-    write(numbers, {name: table(motors) for name, table in tables.items()})
-    if not arguments.no_figures:
-        draw({name: make_map(motor) for name, motor in motors.items()})
+        number = ENGINES[name].split()[0]
+        numbers[f"stop_{number}"] = f"{stop:.0f}"
+        numbers[f"highest_{number}"] = f"{motor.highest / BAR:.1f}"
+    write({
+        DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), numbers),
+        **{BESIDE / f"{name}.csv": csv_text(make(motors)) for name, make in TABLES.items()},
+    })  # fmt: skip
+    if with_figures:
+        example(motors["si_four_87x101"])
+        draw(motors)
 
 
 if __name__ == "__main__":

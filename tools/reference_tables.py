@@ -2,86 +2,36 @@
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
 between is replaced. Longer ones are CSV files. Run it from the project's root:
-`python tools/reference_tables.py`; `--check` writes nothing and ends with status 1 if one is
-not current.
+`python tools/reference_tables.py`.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
-import io
 import json
 import re
-import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+import xarray as xr
+from pages import DOCS, csv_rows, csv_text, markdown, write
+
+import sweeps
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
+from sweeps.presenting.lists import LISTS
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
 from sweeps.scene.json_schema import scene_schema
-from sweeps.scene.reading import built_in_scenes
 from sweeps.scene.schema_parts import Schema
 
-ROOT = Path(__file__).resolve().parents[1]
-DOCS = ROOT / "docs"
-
-OUTCOMES = {
-    "converged": (
-        "The periodic speed was found, and `delta_error` is within the tolerance.",
-        "Nothing.",
-    ),
-    "stalled": (
-        "The speed would reach zero within the cycle, so there is no running steady state.",
-        "Give the design more `inertia`, a higher `speed` or less `load`.",
-    ),
-    "no_steady_state": (
-        "The mean torque is below the constant part of the load torque and no driver makes up for "
-        "it, or load and driver do not hold the speed.",
-        "Raise `load` or lower `load_offset` and the friction. Where the engine is driven, as a "
-        "compressor is, describe its driver (driver_table, or the keys motor_...). With a table "
-        "of torque over speed, check its sign at the nominal speed.",
-    ),
-    "not_converged": (
-        "The iteration ended without a solution.",
-        "Look at the values of the design, which are usually far from those of any real engine. "
-        "Leave `method` at auto. If the engine could run, please report it with its scene.",
-    ),
-    "invalid_input": (
-        "There is no such engine: the moment of inertia would vanish somewhere in the cycle, the "
-        "parameters do not make a modelled cycle, a table does not cover the speeds of the "
-        "solution, the diagrams do not reach the torque of the full-load curve, or method "
-        "`closed` is used at an exponent other than 0 and 2.",
-        'With `inertia_model = "variable"`, raise `inertia`: the reciprocating masses are too '
-        "heavy for it. Extend the table over the speeds from `omega_min` to `omega_max`, lower "
-        "`rated_power`, or leave `method` at auto.",
-    ),
-    "tolerance_not_met": (
-        "The speed was found, but `delta_error` is above the tolerance.",
-        "Look at `delta_error`: the numbers may be good enough. Otherwise smooth a noisy diagram, "
-        "or use another method than thesis, which has a fixed step.",
-    ),
-    "passes_done": (
-        "The cycles that were asked for with `passes` are done. The speed need not be periodic.",
-        "Nothing, if single cycles are wanted. Leave `passes` out for the steady state.",
-    ),
-}
+OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
 """What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Write a Markdown table."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def with_notes(meaning: str, **notes: str) -> str:
@@ -97,9 +47,10 @@ def key_rows() -> list[dict[str, str]]:
     """Keys of scenes and of an engine file's [values] that are numbers or names."""
     rows = []
     scene = scene_schema()
-    free, columns = (_keys_of(scene, scene["properties"][name]) for name in ("set", "designs"))
+    free, columns = (_abouts(scene, _resolved(scene, scene["properties"][name]))
+                     for name in ("set", "designs"))  # fmt: skip
     engine = engine_schema()
-    of_engine = _keys_of(engine, engine["properties"]["values"])
+    of_engine = _abouts(engine, _resolved(engine, engine["properties"]["values"]))
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
     for name, node in nodes.items():
         one = name.replace("_N", "_2")
@@ -132,13 +83,13 @@ def keys() -> str:
         )  # fmt: skip
         unit = f"[{row['unit']}] " if row["unit"] else ""
         rows.append([f"`{row['key']}`", unit + meaning])
-    return table(["key", "[unit] meaning"], rows)
+    return markdown([["key", "[unit] meaning"], *rows])
 
 
 def key_file() -> str:
     """Every such key, with its range."""
     rows = [[row[head].replace("`", "") for head in KEY_HEADS] for row in key_rows()]
-    return _written(KEY_HEADS, rows)
+    return csv_text([KEY_HEADS, *rows])
 
 
 def scene_tables() -> str:
@@ -225,7 +176,7 @@ def _table_of_kinds(schema: Schema, tables: Sequence[Schema]) -> str:
         [f"`{key}`", text, named(needed.get(key, ())), named(taken.get(key, ()))]
         for key, text in about.items()
     ]
-    return table(["key", "what it is", "needed by", "taken by"], rows)
+    return markdown([["key", "what it is", "needed by", "taken by"], *rows])
 
 
 def _resolved(schema: Schema, part: Schema) -> Schema:
@@ -268,15 +219,7 @@ def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> st
         shown = _default(one)
         needed = "required" if key in part.get("required", ()) else shown and f"by default {shown}"
         rows.append([f"`{key}`", _about(one) + (f"; {needed}" if needed else "")])
-    return table(["key", "what it is"], rows) if rows else ""
-
-
-def _keys_of(schema: Mapping[str, Any], table: Mapping[str, Any]) -> set[str]:
-    """Keys that a table may have by a JSON schema."""
-    if "$ref" in table:
-        table = schema["$defs"][table["$ref"].rpartition("/")[2]]
-    found = set(table.get("properties", ()))
-    return found.union(*(_keys_of(schema, one) for one in table.get("anyOf", ())))
+    return markdown([["key", "what it is"], *rows]) if rows else ""
 
 
 def quantities() -> str:
@@ -340,7 +283,7 @@ def _quantity_table(names: Iterable[str]) -> str:
                 **{"and": ", ".join(f"`{n}`" for n in beside)},
             ),
         ])  # fmt: skip
-    return table(["quantity", "[unit] meaning"], rows)
+    return markdown([["quantity", "[unit] meaning"], *rows])
 
 
 def dimensions(name: str) -> set[str]:
@@ -357,25 +300,11 @@ def dimensions(name: str) -> set[str]:
 
 def axes() -> str:
     """Axes that curves have beside those of a scene."""
-    return table(
-        ["axis", "symbol", "unit", "meaning"],
-        [
-            [
-                f"`{name}`",
-                f"${axis.symbol}$" if axis.symbol else "",
-                "" if axis.unit == "1" else axis.unit,
-                axis.long_name,
-            ]
-            for name, axis in DIMENSIONS.items()
-        ],
-    )
-
-
-def _written(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A CSV file."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows([heads, *rows])
-    return file.getvalue()
+    rows = [["axis", "symbol", "unit", "meaning"]]
+    for name, axis in DIMENSIONS.items():
+        symbol = f"${axis.symbol}$" if axis.symbol else ""
+        rows.append([f"`{name}`", symbol, "" if axis.unit == "1" else axis.unit, axis.long_name])
+    return markdown(rows)
 
 
 def quantity_file() -> str:
@@ -387,12 +316,12 @@ def quantity_file() -> str:
          node.long_name, OTHER_WORDS.get(name, ""), node.source]
         for name, node in sorted(QUANTITIES.items())
     ]  # fmt: skip
-    return _written(heads, rows)
+    return csv_text([heads, *rows])
 
 
 def source_file() -> str:
     """Full citations of the sources that quantities and keys name in short."""
-    return _written(["name", "source"], SOURCES.items())
+    return csv_text([("name", "source"), *SOURCES.items()])
 
 
 def range_file() -> str:
@@ -401,17 +330,16 @@ def range_file() -> str:
         [check.name, check.what, f"{check.low:g}", f"{check.high:g}", check.unit, check.source]
         for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS)
     ]
-    return _written(["name", "measure", "lowest", "highest", "unit", "source"], rows)
+    return csv_text([["name", "measure", "lowest", "highest", "unit", "source"], *rows])
 
 
 def outcomes() -> str:
     """Outcomes of a design."""
-    rows = [
-        [str(code), f"`{name}`", OUTCOMES[name][0], "numbers" if has_numbers(code) else "NaN",
-         OUTCOMES[name][1]]
-        for code, name in enumerate(MEANINGS)
-    ]  # fmt: skip
-    return table(["status", "name", "meaning", "results hold", "what to do"], rows)
+    rows = [["status", "name", "meaning", "results hold", "what to do"]]
+    for code, name in enumerate(MEANINGS):
+        holds, told = "numbers" if has_numbers(code) else "NaN", OUTCOMES[name]
+        rows.append([str(code), f"`{name}`", told["meaning"], holds, told["what to do"]])
+    return markdown(rows)
 
 
 def engines() -> str:
@@ -433,7 +361,7 @@ def engines() -> str:
         ])  # fmt: skip
     heads = ["engine", "what it is", "cycle, layout, firing order", "bore x stroke (mm)",
              "speed (rpm)", "diagrams at load"]  # fmt: skip
-    return table(heads, rows)
+    return markdown([heads, *rows])
 
 
 def engine_sources() -> str:
@@ -456,7 +384,7 @@ def assumption_file() -> str:
         for name in catalogue()
         for key, reason in load_engine(name, Path()).assumed.items()
     ]
-    return _written(["engine", "key", "reason"], rows)
+    return csv_text([["engine", "key", "reason"], *rows])
 
 
 def _in_text(text: str) -> str:
@@ -466,13 +394,35 @@ def _in_text(text: str) -> str:
 
 def scenes() -> str:
     """Scenes that come with the package."""
-    return table(
-        ["scene", "title"],
-        [
-            [f"`{name}`", tomllib.loads(path.read_text(encoding="utf-8"))["title"]]
-            for name, path in built_in_scenes().items()
-        ],
+    return markdown([["scene", "title"], *([f"`{name}`", t] for name, t in LISTS["scenes"]())])
+
+
+CRANKSHAFT = ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")
+PISTONS = ("fmep_skirt", "fmep_rings", "fmep_ring_gas_pressure")
+OTHERS = ("fmep_valve_train", "fmep_auxiliaries", "fmep_components")
+
+
+def friction() -> str:
+    """Friction by component of an engine of the catalogue: a speed each."""
+    names = [*CRANKSHAFT, *PISTONS, *OTHERS]
+    speeds = (1500, 2000, 3000, 4000, 5200)
+    found = sweeps.run(
+        engine="si_four_87x101", axes={"speed": speeds}, output={"quantities": names}
     )
+
+    def row(one: xr.Dataset) -> list[str]:
+        crankshaft, pistons = (sum(float(one[n]) for n in group) for group in (CRANKSHAFT, PISTONS))
+        valves, auxiliaries, total = (float(one[name]) for name in OTHERS)
+        shares = f"{crankshaft / valves:.2f}", f"{pistons / (crankshaft + valves):.2f}"
+        speed, last = f"{float(one['speed']):g}", f"{100.0 * auxiliaries / total:.0f}"
+        return [speed, f"{total:.3f}", *shares, last]
+
+    return markdown([
+        ["speed, rpm", "sum, bar", "crankshaft over valve train",
+         "pistons over crankshaft and valve train", "auxiliaries, %"],
+        ["published", "", "1.5 to 2", "about 1", "20 to 30"],
+        *(row(found.sel(speed=speed)) for speed in speeds),
+    ])  # fmt: skip
 
 
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
@@ -485,6 +435,7 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "status_codes.md": {"outcomes": outcomes},
     DOCS / "engines.md": {"engines": engines, "engine sources": engine_sources},
     DOCS / "scenes.md": {"scenes": scenes},
+    DOCS / "friction.md": {"breakdown": friction},
 }
 """Pages, and the tables in each."""
 
@@ -519,20 +470,8 @@ def updated(text: str, tables: Mapping[str, Callable[[], str]]) -> str:
     return text
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing, compare only")
-    check = parser.parse_args().check
-    paths = [path for path in (*DOCUMENTS, *FILES) if path.exists()]
-    old = {path: path.read_text(encoding="utf-8") for path in paths}
-    new = {path: updated(old[path], tables) for path, tables in DOCUMENTS.items()}
-    new |= {path: make() for path, make in FILES.items()}
-    if check:
-        sys.exit(new != old)
-    for path, text in new.items():
-        path.write_text(text, encoding="utf-8")
-        print(f"written: {path.name}")
-
-
 if __name__ == "__main__":
-    main()
+    pages = {
+        path: updated(path.read_text(encoding="utf-8"), made) for path, made in DOCUMENTS.items()
+    }
+    write(pages | {path: make() for path, make in FILES.items()})

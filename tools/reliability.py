@@ -12,22 +12,23 @@ Run it from the project's root: `python tools/reliability.py`.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+from pages import DOCS, csv_rows, csv_text, filled, write
+
+from sweeps import ratios
 from sweeps.archive import partial, provenance
 from sweeps.errors import size_text
 from sweeps.figures import options
-from sweeps.ratios import LARGEST
 from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, toml_files
 from sweeps.reading.laboratory import matlab_files, recorded_columns, recording
 from sweeps.scene import axes, reading
 
-ROOT = Path(__file__).resolve().parents[1]
+TOOLS = Path(__file__).parent
 
 NOT_YET = "not measured yet"
 
@@ -36,9 +37,13 @@ OF_STABILITY = ("run", "absurd", "again", "independent", "light", "driven", "sam
 """Sentences of docs/stability/summary.csv that the page tells."""
 
 
-def read_parts() -> dict[str, dict[str, Any]]:
+Part = dict[str, Any]
+"""Figures of a command that has been run."""
+
+
+def read_parts() -> dict[str, Part]:
     """Figures of all commands that have been run, by their names."""
-    files = sorted((ROOT / "docs" / "reliability").glob("*.json"))
+    files = sorted((DOCS / "reliability").glob("*.json"))
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in files}
 
 
@@ -47,165 +52,115 @@ def number(value: float) -> str:
     return f"{value:,.0f}".replace(",", " ")
 
 
-def wrong_of(part: dict[str, Any]) -> str:
-    """How many findings a command had."""
-    found = len(part["wrong"])
-    return "nothing went wrong" if found == 0 else f"{found} went wrong"
+FIGURES = {row["figure"]: row for row in csv_rows(TOOLS / "figures_of_runs.csv")}
+"""Words of each figure, and the part that has its numbers."""
 
 
-def figure(name: str, parts: dict[str, dict[str, Any]]) -> str:
+def numbers_of(part: Part) -> dict[str, Any]:
+    """What the words of figures may tell of a part; whole numbers as text."""
+    sums: dict[str, int] = defaultdict(int)
+    for one in [*part.get("properties", {}).values(), *part.get("targets", {}).values()]:
+        for name, count in one.items():
+            sums[name] += count
+    for name, count in part.get("faults", {}).items():
+        sums["power"] += count if name.startswith("power") else 0
+    found = part.get("wrong", 0)
+    wrong = found if isinstance(found, int) else len(found)
+    told = {
+        "verdict": f"{wrong} went wrong" if wrong else "nothing went wrong",
+        "wrong": wrong,
+        "kinds": len(part.get("targets", ())),
+        "minutes": f"{part.get('seconds', 0.0) / 60:.0f}",
+        "gigabytes": f"{part.get('archive_bytes', 0) / 1e9:.2f}",
+        "megabytes": f"{part.get('resident_bytes', 0) / 1e6:.0f}",
+    }
+    told = {**sums, **part, **told}
+    return {name: number(v) if isinstance(v, int) else v for name, v in told.items()}
+
+
+def figure(name: str, parts: dict[str, Part]) -> str:
     """Words for the figure of a promise, from the part that has it."""
     if name in OF_STABILITY:
-        return of_stability(name).rstrip(".")
-    part = parts.get({"faults_power": "faults", "soak_processes": "soak", "readers": "soak",
-                      "memory": "large_runs", "workers": "large_runs"}.get(name, name))  # fmt: skip
-    return NOT_YET if part is None else FIGURES[name](part)
+        return of_stability("summary", name).rstrip(".")
+    part = parts.get(FIGURES[name]["part"])
+    return FIGURES[name]["words"].format_map(numbers_of(part)) if part else NOT_YET
 
 
-def rows_of_stability(name: str) -> list[list[str]]:
-    """Rows of a file of docs/stability, heads first; none where it was not written."""
-    path = ROOT / "docs" / "stability" / f"{name}.csv"
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.reader(file))
-
-
-def of_stability(name: str) -> str:
-    """A sentence with a figure of the stress run."""
-    return dict(rows_of_stability("summary")).get(name, NOT_YET)
-
-
-FIGURES = {
-    "properties": lambda p: (
-        f"{number(sum(n['passing'] for n in p['properties'].values()))} drawn scenes, "
-        f"{number(sum(n['failing'] for n in p['properties'].values()))} failed"
-    ),
-    "fuzz": lambda p: (
-        f"{number(sum(counts['inputs'] for counts in p['targets'].values()))} inputs of "
-        f"{len(p['targets'])} kinds in {p['seconds'] / 60:.0f} minutes, {wrong_of(p)}"
-    ),
-    "damage": lambda p: (
-        f"{number(p['files'])} damaged files: {number(p['opened'])} could be opened, "
-        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} went wrong"
-    ),
-    "large_runs": lambda p: (
-        f"{p['runs_killed']} runs killed, {number(p['blocks_found'])} finished blocks found, "
-        f"{p['lost']} lost"
-    ),
-    "memory": lambda p: (
-        f"{number(p['designs'])} designs, {p['archive_bytes'] / 1e9:.2f} GB: "
-        f"{p['resident_bytes'] / 1e6:.0f} MB resident with `--memory {p['memory']}`"
-    ),
-    "workers": lambda p: f"{p['workers_killed']} workers killed, {p['lost_by_workers']} lost",
-    "faults": lambda p: f"{number(p['points'])} failing system calls, {wrong_of(p)}",
-    "faults_power": lambda p: (
-        f"{number(sum(n for name, n in p['faults'].items() if name.startswith('power')))} "
-        f"simulated power failures, {wrong_of(p)}"
-    ),
-    "soak": lambda p: (
-        f"{number(p['runs'])} runs: {p['growth_bytes_per_run']:.0f} bytes a run; open files "
-        f"{p['descriptors'][0]} before and {p['descriptors'][1]} after, threads "
-        f"{p['threads'][0]} and {p['threads'][1]}"
-    ),
-    "soak_processes": lambda p: (
-        f"{p['threads_at_once']} threads and {p['processes_at_once']} processes, "
-        f"{p['rounds_each']} rounds each, {number(p['refused_on_one_output'])} refused on one "
-        f"output, {wrong_of(p)}"
-    ),
-    "readers": lambda p: (
-        f"{number(p['reads_beside_a_writer'])} reads beside {number(p['replacements'])} "
-        f"replacements, {wrong_of(p)}"
-    ),
-}  # fmt: skip
-"""Words of each figure; the part that a command writes has its numbers."""
+def of_stability(file: str, name: str) -> str:
+    """A sentence or a number of a file of docs/stability, by the first cell of its row."""
+    path = DOCS / "stability" / f"{file}.csv"
+    rows = csv_rows(path) if path.is_file() else []
+    return {first: second for first, second, *_ in map(dict.values, rows)}.get(name, NOT_YET)
 
 
 def promises() -> list[dict[str, str]]:
     """Rows of tools/promises.csv."""
-    with (ROOT / "tools" / "promises.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    return csv_rows(TOOLS / "promises.csv")
 
 
-def promised(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+def promised(parts: dict[str, Part]) -> list[list[str]]:
     """Each promise with the figures of its last run, heads first."""
-    body = [
-        [row["subject"], row["promise"],
-         "; ".join(figure(name, parts) for name in row["figure"].split()) or "the tests only"]
-        for row in promises()
-    ]  # fmt: skip
-    return [["subject", "promise", "last run"], *body]
+    rows = [["subject", "promise", "last run"]]
+    for row in promises():
+        told = "; ".join(figure(name, parts) for name in row["figure"].split())
+        rows.append([row["subject"], row["promise"], told or "the tests only"])
+    return rows
 
 
-def runs(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
+def runs(parts: dict[str, Part]) -> list[list[str]]:
     """When each command was run, and on what, heads first."""
-    body = []
+    rows = [["figures of", "date", "on", "versions"]]
     for name, part in parts.items():
         versions = ", ".join(f"{k} {v}" for k, v in part["versions"].items())
-        body.append([name.replace("_", " "), part["date"], part["system"],
-                     f"Python {part['python']}, {versions}"])  # fmt: skip
-    return [["figures of", "date", "on", "versions"], *body]
+        told = f"Python {part['python']}, {versions}"
+        rows.append([name.replace("_", " "), part["date"], part["system"], told])
+    return rows
 
 
-def doors() -> list[list[str]]:
-    """Every way in for foreign files, and its limits as the code has them, heads first."""
-    return [
-        ["what is read", "limits before it is read", "limits while it is read"],
-        ["scene, engine file (TOML)", size_text(toml_files.MOST_BYTES),
-         f"{number(toml_files.MOST_KEYS)} keys, tables and lists"],
-        ["CSV that a scene or an engine file names", size_text(regular_files.MOST_TEXT), ""],
-        ["table of designs: CSV, Parquet, netCDF", "",
-         f"{number(regular_files.MOST_ROWS)} rows, and what fits into the free memory"],
-        ["table of designs: .xlsx", size_text(design_xlsx.MOST), "as every sheet"],
-        ["sheet of an .xlsx file", f"{size_text(sheets.MOST_INFLATED)} when inflated",
-         f"{number(sheets.MOST_CELLS)} cells; in a child process of {sheets.SECONDS:.0f} s and "
-         f"{size_text(sheets.MEMORY)}, and more by the size of its sheets"],
-        ["laboratory recording", size_text(recording.MOST_BYTES),
-         f"{number(recorded_columns.MOST_VALUES)} values, "
-         f"{number(recorded_columns.MOST_COLUMNS)} columns"],
-        [".mat file", f"{size_text(matlab_files.MOST_INFLATED)} when inflated",
-         "as every recording"],
-        ["archive, netCDF file", "",
-         f"a child process of {netcdf_child.SECONDS:.0f} s and {size_text(netcdf_child.OPENING)}, "
-         "and more by its size"],
-        ["files in an archive", "", size_text(provenance.MOST)],
-        ["folder of an interrupted run", size_text(partial.MOST_BLOCK), "a block"],
-        ["matplotlib style (--style)", size_text(options.MOST_STYLE), ""],
-        ["any number", "", f"{LARGEST:g} in size; 0 or {1.0 / LARGEST:g} and more, if positive"],
-        ["axes of a scene", "",
-         f"{number(axes.MOST_VALUES)} values together, {reading.MOST_DESIGNS:.0e} designs"],
-    ]  # fmt: skip
+ROOMS = {
+    room.__name__.rpartition(".")[2]: room
+    for room in (
+        axes, design_xlsx, matlab_files, netcdf_child, options, partial, provenance, ratios,
+        reading, recorded_columns, recording, regular_files, sheets, toml_files,
+    )
+}  # fmt: skip
+FORMS = {
+    "size": size_text,
+    "number": number,
+    "power": lambda value: f"{value:g}",
+    "inverse": lambda value: f"{1.0 / value:g}",
+}
 
 
-def as_csv(rows: list[list[str]]) -> str:
-    """The text of a file."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows(rows)
-    return file.getvalue()
+def doors() -> str:
+    """Every way in for foreign files, and its limits as the code has them."""
+    words = (TOOLS / "doors.csv.in").read_text(encoding="utf-8")
+    return re.sub(
+        r"\{\{ (\w+) (\w+)\.(\w+) \}\}",
+        lambda place: FORMS[place[1]](getattr(ROOMS[place[2]], place[3])),
+        words,
+    )
 
 
 def files() -> dict[Path, str]:
     """Every file that is made here, and its text."""
-    parts, folder = read_parts(), ROOT / "docs" / "reliability"
-    worst = dict(rows_of_stability("independent_differences"))
+    parts, folder = read_parts(), DOCS / "reliability"
+    words = (TOOLS / "trust.md.in").read_text(encoding="utf-8")
     made = {
-        **{name: of_stability(name) for name in OF_STABILITY},
+        **{name: of_stability("summary", name) for name in OF_STABILITY},
         **{name: figure(name, parts) for name in FIGURES},
-        "worst_delta": worst.get("delta", NOT_YET),
-        "worst_mean": worst.get("omega_mean", NOT_YET),
+        "worst_delta": of_stability("independent_differences", "delta"),
+        "worst_mean": of_stability("independent_differences", "omega_mean"),
         "counted": str(len(promises())),
     }
-    words = (ROOT / "tools" / "trust.md.in").read_text(encoding="utf-8")
-    page = re.sub(r"@(\w+)@", lambda place: made[place[1]], words)
+    told = {name: text for name, text in made.items() if f"{{{{ {name} }}}}" in words}
     return {
-        ROOT / "docs" / "trust.md": page,
-        folder / "promises.csv": as_csv(promised(parts)),
-        folder / "runs.csv": as_csv(runs(parts)),
-        folder / "doors.csv": as_csv(doors()),
+        DOCS / "trust.md": filled(words, told),
+        folder / "promises.csv": csv_text(promised(parts)),
+        folder / "runs.csv": csv_text(runs(parts)),
+        folder / "doors.csv": doors(),
     }
 
 
 if __name__ == "__main__":
-    for path, text in files().items():
-        path.write_text(text, encoding="utf-8")
-        print(path)
+    write(files())

@@ -23,7 +23,6 @@ SciPy.
 
 from __future__ import annotations
 
-import argparse
 import math
 import shutil
 import tempfile
@@ -31,13 +30,14 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from pages import ROOT, csv_rows, csv_text
 from scipy.interpolate import BSpline, make_smoothing_spline
 from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Booleans, Floats
 
-ENGINES = Path(__file__).resolve().parents[1] / "sweeps" / "catalogue" / "engines"
+ENGINES = ROOT / "sweeps" / "catalogue" / "engines"
 DIGITISED = ENGINES / "diesel_105x137_digitised.csv"
 SMOOTHED = ENGINES / "diesel_105x137_pressure.csv"
 
@@ -57,36 +57,32 @@ COMPARED = {
     "crank_pin_load_max": "largest load of the crank pin [N]",
 }
 
+PEAK_ANGLE = "crank angle of the largest pressure"
+BEND = "largest second derivative of the pressure"
+
 HEAD = """\
 # Cylinder pressure of one cycle of a six-cylinder diesel engine 105/137 mm at full load.
 # Written by tools/smooth_digitised.py; change that, not this.
 # Smoothed between -30 and 60 degrees within the error of the digitising; elsewhere the points are
 # those of diesel_105x137_digitised.csv, which says where they come from (see NOTICE).
 # The ends, the same angle, differ by 0.155 bar, one step of the digitising; readers average them.
-crank_angle_deg,pressure_bar
 """
 
 
 def main() -> None:
-    """Write the smoothed points, and say how far they lie from the digitised ones."""
-    argparse.ArgumentParser(description=__doc__, allow_abbrev=False).parse_args()
+    """Write the smoothed points, and say what they change."""
     angle, pressure = digitised()
-    smoothed, error = smoothed_points(angle, pressure)
-    SMOOTHED.write_text(file_text(angle, smoothed), encoding="utf-8")
-    moved = (smoothed - pressure)[_inside(angle)]
-    print(
-        f"{moved.size} of {angle.size} points smoothed: moved by {moved.std():.2f} bar (standard "
-        f"deviation), {np.abs(moved).max():.2f} bar at most; errors {error.min():.2f} to "
-        f"{error.max():.2f} bar"
-    )
-    print(effect_table())
+    smoothed, _ = smoothed_points(angle, pressure)
+    points = [(f"{a:.6f}", f"{p:.6f}") for a, p in zip(angle, smoothed, strict=True)]
+    text = HEAD + csv_text([("crank_angle_deg", "pressure_bar"), *points])
+    SMOOTHED.write_text(text, encoding="utf-8")
+    print(csv_text(effect_table()))
 
 
 def digitised() -> tuple[Floats, Floats]:
     """Return angles [degree] and pressures [bar] as they were digitised, shape (K,) each."""
-    lines = DIGITISED.read_text(encoding="utf-8").splitlines()
-    rows = [line for line in lines if not line.startswith("#")][1:]
-    angle, pressure = np.array([row.split(",") for row in rows], dtype=np.float64).T
+    rows = csv_rows(DIGITISED)
+    angle, pressure = np.array([list(row.values()) for row in rows], dtype=np.float64).T
     return angle, pressure
 
 
@@ -116,14 +112,8 @@ def smoothed_points(angle: Floats, pressure: Floats) -> tuple[Floats, Floats]:
     return np.where(inside, spline(angle), pressure), error[inside]
 
 
-def file_text(angle: Floats, pressure: Floats) -> str:
-    """Return the text of the file that the engine reads."""
-    rows = zip(angle, pressure, strict=True)
-    return HEAD + "".join(f"{degree:.6f},{bar:.6f}\n" for degree, bar in rows)
-
-
-def effect_table() -> str:
-    """Return what the smoothing changes in the engine at its rated point, as a Markdown table."""
+def effect_table() -> list[list[str]]:
+    """Return what the smoothing changes in the engine at its rated point."""
     name = "diesel_105x137"
     quantities = [*COMPARED, "pressure"]
     with tempfile.TemporaryDirectory() as folder:
@@ -135,21 +125,18 @@ def effect_table() -> str:
         before, after = (
             sweeps.run({"engine": engine, "output": output}) for engine in (str(unsmoothed), name)
         )
-    lines = ["| number | digitised | smoothed | change |", "| --- | --- | --- | --- |"]
+    rows = [["number", "digitised", "smoothed", "change"]]
     for quantity, label in COMPARED.items():
         old, new = float(before[quantity]), float(after[quantity])
-        lines.append(f"| {label} | {old:.6g} | {new:.6g} | {100.0 * (new / old - 1.0):+.3f} % |")
+        rows.append([label, f"{old:.6g}", f"{new:.6g}", f"{100.0 * (new / old - 1.0):+.3f} %"])
     (old_angle, old), (new_angle, new) = (_peak_and_bend(found) for found in (before, after))
-    angle_label = "crank angle of the largest pressure [degree]"
-    lines.append(
-        f"| {angle_label} | {old_angle:.1f} | {new_angle:.1f} | "
-        f"{new_angle - old_angle:+.1f} degree |"
-    )
-    lines.append(
-        f"| largest second derivative of the pressure [bar/degree²] | {old:.3g} | {new:.3g} | "
-        f"{100.0 * (new / old - 1.0):+.0f} % |"
-    )
-    return "\n".join(lines)
+    turned = f"{new_angle - old_angle:+.1f} degree"
+    flatter = f"{100.0 * (new / old - 1.0):+.0f} %"
+    return [
+        *rows,
+        [f"{PEAK_ANGLE} [degree]", f"{old_angle:.1f}", f"{new_angle:.1f}", turned],
+        [f"{BEND} [bar/degree²]", f"{old:.3g}", f"{new:.3g}", flatter],
+    ]
 
 
 def _peak_and_bend(found: xr.Dataset) -> tuple[float, float]:

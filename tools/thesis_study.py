@@ -1,32 +1,28 @@
 """Kakaitsas's study as printed and as computed: what tools/validation.py writes about.
 
 Published values come from tests/reference with the digits that are printed, the designs from the
-built-in scene `thesis`, what was fitted from tools/calibrate_ntua.py.
+built-in scene `thesis`.
 """
 
 from __future__ import annotations
 
 import copy
-import csv
+import functools
 import importlib
-import math
 import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import calibrate_ntua
 import numpy as np
-import numpy.typing as npt
+from pages import ROOT, csv_rows
 
 import engine_dyn
 import sweeps
-from engine_dyn.engine import Engine
-from engine_dyn.geometry import masses
-from engine_dyn.loads import friction
+from engine_dyn import Diagram
 from engine_dyn.status import CONVERGED, MEANINGS
+from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import built_in_scenes
@@ -34,14 +30,11 @@ from sweeps.scene.reading import built_in_scenes
 if TYPE_CHECKING:
     import xarray as xr
 
-ROOT = Path(__file__).resolve().parents[1]
-REFERENCE = ROOT / "tests" / "reference"
-
-PERIOD = 4.0 * math.pi
 SLIP = 57.32  # printed in (4.2b) for 180/pi
 CUT_SPEED = 125.6  # omega_n of 1200 rpm as the thesis cuts it, rad/s
 
 SPEEDS = ("omega_max", "omega_min", "omega_mean")
+TORQUES = ("torque_ratio", "torque_range")
 
 LIMITS = (
     (("inertia", "mass", "lambda", "alpha", "speed 1000", "speed 2000"), 0.5),
@@ -66,6 +59,14 @@ MOST_CYCLES = 60
 
 WITHOUT_SPEED = "without a speed"
 
+FITTED = {
+    *(("nominal", name) for name in ("delta", *TORQUES, "load_coefficient", "pressure_ratio")),
+    *(("nominal", f"friction_torque_{load}") for load in (0, 50, 90)),
+    *((case, name) for case in ("load 0", "load 90") for name in ("delta", *SPEEDS)),
+}
+"""Case and printed quantity that tools/calibrate_ntua.py fits the diagrams to. Of the nominal row
+only the swing is fitted, and with it delta."""
+
 Row = Mapping[str, str]
 
 
@@ -74,42 +75,14 @@ Row = Mapping[str, str]
 
 def read_reference(name: str) -> list[dict[str, str]]:
     """Rows of a table in tests/reference, as text, so that the printed digits stay."""
-    lines = (REFERENCE / name).read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    return csv_rows(ROOT / "tests" / "reference" / name)
 
 
-@dataclass(frozen=True)
-class Printed:
-    """Numbers that Kakaitsas prints, and which of them were fitted.
+@functools.cache
+def printed_rows() -> dict[str, dict[str, str]]:
+    """Section 5.2, Table 5.3 and section 5.4 by the names of the scene's designs, as text.
 
-    Attributes
-    ----------
-    rows : dict
-        Section 5.2, Table 5.3 and section 5.4 by the names of the scene's designs, as text; blank
-        or missing where nothing is printed.
-    fitted : set of (str, str)
-        Case and quantity that the diagrams were calibrated to.
-    """
-
-    rows: dict[str, dict[str, str]]
-    fitted: set[tuple[str, str]]
-
-    def number(self, case: str, name: str) -> float:
-        """Return a printed number; delta is that of the printed omegas, (3.6)."""
-        row = self.rows[case]
-        if name == "delta":
-            top, bottom, mean = (float(row[speed]) for speed in SPEEDS)
-            return (top - bottom) / mean
-        return float(row[name])
-
-
-def read_printed() -> Printed:
-    """Read the printed tables, and from the calibration script what was fitted.
-
-    Raises
-    ------
-    RuntimeError
-        If the calibration script aims at other numbers than are printed.
+    What is not printed is blank or missing.
     """
     rows = {row["case"]: row for row in read_reference("kakaitsas_table_5_3.csv")}
     for row in read_reference("kakaitsas_table_5_4.csv"):
@@ -121,38 +94,23 @@ def read_printed() -> Printed:
         elif row["inertia_kgm2"] != "2":
             case += f", inertia {row['inertia_kgm2']}"
         rows[case] = {**rows.get(case, {}), **{key: text for key, text in row.items() if text}}
-    other = {row["name"]: row["printed"] for row in read_reference("kakaitsas_other_numbers.csv")}
+    return rows
 
-    nominal = rows["nominal"]
-    # Case and quantity: what the script aims at, what is printed. Of the nominal row only the
-    # swing is fitted, and with it delta.
-    aims: dict[tuple[str, str], tuple[float, str]] = {
-        ("nominal", "torque_ratio"): (calibrate_ntua.TORQUE_RATIO, nominal["torque_ratio"]),
-        ("nominal", "torque_range"): (calibrate_ntua.TORQUE_RANGE, nominal["torque_range"]),
-        ("nominal", "delta"): (
-            calibrate_ntua.OMEGA_NOMINAL[0] - calibrate_ntua.OMEGA_NOMINAL[1],
-            str(float(nominal["omega_max"]) - float(other["omega_min"])),
-        ),
-        ("nominal", "load_coefficient"): (
-            calibrate_ntua.LOAD_COEFFICIENT,
-            other["load_coefficient"],
-        ),
-        ("nominal", "pressure_ratio"): (calibrate_ntua.PRESSURE_RATIO, other["pressure_ratio"]),
-    }
-    for load, torque in calibrate_ntua.FRICTION_TORQUE.items():
-        name = f"friction_torque_{load}"
-        aims["nominal", name] = (torque, other[name])
-    for case, omegas in (
-        ("load 0", calibrate_ntua.OMEGA_IDLE),
-        ("load 90", calibrate_ntua.OMEGA_90),
-    ):
-        for name, omega in zip(SPEEDS, omegas, strict=True):
-            aims[case, name] = (omega, rows[case][name])
-        aims[case, "delta"] = aims[case, "omega_mean"]
-    wrong = [key for key, (aim, text) in aims.items() if aim != float(text)]
-    if wrong:
-        raise RuntimeError(f"tools/calibrate_ntua.py aims at other numbers than printed: {wrong}")
-    return Printed(rows, set(aims))
+
+@functools.cache
+def other_numbers() -> dict[str, float]:
+    """What is printed outside the tables, by name."""
+    rows = read_reference("kakaitsas_other_numbers.csv")
+    return {row["name"]: float(row["printed"]) for row in rows}
+
+
+def printed(case: str, name: str) -> float:
+    """Return a printed number; delta is that of the printed omegas, (3.6)."""
+    row = printed_rows()[case]
+    if name == "delta":
+        top, bottom, mean = (float(row[speed]) for speed in SPEEDS)
+        return (top - bottom) / mean
+    return float(row[name])
 
 
 def range_of(text: str) -> tuple[float, float]:
@@ -173,6 +131,11 @@ def range_of_delta(row: Row) -> tuple[float, float]:
 # --- computed -------------------------------------------------------------------------------------
 
 
+def percent(value: float, reference: float) -> float:
+    """Difference in percent of a reference."""
+    return 100.0 * (value / reference - 1.0)
+
+
 @dataclass(frozen=True)
 class Study:
     """The 22 designs of the built-in scene `thesis`, computed in several ways.
@@ -181,37 +144,31 @@ class Study:
     ----------
     cases : list of str
         Names of the designs.
-    published : xarray.Dataset
-        The scene as it stands: the thesis's procedure.
-    as_made : xarray.Dataset
-        The same with omega_n cut everywhere and with the slip of (4.2b).
-    repeated : xarray.Dataset
-        Explicit Euler until a cycle closes within 1e-6 rad/s.
-    periodic, gauge : xarray.Dataset
-        The periodic solution, without and with the pressure of the crankcase.
+    ways : dict of xarray.Dataset
+        `published`: the scene as it stands, the thesis's procedure; `as_made`: the same with
+        omega_n cut everywhere and with the slip of (4.2b); `repeated`: explicit Euler until a
+        cycle closes within 1e-6 rad/s; `periodic`, `gauge`: the periodic solution, without and
+        with the pressure of the crankcase.
     """
 
     cases: list[str]
-    published: xr.Dataset
-    as_made: xr.Dataset
-    repeated: xr.Dataset
-    periodic: xr.Dataset
-    gauge: xr.Dataset
+    ways: dict[str, xr.Dataset]
 
-    def at(self, which: str, quantity: str, case: str) -> float:
-        """One number of one of the datasets."""
-        return float(getattr(self, which)[quantity].values[self.cases.index(case)])
+    def at(self, way: str, quantity: str, case: str) -> float:
+        """One number; torques as published are those of samples at one degree, as printed."""
+        one = self.ways[way].isel(design=self.cases.index(case))
+        if way != "published" or quantity not in TORQUES:
+            return float(one[quantity])
+        curve, mean = one["torque"].values, float(one["torque_mean"])
+        return float(curve.max()) / mean if quantity == "torque_ratio" else float(np.ptp(curve))
+
+    def off(self, way: str, quantity: str, case: str) -> float:
+        """Its difference from the printed one [percent]."""
+        return percent(self.at(way, quantity, case), printed(case, quantity))
 
     def several(self) -> list[str]:
         """Names of the designs with more than one cylinder."""
         return [case for case in self.cases if "cylinders" in case]
-
-    def sampled_torque(self, case: str) -> dict[str, float]:
-        """M_max/M_mean and M_max - M_min [N m] of samples at one degree, as the thesis has them."""
-        place = self.cases.index(case)
-        curve = self.published["torque"].values[place]
-        mean = float(self.published["torque_mean"].values[place])
-        return {"torque_ratio": float(curve.max()) / mean, "torque_range": float(np.ptp(curve))}
 
 
 def thesis_scene() -> dict[str, Any]:
@@ -233,11 +190,10 @@ def make_as_made(designs: dict[str, Any]) -> None:
 def run_study() -> Study:
     """Compute the thesis's designs in all ways that the document shows."""
     base = thesis_scene()
-    asked = ["delta", *SPEEDS, "torque_ratio", "torque_range"]
 
     def variant(change: Callable[[dict[str, Any]], object]) -> xr.Dataset:
         scene = copy.deepcopy(base)
-        scene["output"] = {"quantities": asked}
+        scene["output"] = {"quantities": ["delta", *SPEEDS, *TORQUES]}
         change(scene)
         return sweeps.run(scene)
 
@@ -250,14 +206,14 @@ def run_study() -> Study:
         periodic(scene)
         del scene["set"]["crankcase_pressure"]
 
-    return Study(
-        cases=list(base["designs"]["case"]),
-        published=sweeps.run("thesis"),
-        as_made=variant(lambda scene: make_as_made(scene["designs"])),
-        repeated=variant(lambda scene: scene["designs"].pop("passes")),
-        periodic=variant(periodic),
-        gauge=variant(gauge),
-    )
+    ways = {
+        "published": sweeps.run("thesis"),
+        "as_made": variant(lambda scene: make_as_made(scene["designs"])),
+        "repeated": variant(lambda scene: scene["designs"].pop("passes")),
+        "periodic": variant(periodic),
+        "gauge": variant(gauge),
+    }
+    return Study(list(base["designs"]["case"]), ways)
 
 
 def run_all_rows() -> Study:
@@ -267,11 +223,10 @@ def run_all_rows() -> Study:
     kept = [place for place, load in enumerate(designs["load"]) if load == 50]
     base["designs"] = {name: [column[k] for k in kept] for name, column in designs.items()}
     base["engine"] = "ntua_all_rows"
-    published = sweeps.run(base)
-    return Study(list(base["designs"]["case"]), published, *[published] * 4)
+    return Study(list(base["designs"]["case"]), {"published": sweeps.run(base)})
 
 
-def misfit_over_cycles(case: str, printed: Printed, *, cut_speed: bool) -> npt.NDArray[np.float64]:
+def misfit_over_cycles(case: str, *, cut_speed: bool) -> Floats:
     """Root mean square difference of the three printed omegas [rad/s] after 1, 2, ... cycles."""
     scene = thesis_scene()
     place = scene["designs"].pop("case").index(case)
@@ -283,95 +238,74 @@ def misfit_over_cycles(case: str, printed: Printed, *, cut_speed: bool) -> npt.N
         make_as_made(scene["designs"])
     scene["output"] = {"quantities": list(SPEEDS)}
     computed = sweeps.run(scene)
-    squares = [(computed[name].values - printed.number(case, name)) ** 2 for name in SPEEDS]
+    squares = [(computed[name].values - printed(case, name)) ** 2 for name in SPEEDS]
     return np.asarray(np.sqrt(np.mean(squares, axis=0)), dtype=np.float64)
 
 
 # --- the nominal engine ---------------------------------------------------------------------------
 
 
-def ntua() -> Engine:
-    """Return the catalogue engine."""
-    return load_engine("ntua", Path())
+def diagram_of(engine: str) -> Diagram:
+    """Diagram of an engine of the catalogue at 50 % load."""
+    family = load_engine(engine).family
+    return family.diagrams[list(family.loads).index(50.0)]
 
 
-def displacement() -> float:
-    """Displacement of one cylinder [m3]."""
-    own = ntua().values
-    return 0.25 * math.pi * own["bore"] ** 2 * own["stroke"]
+def nominal(method: str = "auto", **columns: Any) -> xr.Dataset:
+    """Speeds of the nominal engine of the thesis, absolute pressure on the piston.
 
-
-def nominal_speed(**changes: Any) -> engine_dyn.PeriodicSpeed:
-    """Speed of the nominal engine of the thesis, absolute pressure on the piston.
-
-    `rpm` changes the speed and the friction with it; all else goes to `periodic_speed`.
+    `columns` are keys of scenes: of each a number, or one number for each design.
     """
-    engine = ntua()
-    own = engine.values
-    diagram = engine.family.diagrams[list(engine.family.loads).index(50.0)]
-    speed = changes.pop("rpm", own["speed"]) * RPM
-    fmep = friction.friction_mean_effective_pressure(
-        own["friction_constant"] * BAR,
-        own["friction_peak_pressure"],
-        own["friction_mean_piston_speed"] * BAR,
-        diagram.peak,
-        friction.mean_piston_speed(own["stroke"], speed),
+    count = max((np.size(column) for column in columns.values()), default=1)
+    given = {"reciprocating_mass": 6.67, **columns}  # rounded, as in the thesis
+    return sweeps.run(
+        engine="ntua",
+        set={"crankcase_pressure": 0.0},
+        silenced_warnings=["crankcase_pressure"],
+        designs={key: np.broadcast_to(one, count).tolist() for key, one in given.items()},
+        solver={"method": method},
+        output={"quantities": ["delta", "omega_mean", "iterations"]},
     )
-    given: dict[str, Any] = {
-        "bore": own["bore"],
-        "stroke": own["stroke"],
-        "crank_ratio": own["crank_ratio"],
-        "reciprocating_mass": 6.67,  # rounded, as in the thesis
-        "inertia": own["inertia"],
-        "speed": speed,
-        "load_exponent": own["load_exponent"],
-        "friction_torque": float(friction.friction_torque(fmep, displacement(), PERIOD)),
-        "crankcase_pressure": 0.0,
-    }
-    return engine_dyn.periodic_speed(diagram, **{**given, **changes})
 
 
 def other_values(study: Study) -> dict[str, float]:
     """Ours for every number of kakaitsas_other_numbers.csv, by its name."""
-    own = ntua().values
-    rod, centre = own["rod_mass"], own["rod_centre_of_gravity"]
-    length = 0.5 * own["stroke"] / own["crank_ratio"]
-    nominal = study.published.isel(design=0)
-
-    def at_piston(rod_length: float) -> float:
-        return float(masses.rod_mass_at_piston(rod, centre, rod_length))
+    own = load_engine("ntua").values
+    rods = sweeps.run(
+        engine="ntua",
+        axes={"rod_length": [0.30, 0.35, 0.45]},
+        output={
+            "quantities": ["rod_mass_at_piston", "rod_mass_at_crank", "rotating_mass",
+                           "displacement"],
+        },
+    )  # fmt: skip
+    middle = rods.isel(rod_length=1)
+    nominal_row = study.ways["published"].isel(design=0)
 
     def change(case: str, base: str) -> float:
         return percent(study.at("published", "delta", case), study.at("published", "delta", base))
 
     found = {
-        "rod_mass_at_piston": at_piston(length),
-        "reciprocating_mass": own["piston_mass"] + at_piston(length),
-        "rod_mass_at_crank": float(masses.rod_mass_at_crank(rod, centre, length)),
-        "rotating_mass": float(masses.rotating_mass(own["crank_mass"], rod, centre, length)),
+        "rod_mass_at_crank": float(middle["rod_mass_at_crank"]),
+        "rotating_mass": float(middle["rotating_mass"]),
         "crank_ratio": own["crank_ratio"],
-        "displacement": 6.0 * displacement() * 1e3,
-        "pressure_ratio": float(nominal["pressure"].max() / nominal["pressure"].min()),
-        "fmep": float(nominal["fmep"]),
-        "friction_torque_0": study.at("published", "friction_torque", "load 0"),
-        "friction_torque_50": study.at("published", "friction_torque", "nominal"),
-        "friction_torque_90": study.at("published", "friction_torque", "load 90"),
-        "torque_max": float(nominal["torque"].max()),
-        "load_coefficient": float(nominal["torque_mean"]) / CUT_SPEED**2,
-        "imep": float(nominal["imep"]),
-        "omega_min": float(nominal["omega_min"]),
+        "displacement": 6.0 * float(middle["displacement"]) * 1e3,
+        "pressure_ratio": float(nominal_row["pressure"].max() / nominal_row["pressure"].min()),
+        "torque_max": float(nominal_row["torque"].max()),
+        "load_coefficient": float(nominal_row["torque_mean"]) / CUT_SPEED**2,
+        **{name: float(nominal_row[name]) for name in ("fmep", "imep", "omega_min")},
         "change_inertia_12": change("inertia 12", "nominal"),
         "change_8_inertia_12": change("8 cylinders, inertia 12", "8 cylinders"),
     }
-    for millimetres in (300, 450):
-        share = at_piston(millimetres / 1000.0)
-        found[f"rod_mass_at_piston_{millimetres}"] = share
-        found[f"reciprocating_mass_{millimetres}"] = own["piston_mass"] + share
+    for load, case in ((0, "load 0"), (50, "nominal"), (90, "load 90")):
+        found[f"friction_torque_{load}"] = study.at("published", "friction_torque", case)
+    for which, share in zip(("_300", "", "_450"), rods["rod_mass_at_piston"].values, strict=True):
+        found[f"rod_mass_at_piston{which}"] = float(share)
+        found[f"reciprocating_mass{which}"] = own["piston_mass"] + float(share)
     return found
 
 
-@dataclass(frozen=True)
-class Difference:
+class Difference(NamedTuple):
     """A number of chapter 5 as published: ours less printed, in percent."""
 
     case: str
@@ -380,59 +314,43 @@ class Difference:
     fitted: bool
 
 
-def percent(value: float, reference: float) -> float:
-    """Difference in percent of a reference."""
-    return 100.0 * (value / reference - 1.0)
-
-
-def differences(study: Study, printed: Printed) -> list[Difference]:
+def differences(study: Study) -> list[Difference]:
     """All numbers of section 5.2 and 5.4, as published."""
-    found = []
-    for case in study.cases:
-        ours = {name: study.at("published", name, case) for name in ("delta", *SPEEDS)}
-        if "torque_range" in printed.rows[case]:
-            ours |= study.sampled_torque(case)
-        for name, value in ours.items():
-            off = percent(value, printed.number(case, name))
-            found.append(Difference(case, name, off, (case, name) in printed.fitted))
-    return found
+    return [
+        Difference(case, name, study.off("published", name, case), (case, name) in FITTED)
+        for case in study.cases
+        for name in ("delta", *SPEEDS, *TORQUES)
+        if name == "delta" or name in printed_rows()[case]
+    ]
 
 
-def worst_of_limits(study: Study, printed: Printed) -> list[tuple[list[str], float, float]]:
+def predicted_deltas(study: Study) -> dict[str, float]:
+    """Differences of the deltas that follow from no fitted figure [percent], by case."""
+    found = differences(study)
+    return {one.case: one.percent for one in found if one.quantity == "delta" and not one.fitted}
+
+
+def worst_of_limits(study: Study) -> list[tuple[list[str], float, float]]:
     """Cases, limit and largest difference of delta [percent] of the predicted rows."""
-    off = {
-        one.case: one.percent
-        for one in differences(study, printed)
-        if one.quantity == "delta" and not one.fitted
-    }
-    found = []
-    for begins, limit in LIMITS:
-        cases = [case for case in off if case.startswith(begins)]
-        found.append((cases, limit, max((off[case] for case in cases), key=abs)))
-    return found
+    off = predicted_deltas(study)
+    groups = [([case for case in off if case.startswith(begins)], most) for begins, most in LIMITS]
+    return [(cases, most, max((off[case] for case in cases), key=abs)) for cases, most in groups]
 
 
 # --- the thesis's procedure run for longer --------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Drift:
+class Drift(NamedTuple):
     """Explicit Euler at a constant load torque (alpha = 0), nominal engine, from 125.6 rad/s.
 
-    Attributes
-    ----------
-    cycles : list of int
-        Cycles marched.
-    mean, delta : list of float
-        Mean speed [rad/s] and coefficient of speed fluctuation of the last one.
-    predicted : list of float
-        Mean speed by the energy that the steps add.
+    After each number of cycles: mean speed [rad/s], that by the energy that the steps add, and
+    coefficient of speed fluctuation.
     """
 
     cycles: list[int]
     mean: list[float]
-    delta: list[float]
     predicted: list[float]
+    delta: list[float]
 
 
 def run_drift(cycles: Sequence[int]) -> Drift:
@@ -441,33 +359,24 @@ def run_drift(cycles: Sequence[int]) -> Drift:
     What to expect: a step adds (e dphi/omega)^2 to omega^2, with e = (M - M_mean)/Theta, so that
     y = omega^2 grows by C/y in a cycle, C = sum of (e dphi)^2, and y^2 by 2 C.
     """
-    marched = [
-        nominal_speed(load_exponent=0.0, method="thesis", passes=count, start_speed=CUT_SPEED)
-        for count in cycles
-    ]
+    marched = nominal("thesis", load_exponent=0.0, passes=cycles, start_speed=CUT_SPEED)
     torque = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"crankcase_pressure": 0.0},
-            "output": {"quantities": ["torque", "torque_mean"]},
-        }
+        engine="ntua",
+        set={"crankcase_pressure": 0.0},
+        silenced_warnings=["crankcase_pressure"],
+        output={"quantities": ["torque", "torque_mean"]},
     )
     excess = torque["torque"].values - float(torque["torque_mean"])
-    added = float(np.sum((excess / ntua().values["inertia"] * DEGREE) ** 2))
-    first = marched[0].omega_mean
-    return Drift(
-        list(cycles),
-        [one.omega_mean for one in marched],
-        [one.delta for one in marched],
-        [(first**4 + 2.0 * added * (count - 1)) ** 0.25 for count in cycles],
-    )
+    added = float(np.sum((excess / load_engine("ntua").values["inertia"] * DEGREE) ** 2))
+    mean, delta = (marched[name].values.tolist() for name in ("omega_mean", "delta"))
+    predicted = [(mean[0] ** 4 + 2.0 * added * (count - 1)) ** 0.25 for count in cycles]
+    return Drift(list(cycles), mean, predicted, delta)
 
 
 # --- the independent solver -----------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Agreement:
+class Agreement(NamedTuple):
     """Worst relative differences to the independent solver in one group of designs."""
 
     group: str
@@ -476,53 +385,40 @@ class Agreement:
     worst: dict[str, float]
 
 
+SAME_NAMES = (
+    "bore", "stroke", "crank_ratio", "reciprocating_mass", "inertia", "cylinders", "load_exponent",
+    "load_offset", "friction_torque", "crankcase_pressure", "inertia_model", "closure",
+)  # fmt: skip
+"""Keywords of `periodic_speed` that the independent solver's designs have too."""
+
+
 def run_agreement() -> list[Agreement]:
     """Solve the held-out designs, pressure given at 0.5 degree, default tolerance."""
     if str(ROOT) not in sys.path:
         sys.path.insert(0, str(ROOT))
     designs = importlib.import_module("oracle.designs")
     golden = importlib.import_module("oracle.golden").read()
-    groups: dict[str, list[Any]] = {}
+    groups: dict[str, list[tuple[bool, dict[str, float]]]] = {}
     for item in designs.held_out():
         # Idle to nine digits makes sense with the curve in closed form only.
         if item.exact:
             continue
-        name = f"{item.design.inertia_model} inertia, {item.design.closure}"
-        groups.setdefault(name if item.status == MEANINGS[CONVERGED] else WITHOUT_SPEED, []).append(
-            item
+        one = item.design
+        degrees, bar = item.table(0.5)
+        given = {name: getattr(one, name) for name in SAME_NAMES}
+        diagram = engine_dyn.diagram_from_points(np.radians(degrees), bar * BAR)
+        ours = engine_dyn.periodic_speed(diagram, speed=one.omega_n, **given)
+        group, off = WITHOUT_SPEED, dict.fromkeys(AGREEMENT, 0.0)
+        if item.status == MEANINGS[CONVERGED]:
+            group = f"{one.inertia_model} inertia, {one.closure}"
+            off = {q: abs(getattr(ours, q) / golden[item.name][q] - 1.0) for q in AGREEMENT}
+        groups.setdefault(group, []).append((MEANINGS[ours.status] == item.status, off))
+    return [
+        Agreement(
+            name,
+            len(found),
+            sum(same for same, _ in found),
+            {quantity: max(off[quantity] for _, off in found) for quantity in AGREEMENT},
         )
-    found = []
-    for name, items in sorted(groups.items()):
-        worst = dict.fromkeys(AGREEMENT, 0.0)
-        same = 0
-        for item in items:
-            ours = _solved(item)
-            same += MEANINGS[ours.status] == item.status
-            if item.status == MEANINGS[CONVERGED]:
-                for quantity in AGREEMENT:
-                    off = abs(getattr(ours, quantity) / golden[item.name][quantity] - 1.0)
-                    worst[quantity] = max(worst[quantity], off)
-        found.append(Agreement(name, len(items), same, worst))
-    return found
-
-
-def _solved(item: Any) -> engine_dyn.PeriodicSpeed:
-    """Solve a held-out design with our solver."""
-    one = item.design
-    degrees, bar = item.table(0.5)
-    return engine_dyn.periodic_speed(
-        engine_dyn.diagram_from_points(np.radians(degrees), bar * BAR),
-        bore=one.bore,
-        stroke=one.stroke,
-        crank_ratio=one.crank_ratio,
-        reciprocating_mass=one.reciprocating_mass,
-        inertia=one.inertia,
-        speed=one.omega_n,
-        cylinders=one.cylinders,
-        load_exponent=one.load_exponent,
-        load_offset=one.load_offset,
-        friction_torque=one.friction_torque,
-        crankcase_pressure=one.crankcase_pressure,
-        inertia_model=one.inertia_model,
-        closure=one.closure,
-    )
+        for name, found in sorted(groups.items())
+    ]

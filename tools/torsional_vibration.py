@@ -8,26 +8,22 @@ alone.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from csv_tables import as_csv, rows_of
+from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
 
 import sweeps
 from engine_dyn.types import Complexes, Floats
-from sweeps.exploring.torsion import QUANTITIES, Excitation, excitation
+from sweeps.exploring.torsion import QUANTITIES, excitation
+from sweeps.figures.marks import DASHES, shade
 
-ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
-DOCUMENT = ROOT / "docs" / "torsional_vibration.md"
+DOCUMENT = DOCS / "torsional_vibration.md"
 PEAKS = {"flywheel": 7, "pulley": 0}
 """Shafts whose peaks have a file beside the page, by their number."""
-
-FIGURE = ROOT / "docs" / "figures" / "torsional_vibration.png"
-
 
 # doi:10.1243/14644193JMBD126, Fig. 4, digitised in the example data of openTorsion (MIT licence,
 # Copyright (c) 2020 Sampo Laine, Urho Hakonen), from which the damping is taken too.
@@ -97,16 +93,22 @@ def diesel_shaft() -> Shaft:
     return Shaft(np.array(INERTIAS), np.array(STIFFNESSES), damping, LOSS_FACTOR)
 
 
-def diesel_orders() -> Any:
-    """Archive with the excitation at every speed."""
-    return sweeps.run(
-        {
-            "title": "Excitation of the shaft of the measured diesel",
-            "engine": "diesel_105x137",
-            "axes": {"speed": SPEEDS.tolist()},
-            "output": {"quantities": list(QUANTITIES), "highest_order": HIGHEST_ORDER},
-        }
-    )
+@dataclass(frozen=True)
+class Response:
+    """Torque in each shaft over the speed of the engine.
+
+    Attributes
+    ----------
+    order : ndarray, shape (orders,)
+    torque : ndarray, shape (speeds, shafts, orders)
+        Complex amplitudes [N m].
+    range : ndarray, shape (speeds, shafts)
+        Half the range over a cycle of the sum of all orders [N m].
+    """
+
+    order: Floats
+    torque: Complexes
+    range: Floats
 
 
 def half_range(orders: Floats, torque: Complexes) -> Floats:
@@ -116,105 +118,81 @@ def half_range(orders: Floats, torque: Complexes) -> Floats:
     return 0.5 * (curves.max(axis=-1) - curves.min(axis=-1))
 
 
-def over_speed(archive: Any, shaft: Shaft) -> tuple[Floats, Complexes, list[Excitation]]:
-    """Half ranges of the torque in each shaft over speed, the orders of it, the excitations."""
-    ranges, orders, excited = [], [], []
-    for speed in archive["speed"].values:
-        one = excitation(archive, CYLINDERS, speed=float(speed))
-        torque = shaft.torques(shaft.response(one.matrix(len(INERTIAS)), one.omega))
-        ranges.append(half_range(one.order, torque))
-        orders.append(torque)
-        excited.append(one)
-    return np.array(ranges), np.array(orders), excited
+def over_speed(shaft: Shaft) -> Response:
+    """Response to the orders of the measured diesel at every speed."""
+    archive: Any = sweeps.run(
+        title="Excitation of the shaft of the measured diesel",
+        engine="diesel_105x137",
+        axes={"speed": SPEEDS.tolist()},
+        output={"quantities": list(QUANTITIES), "highest_order": HIGHEST_ORDER},
+    )
+    excited = [excitation(archive, CYLINDERS, speed=float(speed)) for speed in SPEEDS]
+    torques = [
+        shaft.torques(shaft.response(one.matrix(len(INERTIAS)), one.omega)) for one in excited
+    ]
+    order = excited[0].order
+    ranges = np.array([half_range(order, torque) for torque in torques])
+    return Response(order, np.array(torques), ranges)
 
 
-def natural_table(shaft: Shaft) -> str:
-    lines = ["| natural frequency | Hz | rpm at which orders meet it |", "| --- | ---: | --- |"]
+def natural_table(shaft: Shaft) -> list[list[str]]:
+    """Natural frequencies, and the speeds at which orders meet them; heads first."""
+    rows = [["natural frequency", "Hz", "rpm at which orders meet it"]]
     for number, omega in enumerate(shaft.natural_frequencies()[:3], start=1):
         meets = []
         for order in np.arange(0.5, HIGHEST_ORDER + 0.5, 0.5):
             rpm = 30.0 * omega / np.pi / order
             if SPEEDS[0] <= rpm <= SPEEDS[-1]:
                 meets.append(f"{order:g} at {rpm:.0f}")
-        lines.append(f"| {number} | {omega / (2 * np.pi):.1f} | {'; '.join(meets) or 'none'} |")
-    return "\n".join(lines)
+        rows.append([str(number), f"{omega / (2 * np.pi):.1f}", "; ".join(meets) or "none"])
+    return rows
 
 
-def peak_table(ranges: Floats, orders: Complexes, excited: list[Excitation], shaft: int) -> str:
+def peak_table(found: Response, shaft: int) -> list[list[str]]:
     """Highest responses of one shaft over speed, and the order that is most of them."""
-    curve = ranges[:, shaft]
+    curve = found.range[:, shaft]
     inside = np.flatnonzero((curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])) + 1
-    best = sorted(inside, key=lambda i: -curve[i])[:5]
-    lines = [
-        "| rpm | torque, N m | its largest order | amplitude of that order, N m |",
-        "| ---: | ---: | ---: | ---: |",
-    ]
-    for i in best:
-        sizes = np.abs(orders[i, shaft])
+    rows = [["rpm", "torque, N m", "its largest order", "amplitude of that order, N m"]]
+    for i in sorted(inside, key=lambda i: -curve[i])[:5]:
+        sizes = np.abs(found.torque[i, shaft])
         top = int(sizes.argmax())
-        order = excited[i].order[top]
-        lines.append(f"| {SPEEDS[i]:.0f} | {curve[i]:.0f} | {order:g} | {sizes[top]:.0f} |")
-    return "\n".join(lines)
+        order = f"{found.order[top]:g}"
+        rows.append([f"{SPEEDS[i]:.0f}", f"{curve[i]:.0f}", order, f"{sizes[top]:.0f}"])
+    return rows
 
 
-def draw(ranges: Floats, orders: Complexes, excited: list[Excitation]) -> None:
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from sweeps.figures.marks import DASHES, shade
-    from sweeps.figures.sheet import STYLE
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
-        figure = Figure(figsize=(7.0, 3.4), layout="constrained")
-        FigureCanvasAgg(figure)
-        panels = figure.subplots(1, 2)
-        for panel, shaft in zip(panels, (7, 0), strict=True):
-            panel.plot(SPEEDS, ranges[:, shaft], color="black", linewidth=1.6, label="all orders")
-            sizes = np.abs(orders[:, shaft]).max(axis=0)
-            for rank, place in enumerate(np.argsort(-sizes)[:4]):
+def draw(found: Response) -> None:
+    with sheet("torsional_vibration", (7.0, 3.4), columns=2) as (_, ((left, right),)):
+        for panel, shaft in ((left, 7), (right, 0)):
+            panel.plot(SPEEDS, found.range[:, shaft], color="black", label="all orders")
+            curves = np.abs(found.torque[:, shaft])
+            for rank, place in enumerate(np.argsort(-curves.max(axis=0))[:4]):
                 panel.plot(
-                    SPEEDS, np.abs(orders[:, shaft, place]), color=shade(rank / 4 + 0.1),
-                    linestyle=DASHES[rank + 1], label=f"order {excited[0].order[place]:g}",
+                    SPEEDS, curves[:, place], color=shade(rank / 4 + 0.1),
+                    linestyle=DASHES[rank + 1], label=f"order {found.order[place]:g}",
                 )  # fmt: skip
             panel.set_title(f"between {NAMES[shaft]} and {NAMES[shaft + 1]}")
             panel.set_xlabel("Engine speed (rpm)")
             panel.set_ylim(bottom=0.0)
             panel.legend()
-        panels[0].set_ylabel("Torque in the shaft, half of its range (N m)")
-        figure.savefig(FIGURE, dpi=130, metadata={"Software": None})
+        left.set_ylabel("Torque in the shaft, half of its range (N m)")
 
 
-def peak(table: str) -> str:
-    """The largest torque of a table, in words."""
-    speed, torque, order, _ = rows_of(table)[1]
-    return f"{torque} N m at {speed} rpm, mostly order {order},"
-
-
-def document() -> tuple[str, tuple[Floats, Complexes, list[Excitation]]]:
-    shaft = diesel_shaft()
-    found = over_speed(diesel_orders(), shaft)
-    text = TEMPLATE.read_text(encoding="utf-8")
-    peaks = {f"{name}_peak": peak(peak_table(*found, place)) for name, place in PEAKS.items()}
-    for name, value in {"natural_table": natural_table(shaft), **peaks}.items():
-        text = text.replace("{{ " + name + " }}", value)
-    return text, found
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Write docs/torsional_vibration.md.")
-    parser.add_argument("--no-figures", action="store_true")
-    arguments = parser.parse_args()
-    text, found = document()
-    DOCUMENT.write_text(text, encoding="utf-8")
+def documents(found: Response) -> dict[Path, str]:
+    """The page, and the files of peaks beside it."""
+    values = {"natural_table": markdown(natural_table(diesel_shaft()))}
+    files = {}
     for name, place in PEAKS.items():
-        path = DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv")
-        path.write_text(as_csv(peak_table(*found, place)), encoding="utf-8")
-    if not arguments.no_figures:
-        draw(*found)
+        rows = peak_table(found, place)
+        speed, torque, order, _ = rows[1]
+        values[f"{name}_peak"] = f"{torque} N m at {speed} rpm, mostly order {order},"
+        files[DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv")] = csv_text(rows)
+    return {DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values), **files}
 
 
 if __name__ == "__main__":
-    main()
+    wanted = figures_wanted("Write docs/torsional_vibration.md.")
+    response = over_speed(diesel_shaft())
+    write(documents(response))
+    if wanted:
+        draw(response)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +19,15 @@ from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
 from engine_dyn.pressure.family import family_from_diagrams
-from tools import calibrate_ntua
+
+ROOT = Path(__file__).resolve().parents[2]
+# Scripts import each other by their bare names, as when they are run.
+sys.path.insert(0, str(ROOT / "tools"))
+calibrate_ntua: Any = importlib.import_module("calibrate_ntua")
 
 DEGREE = np.pi / 180.0
 BAR = 1e5
-ENGINES = Path(__file__).resolve().parents[2] / "sweeps" / "catalogue" / "engines"
+ENGINES = ROOT / "sweeps" / "catalogue" / "engines"
 
 USUAL = {
     "compression_ratio": 17.0,

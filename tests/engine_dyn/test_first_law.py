@@ -16,6 +16,7 @@ from engine_dyn import status
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
 from engine_dyn.pressure.first_law_fields import FOUR_STROKE_UNITS, TWO_STROKE_UNITS
+from oracle.textbook_cycles import finite_release
 from tests.support.cycles import CASES, PORTS, SPARK, WALL, built, case
 
 pytestmark = pytest.mark.quick
@@ -342,24 +343,10 @@ def test_largest_and_mean_pressure_of_the_otto_cycle() -> None:
 def test_finite_heat_release(start: float) -> None:
     """Ferguson and Kirkpatrick, Internal Combustion Engines, ch. 2: r 10, 40 degrees, a 5, n 3.
 
-    Their equation in pressure and volume over those at the start, q = 20; integrated here.
+    Their equation in pressure and volume over those at the start, q = 20, integrated.
     """
-    ratio, heat, size, begin = 10.0, 20.0, 40.0 * DEGREE, start * DEGREE
-
-    def rates(theta: float, y: Any) -> list[float]:
-        volume = (1.0 + 0.5 * (ratio - 1.0) * (1.0 - np.cos(theta))) / ratio
-        growth = 0.5 * (ratio - 1.0) * np.sin(theta) / ratio
-        t = max(theta - begin, 0.0) / size
-        burning = 15.0 * t**2 * np.exp(-5.0 * t**3) / size
-        return [(-1.4 * y[0] * growth + 0.4 * heat * burning) / volume, y[0] * growth]
-
-    y, largest = np.array([1.0, 0.0]), 0.0
-    for low, high in itertools.pairwise([-np.pi, begin, begin + 0.5 * size, np.pi]):
-        run = solve_ivp(
-            rates, (low, high), y, method="DOP853", rtol=1e-12, atol=1e-12,
-            t_eval=np.linspace(low, high, 20001),
-        )  # fmt: skip
-        y, largest = run.y[:, -1], max(largest, float(run.y[0].max()))
+    ratio, heat = 10.0, 20.0
+    printed = finite_release(ratio, heat, start, duration=40.0, form=2.0)
     found = with_heat(
         heat, compression_ratio=ratio, combustion_start=start, combustion_duration=40.0,
         combustion_form=2.0,
@@ -367,9 +354,10 @@ def test_finite_heat_release(start: float) -> None:
     first = float(found.trapped_pressure)
     # The rod of 10^4 crank radii moves the piston by up to 5e-5 of them beside the cosine, of 2 / 9
     # in the clearance: the volume's share, 2.3e-4 at most, times gamma.
-    assert float(found.pressure.max()) / first == pytest.approx(largest, rel=3.2e-4)
-    assert float(found.work) / first == pytest.approx(y[1] * ratio / (ratio - 1.0), rel=3.2e-4)
-    assert float(found.work) / float(found.heat) == pytest.approx(y[1] / heat, rel=3.2e-4)
+    assert float(found.pressure.max()) / first == pytest.approx(printed.largest, rel=3.2e-4)
+    assert float(found.work) / first == pytest.approx(printed.mean, rel=3.2e-4)
+    efficiency = float(found.work) / float(found.heat)
+    assert efficiency == pytest.approx(printed.efficiency, rel=3.2e-4)
 
 
 @pytest.mark.parametrize(("form", "factor"), [(2.0, 5.0), (1.0, 6.908), (3.5, 5.0)])

@@ -79,12 +79,8 @@ def test_a_stiff_shaft_is_a_rigid_one(motors: dict[str, Any]) -> None:
 def test_the_page_is_current(motors: dict[str, Any]) -> None:
     page = tool.DOCUMENT.read_text(encoding="utf-8")
     assert "{{" not in page
-    for name, table in {
-        "torsion": tool.torsion_table,
-        "reference": tool.reference_table,
-        "corner": tool.corner_table,
-    }.items():
+    for name in ("torsion", "reference", "corner"):
         kept = (tool.BESIDE / f"{name}.csv").read_text(encoding="utf-8")
-        assert kept == tool.as_csv(table(motors)), name
+        assert kept == tool.csv_text(tool.TABLES[name](motors)), name
     linked = set(re.findall(r"\]\(misfire/(\w+)\.csv\)", page))
     assert linked == {path.stem for path in tool.BESIDE.iterdir()}

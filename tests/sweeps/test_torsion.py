@@ -189,14 +189,11 @@ def test_the_document_is_current() -> None:
     import re
 
     number = re.compile(r"[-+]?\d+(?:\.\d+)?")
-    text, found = example.document()
-    fresh = {example.DOCUMENT: text}
-    for name, place in example.PEAKS.items():
-        path = example.DOCUMENT.with_name(f"{example.DOCUMENT.stem}_{name}.csv")
-        fresh[path] = example.as_csv(example.peak_table(*found, place))
-        assert f"]({path.name})" in text
+    fresh = example.documents(example.over_speed(example.diesel_shaft()))
+    assert len(fresh) == 1 + len(example.PEAKS)
     for path, made in fresh.items():
         kept = path.read_text(encoding="utf-8")
+        assert path == example.DOCUMENT or f"]({path.name})" in fresh[example.DOCUMENT]
         assert number.sub("#", made) == number.sub("#", kept)
         for new, old in zip(number.findall(made), number.findall(kept), strict=True):
             assert float(new) == pytest.approx(float(old), rel=2e-3, abs=0.11)

@@ -1,0 +1,66 @@
+"""Draw the figures of recorded cycles: docs/figures/recorded_pressure.png and recorded_train.png.
+
+The recordings are simulated here. Run it from the project's root:
+`python tools/recorded_figures.py`; it prints what the commands would say.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from pages import csv_text, keep_figure
+
+import sweeps
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.signal_checks import examine
+from engine_dyn.units import BAR, DEGREE
+from sweeps.presenting.recorded_trains import train_text
+from sweeps.reading.engine_files import load_engine
+from sweeps.reading.laboratory.evaluation import evaluated
+
+
+def pressure() -> None:
+    """The sheet of forty noisy cycles of a modelled diesel engine, six degrees late."""
+    rng = np.random.default_rng(3)
+    angle = np.arange(-360.0, 360.0, 0.5) * DEGREE
+    light, heavy = (one(angle - 6.0 * DEGREE) for one in load_engine("ntua").family.diagrams[1:])
+    rows = []
+    for _ in range(40):
+        share = rng.normal(0.5, 0.15)
+        rows.append(light + share * (heavy - light) + 0.03 * BAR * rng.standard_normal(angle.size))
+    cycles = RecordedCycles(angle, np.array(rows))
+    cylinder = CylinderGeometry(0.14, 0.18, 0.18 / 0.7, 17.433233)
+    title = "Recorded pressure, modelled diesel engine 140/180 mm, dead centre wrong by 6 degrees"
+    found = evaluated(cycles, cylinder, title=title, findings=examine(cycles, cylinder))
+    keep_figure(found, "recorded_pressure")
+
+
+def train() -> None:
+    """Sixteen cycles in a row of a modelled diesel engine, the sixth of which hardly burns."""
+    rng = np.random.default_rng(3)
+    angle = np.arange(-360.0, 360.0)
+    light, *_, heavy = (one(angle * DEGREE) / BAR for one in load_engine("ntua").family.diagrams)
+    shares = rng.normal(0.7, 0.06, 16)
+    shares[5] = 0.0
+    rows = [["cycle", *(f"{a:g}" for a in angle)]]
+    for number, share in enumerate(shares, start=1):
+        rows.append([str(number), *(f"{p:.5f}" for p in light + share * (heavy - light))])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cycles.csv"
+        path.write_text(csv_text(rows), encoding="utf-8")
+        found = sweeps.follow_cycles({
+            "engine": "ntua",
+            "axes": {"recorded_cycle": list(range(1, 17))},
+            "indicator": {"file": str(path), "unit": "bar"},
+            "output": {"quantities": ["delta"]},
+        })  # fmt: skip
+    print(train_text(found))
+    keep_figure(found, "recorded_train")
+
+
+if __name__ == "__main__":
+    pressure()
+    train()
