@@ -24,7 +24,12 @@ from sweeps.errors import size_text
 from sweeps.figures import options
 from sweeps.ratios import LARGEST
 from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, toml_files
-from sweeps.reading.laboratory import matlab_files, recorded_columns, recording
+from sweeps.reading.laboratory import (
+    matlab_files,
+    recorded_columns,
+    recording,
+    recordings_apart,
+)
 from sweeps.scene import axes, reading
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -149,6 +154,7 @@ def runs(parts: dict[str, dict[str, Any]]) -> list[list[str]]:
 
 def doors() -> list[list[str]]:
     """Every way in for foreign files, and its limits as the code has them, heads first."""
+    apart = [f".{name}" for name, kind in recording.KINDS.items() if kind.apart]
     return [
         ["what is read", "limits before it is read", "limits while it is read"],
         ["scene, engine file (TOML)", size_text(toml_files.MOST_BYTES),
@@ -163,6 +169,9 @@ def doors() -> list[list[str]]:
         ["laboratory recording", size_text(recording.MOST_BYTES),
          f"{number(recorded_columns.MOST_VALUES)} values, "
          f"{number(recorded_columns.MOST_COLUMNS)} columns"],
+        [f"recording: {', '.join(apart)}", "as every recording",
+         f"a child process of {recordings_apart.SECONDS:.0f} s and "
+         f"{size_text(recordings_apart.MEMORY)}, and more by its size"],
         [".mat file", f"{size_text(matlab_files.MOST_INFLATED)} when inflated",
          "as every recording"],
         ["archive, netCDF file", "",

@@ -28,7 +28,10 @@ LINES = 500
 """Lines of the head that are looked at."""
 
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
-"""Bytes that texts do not have; some end with the last of those of DOS, 0x1a."""
+"""Bytes that texts do not have."""
+
+_DOS_END = b"\x1a"
+"""What ends a text of DOS."""
 
 _BLANK = r"\s+"
 _SEPARATORS = (";", "\t", "|", ",", _BLANK)
@@ -60,6 +63,7 @@ def read(
         In one line, with the place.
     """
     del path
+    data = data.rstrip(_DOS_END)
     encoding = encoding_of(data, label)
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
@@ -81,7 +85,7 @@ def is_text(data: bytes) -> bool:
     """Whether a file seems to be a text, by the bytes at its start."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
-    return _CONTROL.search(data[:HEAD].rstrip(b"\x1a")) is None
+    return _CONTROL.search(data[:HEAD].rstrip(_DOS_END)) is None
 
 
 def encoding_of(data: bytes, label: str) -> str:
