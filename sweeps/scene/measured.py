@@ -77,13 +77,11 @@ class MeasuredTable(ReadingChoices):
     )
     mark_column: str | int | None = Field(
         default=None,
-        description="the name or number of the column with the signal of a mark that passes once a "
-        "revolution or once a cycle",
+        description="the name or number of a column with a mark, once a revolution or once a cycle",
     )
     mark_angle: float = Field(
         default=0.0,
-        description="a number of degrees, -720 to 720: the crank angle at which the signal of the "
-        "mark rises",
+        description="a number of degrees, -720 to 720: where the mark's signal rises",
         ge=-720.0, le=720.0,
     )  # fmt: skip
     angle_shift: float = Field(

@@ -83,13 +83,11 @@ class PressureOptions(ReadingChoices):
     )  # fmt: skip
     mark_column: str | int | None = Field(
         default=None,
-        description=f"{_COLUMN}: the signal of a mark that passes once a revolution or once a "
-        "cycle, instead of gap_angle",
+        description=f"{_COLUMN}: a mark once a revolution or once a cycle, instead of gap_angle",
     )
     mark_angle: float = Field(
         default=0.0, ge=-720.0, le=720.0,
-        description="a number in degree, -720 to 720: the crank angle at which the signal of the "
-                    "mark rises",
+        description="a number in degree, -720 to 720: where the mark's signal rises",
     )  # fmt: skip
     edge: Literal["rising", "falling"] | None = Field(
         default=None, description="'rising' or 'falling': the edge of the teeth that is used"
