@@ -300,6 +300,8 @@ def _column(
             )
         return str(wanted)
     named = [n for n in names if any(word in n.lower() for word in words)]
+    times = [n for n in names if is_time_name(n)] if "time" in words else []
+    named = times if len(times) == 1 else named
     left = [n for n in names if n not in without]
     if len(named) == 1:
         return named[0]

@@ -87,6 +87,13 @@ def matlab(path: Path) -> None:
             do_compression=True)  # fmt: skip
 
 
+def matlab_structure(path: Path) -> None:
+    from scipy.io import savemat
+
+    angle, pressure = samples(-360.0, seed=15)
+    savemat(path, {"run": {"CA": angle, "pressure": pressure}})
+
+
 def tdms(path: Path) -> None:
     from nptdms import ChannelObject, TdmsWriter
 
@@ -187,6 +194,7 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "descending, psi": (descending, "descending.dat", {}),
     "xlsx from bottom dead centre": (xlsx, "sheet.xlsx", {"zero": "BDC"}),
     "mat, rows of cycles": (matlab, "run.mat", {"unit": "MPa", "average": True}),
+    "mat, structure": (matlab_structure, "run.mat", {"unit": "bar"}),
     "tdms, volts": (tdms, "run.tdms", {"pressure_column": "kistler",
                                        "calibration": [20.0, -2.0]}),
     "mf4, one mark a turn": (mf4, "run.mf4", {"average": True}),

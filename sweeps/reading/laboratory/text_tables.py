@@ -38,6 +38,9 @@ _SEPARATORS = (";", "\t", "|", ",", _BLANK)
 _WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
 
 
+_PART = re.compile(r"0\d+")
+
+
 class _Form(NamedTuple):
     """How the numbers of a text file are written.
 
@@ -117,7 +120,7 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
         separators = (_WORDS.get(choices.separator, choices.separator),)
     if choices.decimal is not None:
         decimals = (choices.decimal,)
-    best: tuple[int, _Form] | None = None
+    found: list[tuple[int, bool, _Form]] = []
     for separator in separators:
         rows = [_fields(line, separator) for line in head]
         for decimal in decimals:
@@ -129,10 +132,13 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             first, width = start
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
-            score = numbers - 2 * texts
-            if best is None or score > best[0]:
-                best = score, _Form(separator, decimal, first, width, len(rows[first]))
-    return None if best is None else best[1]
+            parts = any(_PART.fullmatch(text.strip()) for row in rows[first:] for text in row)
+            form = _Form(separator, decimal, first, width, len(rows[first]))
+            found.append((numbers - 2 * texts, parts, form))
+    # A text such as 066 is what stands behind a decimal comma, where that makes numbers too.
+    whole = any(not parts and form.decimal == "," for _, parts, form in found)
+    good = [one for one in found if not (whole and one[1])]
+    return max(good, key=lambda one: one[0])[2] if good else None
 
 
 def _fields(line: str, separator: str) -> list[str]:

@@ -51,6 +51,10 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "number of no column": (text(), {"angle_column": 7}, ("angle_column = 7", "1 to 2")),
     "column twice": (text(), {"angle_column": 1, "pressure_column": 1}, ("twice",)),
     "missing angle": (text(head="a,b\n"), {}, ("angle_column", "'a', 'b'")),
+    "a filtered twin": (
+        "CA [deg],PCYL1 [bar],PCYL1_FILT [bar]\n" + rows(ANGLE, PRESSURE, PRESSURE), {},
+        ("pressure_column: ambiguous ('PCYL1', 'PCYL1_FILT')",),
+    ),
     "missing unit": (text(head="CA,p\n"), {}, ("no unit", "may be in bar", "unit = 'bar'")),
     "no unit of pressure": (text(), {"unit": "kg"}, ("'kg'", "bar, kPa")),
     "unit that computes": (text(), {"unit": "9**9**9"}, ("must be a unit of pressure",)),
@@ -294,7 +298,7 @@ def test_recordings_that_take_too_much(
     write(tmp_path / name)
     monkeypatch.setattr(recordings_apart, limit, 0)
     monkeypatch.setattr(recordings_apart, "MEMORY_RATE", 0)
-    with pytest.raises(SceneError, match="to be read: it takes (more|longer) than") as failure:
+    with pytest.raises(SceneError, match=r"to be read: it takes (more|longer) than") as failure:
         read_pressure(tmp_path / name, **options)
     assert str(failure.value).isprintable()
 

@@ -291,3 +291,21 @@ def test_a_sample_rate_that_the_times_contradict(tmp_path: Path) -> None:
     for key, value in (("sample_rate", 5e4), ("edge", "rising"), ("angle_shift", 0.0)):
         with pytest.raises(SceneError, match=f"{key}: has no effect without kind ="):
             compared(path, "teeth", "60-2", **{key: value})
+
+
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("time_s\n", "{t}"),  # a decimal comma, and no other column
+        ("n;t\n", "{n};{t}"),
+        ("ToothTime;Time\ns;s\n", "{step};{t}"),
+    ],
+)
+def test_times_beside_other_columns(tmp_path: Path, head: str, row: str) -> None:
+    path, times = tmp_path / "teeth.csv", times_of("60-2")
+    rows = (
+        row.format(t=f"{t:.9f}", n=n, step=f"{step:.9f}")
+        for n, (t, step) in enumerate(zip(times, np.diff(times, prepend=0.0), strict=True))
+    )
+    path.write_text(head + "\n".join(rows).replace(".", ",") + "\n")
+    check(compared(path, "teeth", "60-2"))
