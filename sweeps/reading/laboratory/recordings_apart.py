@@ -15,8 +15,8 @@ __all__ = ["read_apart"]
 CHILD = "sweeps.reading.laboratory.recording_child"
 """The module that reads them there."""
 
-SECONDS, RATE = 10.0, 10e6
-"""Time that reading may take, and bytes a second beside it."""
+SECONDS, RATE = 30.0, 5e6
+"""Time that reading may take on a busy machine, and bytes a second beside it."""
 
 MEMORY, MEMORY_RATE, MOST_MEMORY = 3 << 28, 40, 6 << 30
 """Bytes of memory that it may take, beside so many for each byte of the file, and at most; the
@@ -39,12 +39,11 @@ def read_apart(
         [format, label, choices.model_dump(include=set(ReadingChoices.model_fields))]
     )
     answer = answer_apart(CHILD, asked, data, limits, label, f"a .{format} file")
-    head, _, values = answer.partition(b"\n")
-    found = json.loads(head)
-    columns, place = [], 0
+    place = answer.index(b"\n") + 1
+    found, columns = json.loads(answer[:place]), []
     for name, unit, shape, text in found["columns"]:
         count = int(np.prod(shape))
-        numbers = np.frombuffer(values, np.float64, count, place).reshape(shape).copy()
+        numbers = np.frombuffer(answer, np.float64, count, place).reshape(shape).copy()
         columns.append(Column(name, unit, numbers, text and (text[0], text[1])))
         place += numbers.nbytes
     return columns, found["first_line"]
