@@ -24,9 +24,11 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.ratios import BEYOND, LARGEST, number_or_ratio
 
 __all__ = [
+    "Companions",
     "Strict",
     "a_path",
     "allowed",
+    "check_companions",
     "check_dataset",
     "check_range",
     "check_structure",
@@ -58,6 +60,9 @@ class Strict(BaseModel):
 
 
 Model = TypeVar("Model", bound=Strict)
+
+Companions = Mapping[tuple[str, ...], Mapping[str, tuple[str, ...]]]
+"""Keys that have no effect without one of others; values of these, or () for any."""
 
 
 def a_path(value: object, key: str) -> Path:
@@ -189,6 +194,28 @@ def check_structure(model: type[Model], data: Any, name: str) -> Model:
         errors = failure.errors(include_url=False, include_context=False)
     error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
     raise SceneError(f"{name}: {_sentence(model, error)}")
+
+
+def check_companions(given: Strict, companions: Companions, where: str) -> None:
+    """Refuse keys that have no effect without another one.
+
+    Raises
+    ------
+    SceneError
+        For the first one, with what it needs; messages begin with `where`.
+    """
+    values = {key: getattr(given, key) for key in given.model_fields_set}
+    known = {key for key, value in values.items() if value is not None and value is not False}
+    each = ((key, others) for keys, others in companions.items() for key in keys if key in known)
+    for key, others in each:
+        met = (other in known and values[other] in (allowed or [values[other]])
+               for other, allowed in others.items())  # fmt: skip
+        if not any(met):
+            wanted = " or ".join(
+                f"{other}{' = ' * bool(allowed)}" + " or ".join(map(repr, allowed))
+                for other, allowed in others.items()
+            )
+            raise SceneError(f"{where} {key}: has no effect without {wanted}")
 
 
 def _sentence(model: type[Strict], error: Any) -> str:

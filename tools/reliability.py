@@ -25,7 +25,12 @@ from sweeps.archive import partial, provenance
 from sweeps.errors import size_text
 from sweeps.figures import options
 from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, toml_files
-from sweeps.reading.laboratory import matlab_files, recorded_columns, recording
+from sweeps.reading.laboratory import (
+    matlab_files,
+    recorded_columns,
+    recording,
+    recordings_apart,
+)
 from sweeps.scene import axes, reading
 
 TOOLS = Path(__file__).parent
@@ -121,7 +126,7 @@ ROOMS = {
     room.__name__.rpartition(".")[2]: room
     for room in (
         axes, design_xlsx, matlab_files, netcdf_child, options, partial, provenance, ratios,
-        reading, recorded_columns, recording, regular_files, sheets, toml_files,
+        reading, recorded_columns, recording, recordings_apart, regular_files, sheets, toml_files,
     )
 }  # fmt: skip
 FORMS = {

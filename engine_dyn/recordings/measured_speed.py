@@ -67,7 +67,8 @@ class GapAngle:
         With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
         `turn`.
     correlation : ndarray, shape (recordings, turns * groups)
-        Of measured and computed speed, for each tooth that it could begin with.
+        Of measured and computed speed, for each tooth that it could begin with; one column where
+        the turn is known.
     late : ndarray, shape (recordings,)
         How many intervals after the first tooth each recording begins, on a wheel that repeats.
     start : ndarray, shape (recordings,)
@@ -180,6 +181,7 @@ def find_gap_angle(
     gap_angle: float | None = None,
     used: Booleans | None = None,
     groups: int = 1,
+    turn_known: bool = False,
 ) -> GapAngle:
     """Angle of the first tooth at which computed speeds are most like measured ones.
 
@@ -202,8 +204,11 @@ def find_gap_angle(
     groups : int
         Teeth of a turn with which a recording could begin, see `Wheel.symmetry`. Without a known
         angle, that of the first recording is the first tooth.
+    turn_known : bool
+        Whether all cycles begin with their first turn, see `marks.MarkedTeeth`.
     """
     turns = round(period / TURN)
+    possible = 1 if turn_known else turns * groups
     width = np.tile(wheel.width, turns)
     sound = np.ones(wheel.teeth, dtype=bool) if used is None else used
     share = np.where(np.tile(sound, turns), width, 0.0)
@@ -213,10 +218,10 @@ def find_gap_angle(
     shifts = (0.0 if gap_angle is None else gap_angle) + step / count * np.arange(count)
     shifts = (shifts + 0.5 * TURN) % TURN - 0.5 * TURN
     shifts.sort()
-    found = np.empty((len(raw), turns * groups, count))
+    found = np.empty((len(raw), possible, count))
     for place, (measured, computed) in enumerate(zip(raw, speed, strict=True)):
         fine, time = _clock(angle, computed, period)
-        for steps in range(turns * groups):
+        for steps in range(possible):
             for number, shift in enumerate(shifts):
                 start = (shift + step * steps - fine[0]) % period + fine[0]
                 seen = width / np.diff(np.interp(start + edges, fine, time))

@@ -54,6 +54,10 @@ is left out, from which on there are too few samples."""
 MOST_DRIFT = 0.05 * BAR
 """Change of the inlet pressure from the first to the last cycle, from which on it drifts."""
 
+MOST_GAS_EXCHANGE = 0.5
+"""Rise of the pressure around the dead centre of gas exchange, where valves are open, over that
+around the firing one, from which on it is none."""
+
 COMPRESSION_EXPONENTS = 1.24, 1.42
 EXPANSION_EXPONENTS = 1.1, 1.5
 """Heywood 1988, section 9.5: 1.3 (+-0.05) of both in spark-ignition engines; widened to diesel
@@ -92,7 +96,7 @@ def examine(
     if useless is not None:
         return [] if useless.check in silenced else [useless]
     found: list[Finding] = []
-    for check in (_gaps, _clipped, _noisy, _coarse, _drifting):
+    for check in (_gaps, _clipped, _noisy, _coarse, _drifting, _gas_exchange):
         found += check(cycles, geometry)
     if motored is None:
         motored = looks_motored(cycles)
@@ -260,6 +264,24 @@ def _drifting(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fi
         )  # fmt: skip
 
 
+def _gas_exchange(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """Compression in the revolution in which a four-stroke engine has its gas exchange."""
+    if cycles.period != FOUR_STROKE:
+        return
+    above = (cycles.mean - cycles.mean.min()) / BAR
+    far = np.abs(cycles.angle) > 270.0 * DEGREE
+    high, most = float(above[far].max(initial=0.0)), float(above.max())
+    if high > MOST_GAS_EXCHANGE * most:
+        yield Finding(
+            "gas_exchange",
+            f"the pressure rises by {high:.3g} bar near the dead centre of gas exchange, by "
+            f"{most:.3g} bar near the firing one; is this a two-stroke engine, or one revolution "
+            "of each cycle alone?",
+            high,
+            "bar",
+        )
+
+
 def _exponents(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
     """Exponents of compression and expansion that a gas does not have."""
     if geometry.compression_ratio is None:
@@ -296,7 +318,7 @@ def _dead_centre(
 
 
 RECORDING_CHECKS = (
-    "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "compression_exponent",
-    "expansion_exponent", "dead_centre",
+    "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "gas_exchange",
+    "compression_exponent", "expansion_exponent", "dead_centre",
 )  # fmt: skip
 """Under which checks of recordings are silenced."""

@@ -250,5 +250,10 @@ def axis_slice(text: str, option: str = "--select") -> tuple[str, float | str]:
 
 def axis_slices(texts: Iterable[str], option: str = "--select") -> dict[str, float | str]:
     """Return the axes and values of several texts such as "load=50,speed=1500"."""
-    parts = [part for text in texts for part in re.split(r",(?=\s*\w+\s*=)", text)]
-    return dict(axis_slice(part, option) for part in parts)
+    found: dict[str, float | str] = {}
+    for part in (part for text in texts for part in re.split(r",(?=\s*\w+\s*=)", text)):
+        axis, value = axis_slice(part, option)
+        if axis in found:
+            raise SceneError(f"{option} {axis}: given twice; must be given once")
+        found[axis] = value
+    return found

@@ -74,7 +74,8 @@ def import_(
         raise SceneError(f"{output}: is the raw file; -o must name another file")
     from sweeps.reading.laboratory.pressure import read_pressure
 
-    found = read_pressure(raw, **{name: _value(name, v) for name, v in given.items() if v})
+    chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
+    found = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})
     check_output(output, overwrite)
     if figures is not None:
         check_folder(figures)
@@ -124,6 +125,8 @@ def _value(name: str, text: Any) -> Any:
         return text
     if isinstance(text, tuple):
         return list(text) if len(text) > 1 else text[0]
+    if not text.strip():
+        raise SceneError(f"--{name.replace('_', '-')}: empty; must be a value")
     kinds = get_args(ImportOptions.model_fields[name].annotation) or (
         ImportOptions.model_fields[name].annotation,
     )

@@ -52,7 +52,8 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     """Compare the speed computed from SCENE with the recordings in its table [measured].
 
     Prints the measured delta, raw and corrected for tooth errors, beside the computed delta, and
-    writes all curves to a netCDF archive that `plot` can draw.
+    writes all curves to a netCDF archive that `plot` can draw. The page 'Measured speed' explains
+    the keys of the table; `engine-dyn new` writes a scene with an example.
     """
     read = _read(scene, output, overwrite)
     from sweeps.measuring.measured import measured as compare

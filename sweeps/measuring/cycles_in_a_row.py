@@ -14,7 +14,7 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.measured_files import SpeedRecord
-from sweeps.measuring.recorded_speeds import first_tooth, given_gap
+from sweeps.measuring.recorded_speeds import first_tooth
 from sweeps.scene.measured import Measured
 
 __all__ = ["CyclesInARow", "cycles_in_a_row"]
@@ -88,7 +88,7 @@ def cycles_in_a_row(
         )  # fmt: skip
     assert record.teeth is not None and given.wheel is not None
     wheel, turns = given.wheel, round(period / TURN)
-    known = given_gap(given)
+    known = record.gap
     if known is None and TURN * symmetry > period * (1.0 + 1e-9):
         raise SceneError(
             f"{where} gap_angle: missing; must be given, because the speed of {symmetry} equal "
@@ -106,18 +106,29 @@ def cycles_in_a_row(
     mean = np.nanmean(raw, axis=0)
     sound = sound_intervals(mean, wheel)
     found = find_gap_angle(
-        mean[None], angle, speed[None], wheel, period, known, sound, given.groups
+        mean[None],
+        angle,
+        speed[None],
+        wheel,
+        period,
+        known,
+        sound,
+        given.groups,
+        record.turn_known,
     )
     start = float(found.start[0])
-    turn_known, start_from = True, "the correlation of measured and computed speed"
-    if turns > 1 and symmetry % turns == 0:
+    turn_known, by_gap = True, "gap_angle" if given.table.mark_column is None else "the mark"
+    start_from = "the correlation of measured and computed speed"
+    if record.turn_known:
+        start_from = by_gap
+    elif turns > 1 and symmetry % turns == 0:
         turn_known = False
-        start_from += ", except for the revolution"
-        if known is not None:
-            start = known
+        start_from = f"{start_from if known is None else by_gap}, except for the revolution"
+        if given.table.gap_angle is not None:
+            start = given.table.gap_angle * DEGREE
             start_from = "gap_angle, assumed to belong to the first complete turn of the recording"
     elif known is not None:
-        start_from = "gap_angle, and the turn from the correlation of measured and computed speed"
+        start_from = f"{by_gap}, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
@@ -129,7 +140,7 @@ def cycles_in_a_row(
 
 def _rows(teeth: PassedTeeth, turns: int) -> Floats:
     """Raw speed of each whole cycle from the first to the last, NaN for those with lost turns."""
-    number = teeth.turn - teeth.turn[0]
+    number = teeth.turn - teeth.turn[0] // turns * turns
     count = int(number[-1] + 1) // turns
     rows = np.full((count * turns, teeth.wheel.teeth), np.nan)
     inside = number < len(rows)

@@ -21,7 +21,6 @@ from sweeps.measuring.computed_speeds import (
 )
 from sweeps.measuring.fit_results import Prediction, SpeedFit, fit_dataset
 from sweeps.measuring.fitted_recordings import FittedRecordings
-from sweeps.measuring.recorded_speeds import given_gap
 from sweeps.measuring.speed_fit import (
     LARGEST_CONDITION,
     Loss,
@@ -245,9 +244,7 @@ class _Task:
                 f"{given.labels[recordings[bad]]}: no steady speed at the initial values; give "
                 "others"
             )
-        assert self.scene.measured is not None
-        known = given_gap(self.scene.measured)
-        seen = given.seen(recordings, computed, angle, speed[0], known)
+        seen = given.seen(recordings, computed, angle, speed[0], given.known_gap)
         gap = (seen.gap_angle or 0.0) / DEGREE
         parameters = [
             self._parameter(key, float(value), gap)

@@ -41,7 +41,6 @@ from sweeps.measuring.measured_doubts import (
 from sweeps.measuring.recorded_speeds import (
     RecordedSpeeds,
     first_tooth,
-    given_gap,
     recorded_speeds,
 )
 from sweeps.scene.keywords import Tables, tables_in_signature
@@ -62,6 +61,9 @@ ROUNDS = 2
 
 FAR_SPEED = 0.01
 """Relative difference of the mean speeds from which a remark says that they differ."""
+
+WRONG_UNIT = 50.0
+"""Ratio of the mean speeds from which on the unit of the times seems wrong."""
 
 POINT = 1e-9
 """Width [rad] of a sample that is no mean over an interval."""
@@ -187,7 +189,7 @@ def measured(
         if recorded.wheel is None:
             curves = _curves_over_angle(recorded, angle, speeds)
         else:
-            found = recorded.gap(recorded.raw, angle, speeds, given_gap(table))
+            found = recorded.gap(recorded.raw, angle, speeds, recorded.known_gap)
             recorded = recorded.from_first_tooth(found)
             curves = _curves(table, recorded, found, angle, speeds)
     except ValueError as error:
@@ -244,7 +246,7 @@ def _curves(
     """Measured and computed speeds on the intervals of the recordings."""
     assert recorded.wheel is not None
     wheel, turns, period = recorded.wheel, recorded.turns, recorded.period
-    raw, sound, known = recorded.raw, recorded.sound, given_gap(given)
+    raw, sound, known = recorded.raw, recorded.sound, recorded.known_gap
     has = _known(speeds)
     starts = np.asarray(found.angle + TURN * found.turn)
 
@@ -526,7 +528,12 @@ def far_speed_remark(label: str, measured: float, computed: float, changing: str
         return []
     return [
         f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
-        f"{changing} with the square of the speed; use the measured speed in the scene"
+        f"{changing} with the square of the speed; "
+        + (
+            "is the unit of the times right (unit = 'us', say)?"
+            if not 1.0 / WRONG_UNIT < measured / computed < WRONG_UNIT
+            else "use the measured speed in the scene"
+        )
     ]
 
 
@@ -577,6 +584,8 @@ def _attributes(
             "gap_angle": curves.gap_angle / DEGREE,
             "gap_angle_from": "the scene"
             if given.table.gap_angle is not None
+            else "the mark"
+            if given.table.mark_column is not None
             else "the correlation of measured and computed speed: estimated, not measured"
             if has.any()
             else "an assumption, because there is no computed speed",

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from engine_dyn.recordings.encoder import EncoderSignal, risen, teeth_of_signal
+from engine_dyn.recordings.marks import mark_times, teeth_from_mark
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.laboratory.cycles_of_signals import SAME, unwrapped
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import Recording, read_recording
+from sweeps.reading.laboratory.units import is_time_name
 from sweeps.scene.measured import Measured, MeasuredTable
 
 __all__ = ["SpeedRecord", "records_of"]
@@ -34,6 +37,9 @@ every second turn is enough."""
 
 CHANGING = 0.6
 """Share of the rows that change the level from which on they are the changes, not samples."""
+
+RATES_DIFFER = 0.01
+"""Relative difference of a given sample rate and that of the times beside it."""
 
 UNEVEN = 0.5
 """Of the time between samples: how far a sample may be from its place."""
@@ -58,6 +64,10 @@ class SpeedRecord:
         Speeds there [rad/s].
     remarks : tuple of str
         What was seen in it, a line each.
+    gap : float, optional
+        Crank angle of the first tooth [rad], where the scene or a mark tells it.
+    turn_known : bool
+        Whether the mark tells with which turn cycles begin.
     """
 
     label: str
@@ -66,6 +76,8 @@ class SpeedRecord:
     angle: Floats | None
     cycles: Floats | None
     remarks: tuple[str, ...]
+    gap: float | None = None
+    turn_known: bool = False
 
 
 def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
@@ -87,7 +99,7 @@ def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord
         wheel is not found (with what was found).
     """
     if measured.table.kind == "encoder":
-        return _signals(measured, name)
+        return _signals(measured, period, name)
     return [
         _record(measured, place, period, f"{name}: [measured] {file}")
         for place, file in enumerate(measured.files)
@@ -117,7 +129,7 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
             said = ("the values do not ascend and are taken as intervals between the teeth",)
         teeth = find_turns(times, measured.wheel, measured.first[place])
         remarks = (*recording.remarks, *said, *teeth.faults)
-        return SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
+        return SpeedRecord(file, recording.sha256, teeth, None, None, remarks, _given_gap(table))
     except SceneError:
         raise
     except ValueError as error:
@@ -132,7 +144,7 @@ def _are_intervals(times: Floats, teeth: int) -> bool:
     )
 
 
-def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
+def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
     """Recordings of a sensor, all with one edge and threshold at one height of the swing.
 
     Where a tooth seems to pass depends on the threshold: with another one in each recording the
@@ -162,7 +174,7 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
             "all files must have the same"
         )
     if events:
-        return _logs(measured, events, name)
+        return _logs(measured, events, period, name)
     chosen = [(_height(one[-1]), one[-1].crossings.edge) for one in read]
     best = [one[-1] for one in read]
     if len({(round(height, 6), edge) for height, edge in chosen}) > 1:
@@ -187,17 +199,19 @@ def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
                 )
         if merits:
             best = min(merits, key=lambda merit: merit[:2])[2]
-    return [
-        SpeedRecord(
-            file, recording.sha256, found.teeth, None, None, (*recording.remarks, *found.remarks)
-        )
-        for (file, recording, *_), found in zip(read, best, strict=True)
-    ]
+    records = []
+    for (file, recording, _, interval, _), found in zip(read, best, strict=True):
+        remarks = (*recording.remarks, *found.remarks)
+        record = SpeedRecord(file, recording.sha256, found.teeth, None, None, remarks)
+        time = found.crossings.time * interval
+        records.append(_marked(record, recording, table, time, interval, period))
+    return records
 
 
 def _logs(
-    measured: Measured, events: Sequence[tuple[str, Recording, Floats, Floats]], name: str
-) -> list[SpeedRecord]:
+    measured: Measured, events: Sequence[tuple[str, Recording, Floats, Floats]], period: float,
+    name: str,
+) -> list[SpeedRecord]:  # fmt: skip
     """Logs of levels, all with the edge that loses the fewest turns and repeats best."""
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
@@ -207,14 +221,16 @@ def _logs(
         said = f"the level is logged at its changes; the {edge} edge is used"
         records, turns, scatter = [], 0, 0.0
         for (file, recording, level, time), first in zip(events, measured.first, strict=True):
+            pulses = risen(time, level, edge)
             try:
-                teeth = find_turns(risen(time, level, edge), wheel, first)
+                teeth = find_turns(pulses, wheel, first)
             except ValueError as error:
                 refusal = refusal or f"{name}: [measured] {file}: {error}"
                 break
             turns, scatter = turns + len(teeth.turn), scatter + teeth.scatter
             remarks = (*recording.remarks, said, *teeth.faults)
-            records.append(SpeedRecord(file, recording.sha256, teeth, None, None, remarks))
+            record = SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
+            records.append(_marked(record, recording, table, pulses, time, period))
         else:
             tried.append((turns, scatter, records))
     if not tried:
@@ -222,6 +238,41 @@ def _logs(
     most = max(turns for turns, *_ in tried)  # the other edge may cost a turn at an end
     good = [one for one in tried if one[0] >= most - len(events)]
     return min(good, key=lambda one: one[1])[2]
+
+
+def _given_gap(table: MeasuredTable) -> float | None:
+    return None if table.gap_angle is None else table.gap_angle * DEGREE
+
+
+def _marked(
+    record: SpeedRecord, recording: Recording, table: MeasuredTable, pulses: Floats,
+    time: float | Floats, period: float,
+) -> SpeedRecord:  # fmt: skip
+    """The record with its teeth counted from the mark of another column, where one is given.
+
+    `time` is that between samples, or the times of changes.
+    """
+    if table.mark_column is None:
+        return replace(record, gap=_given_gap(table))
+    assert record.teeth is not None
+    name = _column(recording, table.mark_column, "mark_column")
+    level = _flat(recording, name)
+    marks = mark_times(level, time) if isinstance(time, float) else risen(time, level)
+    try:
+        found = teeth_from_mark(
+            record.teeth, pulses, marks, table.mark_angle * DEGREE, round(period / TURN)
+        )
+    except ValueError as error:
+        raise SceneError(f"{recording.label}, column {shown(name)}: {error}") from None
+    how = "once a cycle" if found.turn_known else "once a revolution"
+    said = (
+        f"the mark in {shown(name)} passes {how}: the first tooth passes at "
+        f"{found.angle / DEGREE:.4g} degrees"
+    )
+    return replace(
+        record, teeth=found.teeth, gap=found.angle, turn_known=found.turn_known,
+        remarks=(*record.remarks, said),
+    )  # fmt: skip
 
 
 def _height(found: EncoderSignal) -> float:
@@ -249,6 +300,8 @@ def _column(
             )
         return str(wanted)
     named = [n for n in names if any(word in n.lower() for word in words)]
+    times = [n for n in names if is_time_name(n)] if "time" in words else []
+    named = times if len(times) == 1 else named
     left = [n for n in names if n not in without]
     if len(named) == 1:
         return named[0]
@@ -299,6 +352,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     signal = _flat(recording, column)
     if time_name is None:
         assert table.sample_rate is not None
+        _check_rate(recording, table.sample_rate, column)
         return signal, 1.0 / table.sample_rate
     time = _flat(recording, time_name)
     time = time * _factor(recording, time_name, (), table.unit, TIME, "time")
@@ -321,12 +375,23 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     return signal, interval
 
 
+def _check_rate(recording: Recording, rate: float, column: str) -> None:
+    """Refuse a sample rate that is not that of the times in the file."""
+    for name in (name for name in recording.columns if name != column and is_time_name(name)):
+        time = _flat(recording, name) * _factor(recording, name, (), None, TIME, "time")
+        stated = (time.size - 1) / float(np.ptp(time)) if np.ptp(time) > 0.0 else rate
+        if abs(rate / stated - 1.0) > RATES_DIFFER:
+            raise SceneError(
+                f"{recording.label}, column {shown(name)}: has {stated:.6g} samples per second; "
+                f"sample_rate = {rate:g} must be left out or the same"
+            )
+
+
 def _time_column(recording: Recording, table: MeasuredTable) -> str:
     """The column with the time: as given, named so, or the only one that ascends throughout."""
     if table.time_column is not None:
         return _column(recording, table.time_column, "time_column")
-    words = ("t", "time", "zeit", "times")
-    named = [n for n in recording.columns if _bare(n) in words]
+    named = [n for n in recording.columns if is_time_name(n)]
     if len(named) == 1:
         return named[0]
     rising = [
@@ -340,12 +405,6 @@ def _time_column(recording: Recording, table: MeasuredTable) -> str:
         f"{recording.label}: time_column: not clear which column is the time of the samples; name "
         "it, or give sample_rate"
     )
-
-
-def _bare(name: str) -> str:
-    """Name of a column of times in lower case, without a unit such as that of "time_us"."""
-    first, _, last = name.lower().strip().rpartition("_")
-    return first if first and last in TIME else name.lower().strip()
 
 
 def _speed_over_angle(
@@ -365,8 +424,20 @@ def _speed_over_angle(
         raise SceneError(
             f"{recording.label}: {angle.size} angles, {speed.shape[-1]} speeds in a cycle"
         )
-    if angle.size > 1 and angle[-1] < angle[0]:
+    if angle.size > 1 and np.median(np.diff(angle)) < 0.0:
         angle, speed = angle[::-1], speed[..., ::-1]
+    several = angle.size > 1
+    degrees = angle / DEGREE
+    running, again = unwrapped(degrees, period / DEGREE, recording) if several else (degrees, 0.0)
+    if 0.0 < again < period / DEGREE - 1.0:
+        raise SceneError(
+            f"{recording.label}, column {shown(angle_name)}: begins again after {again:g} degrees; "
+            f"must run over the cycle of {period / DEGREE:g}, or on over many cycles"
+        )
+    if again and speed.ndim == 1:  # the end of a cycle is the beginning of the next
+        kept = np.append(np.diff(running) > SAME, True)
+        running, speed = running[kept], speed[kept]
+    angle = running * DEGREE
     if np.any(np.diff(angle) <= 0.0):
         place = int(np.flatnonzero(np.diff(angle) <= 0.0)[0]) + 1
         raise SceneError(

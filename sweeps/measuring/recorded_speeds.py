@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine_dyn.recordings.marks import ASIDE
 from engine_dyn.recordings.measured_speed import GapAngle, cycles_of_turns, find_gap_angle
 from engine_dyn.recordings.tooth_errors import sound_intervals
 from engine_dyn.recordings.wheel import TURN, Wheel
@@ -16,7 +17,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring.measured_files import SpeedRecord, records_of
 from sweeps.scene.measured import Measured
 
-__all__ = ["RecordedSpeeds", "first_tooth", "given_gap", "recorded_speeds"]
+__all__ = ["RecordedSpeeds", "first_tooth", "recorded_speeds"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,10 @@ class RecordedSpeeds:
         Teeth of a turn that could be the first one.
     first_pulse : tuple of int
         The one that each recording begins with, from 1.
+    known_gap : float, optional
+        Crank angle of the first tooth [rad], where the scene or marks tell it.
+    turn_known : bool
+        Whether marks tell with which turn cycles begin.
     """
 
     labels: tuple[str, ...]
@@ -58,6 +63,8 @@ class RecordedSpeeds:
     angle: Floats | None
     groups: int
     first_pulse: tuple[int, ...]
+    known_gap: float | None
+    turn_known: bool
 
     @property
     def turns(self) -> int:
@@ -101,7 +108,15 @@ class RecordedSpeeds:
         if not has.any():
             return GapAngle(first, zero, alike, zero, first + np.zeros(len(raw)))
         found = find_gap_angle(
-            raw[has], angle, speed[has], self.wheel, self.period, known, self.sound, self.groups
+            raw[has],
+            angle,
+            speed[has],
+            self.wheel,
+            self.period,
+            known,
+            self.sound,
+            self.groups,
+            self.turn_known,
         )
         if has.all():
             return found
@@ -176,6 +191,7 @@ def recorded_speeds(
         tuple(f"{r.label}: {line}" for r in records for line in r.remarks),
         cycles, width, used, period, wheel, angle, given.groups,
         tuple(r.teeth.first + 1 for r in records if r.teeth is not None),
+        _known_gap(records, name), all(r.turn_known for r in records),
     )  # fmt: skip
 
 
@@ -185,10 +201,19 @@ def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> 
     return start - float(aside[sound & np.roll(sound, 1)].mean())
 
 
-def given_gap(given: Measured) -> float | None:
-    """Angle of the gap that a scene gives [rad]."""
-    known = given.table.gap_angle
-    return None if known is None else known * DEGREE
+def _known_gap(records: Sequence[SpeedRecord], name: str) -> float | None:
+    """Crank angle of the first tooth [rad], about which the marks of all records must agree."""
+    gaps = np.array([record.gap for record in records if record.gap is not None])
+    if not gaps.size:
+        return None
+    away = (gaps - gaps[0] + 0.5 * TURN) % TURN - 0.5 * TURN
+    if np.ptp(away) > ASIDE:
+        listed = ", ".join(f"{gap / DEGREE:.4g}" for gap in gaps)
+        raise SceneError(
+            f"{name}: [measured] mark_column: the first tooth passes at {listed} degrees; must be "
+            f"the same within {ASIDE / DEGREE:g} in all files"
+        )
+    return float(gaps[0] + away.mean())
 
 
 def _means(cycles: Sequence[Floats]) -> Floats:

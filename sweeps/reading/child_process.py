@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import psutil
 
-from sweeps.errors import size_text
+from sweeps.errors import SceneError, size_text
 
-__all__ = ["Limits", "started", "watched"]
+__all__ = ["Limits", "answer_apart", "answering", "started", "watched"]
 
 PAUSE = 0.01
 """Seconds between two looks at its memory."""
+
+REFUSED = b"refused "
+"""What an answer begins with that says why there is none."""
 
 
 @dataclass
@@ -70,3 +74,54 @@ def _watch(process: subprocess.Popen[str], limits: Limits, done: threading.Event
             if limits.ended_for:
                 process.kill()
                 return
+
+
+def answer_apart(
+    module: str, asked: str, data: bytes, limits: Limits, label: str, kind: str
+) -> bytes:
+    """Return what a module of ours, which calls `answering`, answers about a file.
+
+    Parameters
+    ----------
+    module, asked : str
+        The module, and its one argument.
+    data : bytes
+        The file, which it gets as its input.
+    limits : Limits
+        For the process, beside twice the size of the file.
+    label, kind : str
+        The file and its kind, such as "an .xlsx file", as messages should call them.
+
+    Raises
+    ------
+    SceneError
+        In one line: what the module refuses, and a process that exceeds the limits or ends.
+    """
+    process = started(module, asked)
+    limits.most += 2 * len(data)
+    with process, watched(process, limits):
+        try:
+            answer, _ = process.communicate(data)  # type: ignore[arg-type, unused-ignore]
+        finally:
+            process.kill()
+    if limits.ended_for:
+        raise SceneError(f"{label}: not {kind} to be read: it takes {limits.ended_for}")
+    if not answer:
+        raise SceneError(f"{label}: not {kind}, or a damaged one: reading it ends the process")
+    made: bytes = answer  # type: ignore[assignment, unused-ignore]
+    if made.startswith(REFUSED):
+        raise SceneError(json.loads(made[len(REFUSED) :]))
+    return made
+
+
+def answering(answer: Callable[[], Iterable[bytes]]) -> None:
+    """Write the parts of an answer, or why there is none, and nothing that libraries print."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    try:
+        parts = answer()
+    except SceneError as error:
+        parts = [REFUSED, json.dumps(str(error)).encode()]
+    for part in parts:
+        answers.write(part)
+    answers.close()

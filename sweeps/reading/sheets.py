@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import sys
 import zipfile
 from typing import Any
 
 from sweeps.errors import SceneError, not_known, size_text
-from sweeps.reading.child_process import Limits, started, watched
+from sweeps.reading.child_process import Limits, answer_apart, answering
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["sheet_rows"]
@@ -85,38 +84,17 @@ def _has_cells(part: str) -> bool:
 
 def _rows_apart(data: bytes, label: str, wanted: str | None, cells: int) -> list[list[Any]]:
     """Rows as a process of its own reads them, within limits for so many bytes of cells."""
-    process = started("sweeps.reading.sheets", json.dumps([label, wanted]))
-    memory = min(MEMORY + MEMORY_RATE * cells + 2 * len(data), MOST_MEMORY)
+    memory = min(MEMORY + MEMORY_RATE * cells, MOST_MEMORY)
     limits = Limits(memory, SECONDS + cells / RATE)
-    with process, watched(process, limits):
-        try:
-            answer, _ = process.communicate(data)  # type: ignore[arg-type, unused-ignore]
-        finally:
-            process.kill()
-    if limits.ended_for:
-        raise SceneError(f"{label}: not an .xlsx file to be read: it takes {limits.ended_for}")
-    if not answer:
-        raise SceneError(f"{label}: a damaged .xlsx file: reading it ends the process")
-    found = json.loads(answer)
-    if "refused" in found:
-        raise SceneError(found["refused"])
-    rows: list[list[Any]] = found["rows"]
+    asked = json.dumps([label, wanted])
+    answer = answer_apart(__name__, asked, data, limits, label, "an .xlsx file")
+    rows: list[list[Any]] = json.loads(answer)
     return rows
 
 
-def main() -> None:
-    """Read the file that is the input; write its rows, or why it is refused, as JSON."""
-    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries may print
+def _answer() -> list[bytes]:
     label, wanted = json.loads(sys.argv[1])
-    try:
-        made: dict[str, Any] = {"rows": _read(sys.stdin.buffer.read(), label, wanted)}
-    except SceneError as error:
-        made = {"refused": str(error)}
-    except MemoryError:
-        made = {"refused": f"{label}: there is not enough memory to read it"}
-    json.dump(made, answers)
-    answers.close()
+    return [json.dumps(_read(sys.stdin.buffer.read(), label, wanted)).encode("ascii")]
 
 
 def _read(data: bytes, label: str, wanted: str | None) -> list[list[Any]]:
@@ -173,4 +151,4 @@ def _plain(value: Any) -> Any:
 
 
 if __name__ == "__main__":
-    main()
+    answering(_answer)

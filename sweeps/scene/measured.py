@@ -16,7 +16,7 @@ from pydantic import Field
 
 from engine_dyn.recordings.wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.types import Floats
-from sweeps.checks import number
+from sweeps.checks import Companions, check_companions, number
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, shown
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
@@ -75,6 +75,15 @@ class MeasuredTable(ReadingChoices):
         description="the number, from 1, of a pulse that is the first tooth, for a wheel of which "
         "several could be it; or a list, one for each file",
     )
+    mark_column: str | int | None = Field(
+        default=None,
+        description="the name or number of a column with a mark, once a revolution or once a cycle",
+    )
+    mark_angle: float = Field(
+        default=0.0,
+        description="a number of degrees, -720 to 720: where the mark's signal rises",
+        ge=-720.0, le=720.0,
+    )  # fmt: skip
     angle_shift: float = Field(
         default=0.0,
         description="a number of degrees, -720 to 720, added to the angles of the file",
@@ -101,6 +110,16 @@ class MeasuredTable(ReadingChoices):
     at: dict[str, Any] = Field(
         default={}, description="a table of axes: for each file, the axis value to which it belongs"
     )
+
+
+_COMPANIONS: Companions = {
+    ("angle_column", "angle_shift"): {"kind": ("speed",)},
+    ("gap_angle", "first_tooth", "reversed", "end", "tooth_errors"): {"kind": ("teeth", "encoder")},
+    ("time_column", "sample_rate", "threshold", "hysteresis", "edge", "mark_column"): {
+        "kind": ("encoder",)
+    },
+    ("mark_angle",): {"mark_column": ()},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +155,8 @@ class Measured:
     @property
     def groups(self) -> int:
         """Teeth of a turn that could be the first one, as far as the scene tells."""
-        return 1 if self.wheel is None or self.first[0] is not None else self.wheel.symmetry
+        told = self.first[0] is not None or self.table.mark_column is not None
+        return 1 if self.wheel is None or told else self.wheel.symmetry
 
 
 def read_measured(
@@ -158,6 +178,14 @@ def read_measured(
         raise SceneError(f"{where} file: {len(files)} files; must be 1 to {MOST_FILES}")
     paths = tuple(referred(base, file, f"{where} file") for file in files)
     wheel = _wheel(given, where)
+    check_companions(given, _COMPANIONS, where)
+    for key in ("gap_angle", "first_tooth"):
+        if given.mark_column is not None and getattr(given, key) is not None:
+            raise SceneError(
+                f"{where} {key} and mark_column: both tell where the wheel is; give one"
+            )
+    if given.sample_rate is not None and given.time_column is not None:
+        raise SceneError(f"{where} sample_rate and time_column: only one of them")
     return Measured(
         given, paths, files, wheel, _errors(given, wheel, len(files), where),
         _places(given.at, values, len(files), where), _first(given, wheel, len(files), where),

@@ -87,6 +87,13 @@ def matlab(path: Path) -> None:
             do_compression=True)  # fmt: skip
 
 
+def matlab_structure(path: Path) -> None:
+    from scipy.io import savemat
+
+    angle, pressure = samples(-360.0, seed=15)
+    savemat(path, {"run": {"CA": angle, "pressure": pressure}})
+
+
 def tdms(path: Path) -> None:
     from nptdms import ChannelObject, TdmsWriter
 
@@ -165,6 +172,20 @@ def fixed_width(path: Path) -> None:
     path.write_text(head + "\n".join(lines) + "\n")
 
 
+def before_dead_centre(path: Path) -> None:
+    """Angles that count down to dead centre, in the order of time, and a row of odd units."""
+    angle, pressure = samples(-360.0, seed=13)
+    head = "Crank angle;Trigger;p_cyl;Mode\ndeg BTDC;Flag;bar;Flag\n"
+    text = rows(-angle, 0 * angle, pressure, 0 * angle, separator=";")
+    path.write_bytes((head + text + "\n\x1a").encode())
+
+
+def named_before(path: Path) -> None:
+    """The name, not the unit, says how the angles count; rows against the order of time."""
+    angle, pressure = samples(-360.0, seed=14)
+    path.write_text("CAD BTDC [deg],p [bar]\n" + rows(-angle[::-1], pressure[::-1]))
+
+
 STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "own format": (own, "own.csv", {}),
     "AVL": (avl, "avl.csv", {}),
@@ -173,6 +194,7 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "descending, psi": (descending, "descending.dat", {}),
     "xlsx from bottom dead centre": (xlsx, "sheet.xlsx", {"zero": "BDC"}),
     "mat, rows of cycles": (matlab, "run.mat", {"unit": "MPa", "average": True}),
+    "mat, structure": (matlab_structure, "run.mat", {"unit": "bar"}),
     "tdms, volts": (tdms, "run.tdms", {"pressure_column": "kistler",
                                        "calibration": [20.0, -2.0]}),
     "mf4, one mark a turn": (mf4, "run.mf4", {"average": True}),
@@ -180,6 +202,8 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "netCDF, several cycles": (netcdf, "run.nc", {"average": True}),
     "fixed width, with blank fields": (fixed_width, "run12.txt", {"format": "fixed_width"}),
     "text, of another ending": (avl, "run12.ind", {}),
+    "angles before dead centre": (before_dead_centre, "before.csv", {}),
+    "angles named so": (named_before, "named.csv", {}),
     "text, rows of cycles": (rows_of_cycles, "rows.csv", {"unit": "bar", "average": True}),
 }  # fmt: skip
 """Style: what writes the file, its name, and the options that it needs."""

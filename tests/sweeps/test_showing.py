@@ -281,3 +281,13 @@ def test_hints_are_those_of_python(of_bearings: Path, capsys: pytest.CaptureFixt
     told = capsys.readouterr().out
     assert 'select=dict(order=1) shows one of them, quantities="torque_order" all' in told
     assert "--select" not in told
+
+
+def test_an_axis_that_is_selected_twice(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'engine = "ntua"\n[axes]\nspeed = [900, 1000]\n[output]\nquantities = ["delta"]\n'
+    )
+    ok("run", scene, "-o", tmp_path / "a.nc")
+    said = refused("show", tmp_path / "a.nc", "--select", "speed=900", "--select", "speed=1000")
+    assert "--select speed: given twice" in said

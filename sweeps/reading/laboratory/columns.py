@@ -26,6 +26,11 @@ _PRESSURE = re.compile(
     r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*)$", re.I
 )  # fmt: skip
 _ELSEWHERE = re.compile(r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas)", re.I)
+_SPREAD = re.compile(
+    r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
+)
+"""Curves of the spread over cycles beside their mean."""
+
 _CYCLE = re.compile(r"^(cycle|cyc|zyklus|zyk|c)?[ _.#-]*\d+$", re.I)
 
 WIDE = 60
@@ -156,7 +161,7 @@ def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> s
     columns = recording.columns
     good = [n for n, c in columns.items() if is_angle_unit(c.unit)]
     if len(good) != 1:
-        good = [n for n in good or columns if _ANGLE.match(n) or n.lower().endswith("_deg")]
+        good = [n for n in good or columns if _called(n, _ANGLE) or n.lower().endswith("_deg")]
     if not good and all(n.startswith("column ") for n in columns):
         good = [n for n in columns if _looks_like_angles(columns[n].values)]
         good = good[:1] if len(columns) == 2 else good
@@ -189,11 +194,14 @@ def _pressures(
         return found
     rest = {n: c for n, c in recording.columns.items() if n != angle}
     stated = [n for n, c in rest.items() if c.unit and _is_pressure(c.unit, recording.label)]
-    named = [n for n in rest if _PRESSURE.match(n) or _CYCLE.match(n)]
+    named = [n for n in rest if _called(n, _PRESSURE) or _CYCLE.match(n)]
     good = [n for n in stated if n in named] or stated or named
     good = [n for n in good if not _ELSEWHERE.search(n)]
+    good = [n for n in good if not _SPREAD.search(n)] or good
     if not good and len(rest) == 1:
         good = list(rest)
+    if any(_again(one, other) for one in good for other in good):
+        _unclear(recording, "pressure_column", good)
     if not good and options.columns_are is not None:
         label = recording.label
         good = [n for n, c in rest.items() if not c.unit or pressure_unit(c.unit, label)]
@@ -205,6 +213,16 @@ def _pressures(
     what = "column" if len(good) == 1 else "columns"
     said.append(one_line(f"{what} {names} taken as the cylinder pressure", 300))
     return good
+
+
+def _called(name: str, words: re.Pattern[str]) -> bool:
+    """Whether a column, or what stands behind its group or structure ("run.CA"), is called so."""
+    return any(words.match(one) for one in (name, re.split(r"[./]", name)[-1]))
+
+
+def _again(name: str, other: str) -> bool:
+    """Whether a column seems to be another one again, such as PCYL1_FILT beside PCYL1."""
+    return len(other) > 2 and re.match(re.escape(other) + r"[ _.-]+[a-z]", name, re.I) is not None
 
 
 def _is_pressure(unit: str, label: str) -> bool:

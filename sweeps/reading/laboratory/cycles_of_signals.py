@@ -19,10 +19,12 @@ from sweeps.reading.laboratory.recorded_columns import Recording
 
 __all__ = [
     "LONGEST",
+    "SAME",
     "CrankAngles",
     "crank_angles",
     "cut_into_cycles",
     "is_half_a_cycle_late",
+    "unwrapped",
     "work_sign",
 ]
 
@@ -99,19 +101,19 @@ def crank_angles(
     if falls:
         said.append("angles fall from row to row")
         angles = -angles
-    unwrapped, rolls_over = _unwrapped(angles, period, recording)
+    rising, rolls_over = unwrapped(angles, period, recording)
     if rolls_over:  # the end of a cycle is the beginning of the next
-        kept = np.append((np.diff(unwrapped) > SAME) | (np.diff(angles) > -SAME), True)
-        unwrapped = unwrapped[kept]
+        kept = np.append((np.diff(rising) > SAME) | (np.diff(angles) > -SAME), True)
+        rising = rising[kept]
         flat = {name: values[kept] for name, values in flat.items()}
-    several = unwrapped[-1] - unwrapped[0] > period * 1.01
+    several = rising[-1] - rising[0] > period * 1.01
     backward = options.direction == "backward" or (falls and several and options.direction is None)
     if backward:
         said.append("counted backward: an angle of 10 becomes -10")
     if falls != backward:  # the crank passes the rows in the other order
-        unwrapped = -unwrapped[::-1]
+        rising = -rising[::-1]
         flat = {name: values[::-1] for name, values in flat.items()}
-    return CrankAngles(unwrapped, flat, rolls_over)
+    return CrankAngles(rising, flat, rolls_over)
 
 
 def _in_one_column(
@@ -143,7 +145,7 @@ def _in_one_column(
     return angles.reshape(-1), rows.reshape(-1)
 
 
-def _unwrapped(angles: Floats, period: float, recording: Recording) -> tuple[Floats, float]:
+def unwrapped(angles: Floats, period: float, recording: Recording) -> tuple[Floats, float]:
     """Angles that rise on and on, and after how many degrees the given ones began again."""
     steps = np.diff(angles)
     usual = float(np.median(steps))
@@ -240,8 +242,10 @@ def cut_into_cycles(
     usual = float(np.median(np.diff(angle)))
     span = float(angle[-1] - angle[0])
     if regular and span + usual < period - max(5.0, 3.0 * usual):
+        two_stroke = ", or 360 of a two-stroke engine" if period > 360.0 else ""
         raise SceneError(
-            f"{where}: covers {span + usual:.6g} degree; must be a whole cycle of {period:g} degree"
+            f"{where}: covers {span + usual:.6g} degree; must be a whole cycle of {period:g} "
+            f"degree{two_stroke}"
         )
     number = np.floor(np.round((angle + 0.5 * period) / SAME) * SAME / period).astype(np.int64)
     inside: Floats = np.asarray(np.round(angle - number * period, 7), np.float64)

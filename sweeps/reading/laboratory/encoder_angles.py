@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
 
 from engine_dyn.recordings.encoder import teeth_of_signal
+from engine_dyn.recordings.marks import mark_times, teeth_from_mark
 from engine_dyn.recordings.wheel import wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.checks import mentioned
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, one_line
 from sweeps.reading.laboratory.columns import named_column, wanted_pressures
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
+from sweeps.reading.laboratory.units import is_time_name
 
 __all__ = ["with_encoder_angles"]
 
-_TIME = re.compile(r"^(t|time|times|zeit|timestamp|time stamp)$", re.I)
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
 """Seconds of each unit of times."""
 
@@ -28,9 +28,9 @@ MOST_REMARKS = 8
 
 
 def with_encoder_angles(
-    recording: Recording, options: PressureOptions, said: list[str]
+    recording: Recording, options: PressureOptions, degrees: float, said: list[str]
 ) -> tuple[Recording, PressureOptions, Floats]:
-    """Find the crank angle of samples between the teeth of a wheel.
+    """Find the crank angle of samples between the teeth of a wheel; `degrees` make a cycle.
 
     Returns
     -------
@@ -68,28 +68,45 @@ def with_encoder_angles(
         )  # fmt: skip
     except ValueError as error:
         raise SceneError(f"{recording.label}: {mentioned(error)}") from None
+    teeth, gap = found.teeth, options.gap_angle
+    if options.mark_column is not None:
+        mark = named_column(recording, options.mark_column, "mark_column")
+        used.add(mark)
+        try:
+            marked = teeth_from_mark(
+                teeth, found.crossings.time * interval,
+                mark_times(recording.numbers(mark), interval), options.mark_angle * DEGREE,
+                round(degrees / 360.0),
+            )  # fmt: skip
+        except ValueError as error:
+            raise SceneError(f"{recording.where(mark)}: {error}") from None
+        teeth, gap = marked.teeth, round(marked.angle / DEGREE, 6)
+        how = "once a cycle" if marked.turn_known else "once a revolution"
+        said.append(f"the mark in column '{one_line(mark, 60)}' passes {how}")
     which = f"the {found.crossings.edge} edge of the first tooth " + (
-        "of the recording"
+        "at the mark"
+        if options.mark_column is not None and (wheel.even or wheel.symmetry > 1)
+        else "of the recording"
         if wheel.even
         else "after the first gap of the recording"
         if wheel.symmetry > 1
         else "after the longest gap"
     )
-    if options.gap_angle is None:
+    if gap is None:
         raise SceneError(
             f"{recording.label}: gap_angle: missing; must be the crank angle in degree at which "
-            f"{which} passes, from a drawing or measured on the engine; or read a motored "
-            "recording with gap_angle = 0 and use the negative of the angle of its largest "
-            "pressure, minus the thermodynamic loss angle (usually 0.4 to 1 degree)"
+            f"{which} passes, from a drawing or measured on the engine; or give mark_column, or "
+            "read a motored recording with gap_angle = 0 and use the negative of the angle of its "
+            "largest pressure, minus the thermodynamic loss angle (usually 0.4 to 1 degree)"
         )
     times: Floats = np.asarray(interval * np.arange(len(signal)), np.float64)
-    angle = found.teeth.angle_at(times, options.gap_angle * DEGREE)
+    angle = teeth.angle_at(times, gap * DEGREE)
     inside = np.isfinite(angle)
     said.append(
-        f"crank angle from the wheel {wheel.text}: {len(found.teeth.turn)} turns, {which} at "
-        f"{options.gap_angle:g} degree"
+        f"crank angle from the wheel {wheel.text}: {len(teeth.turn)} turns, {which} at "
+        f"{gap:.6g} degree"
     )
-    if options.edge is None:
+    if options.edge is None and options.mark_column is None:
         said.append(
             f"the {found.crossings.edge} edge was chosen, because its intervals repeat best; if "
             "gap_angle refers to the other edge, one tooth width away, give edge"
@@ -112,7 +129,7 @@ def _time_column(
         return named_column(recording, options.time_column, "time_column")
     good = [
         name for name, column in recording.columns.items()
-        if name != encoder and _TIME.match(name) and column.unit.strip().lower() in _SECONDS
+        if name != encoder and is_time_name(name) and column.unit.strip().lower() in _SECONDS
     ]  # fmt: skip
     if len(good) != 1:
         return None

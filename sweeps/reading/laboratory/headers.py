@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sweeps.errors import one_line
+from sweeps.reading.laboratory.units import is_angle_unit
 
 __all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
 
@@ -81,11 +82,11 @@ def split_unit(text: str) -> tuple[str, str]:
     found = _IN_BRACKETS.match(text)
     if found is None:
         over = _OVER_UNIT.match(text.strip())
-        if over is None or over["unit"].lower() not in _UNIT_WORDS:
+        if over is None or not _is_unit(over["unit"]):
             return text.strip(), ""
         return over["name"], over["unit"]
     unit = found["a"] if found["a"] is not None else found["b"]
-    if found["a"] is None and unit.strip().lower() not in _UNIT_WORDS:
+    if found["a"] is None and not _is_unit(unit):
         return text.strip(), ""  # "p (cylinder 1)"
     return found["name"].strip(), unit.strip()
 
@@ -122,7 +123,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
         fitting.append(fields + [""] * (width - len(fields)))
         if len(fitting) == 3:
             break
-    if fitting and _are_units(fitting[0]):
+    if fitting and (_are_units(fitting[0]) or _seem_units(fitting, width)):
         units = [_bare(text) for text in fitting.pop(0)]
     if fitting and not _are_units(fitting[0]):
         names = fitting[0]
@@ -141,6 +142,22 @@ def _are_names(fields: Sequence[str], width: int) -> bool:
     return len(fields) == width and all(text and not text[0].isdigit() for text in fields)
 
 
+def _seem_units(fitting: Sequence[Sequence[str]], width: int) -> bool:
+    """Whether the nearest row holds units with unknown ones among them, below a row of names."""
+    nearest = [text for text in fitting[0] if text]
+    return (
+        len(fitting) > 1
+        and _are_names(fitting[1], width)
+        and len(set(fitting[1])) == width
+        and any(_is_unit(_bare(text)) for text in nearest)
+        and len(set(nearest)) < len(nearest)
+    )
+
+
+def _is_unit(text: str) -> bool:
+    return text.strip().lower() in _UNIT_WORDS or is_angle_unit(text)
+
+
 def _bare(text: str) -> str:
     return text.strip("[]() \t")
 
@@ -149,6 +166,5 @@ def _are_units(fields: Sequence[str]) -> bool:
     """Whether a row holds units: all its texts are units, or stand in brackets."""
     filled = [text for text in fields if text]
     return bool(filled) and all(
-        _bare(text).lower() in _UNIT_WORDS or (text[0] in "[(" and text[-1] in ")]")
-        for text in filled
+        _is_unit(_bare(text)) or (text[0] in "[(" and text[-1] in ")]") for text in filled
     )

@@ -32,7 +32,7 @@ from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.checks import a_path, check_structure, mentioned, plain
+from sweeps.checks import a_path, check_companions, check_structure, mentioned, plain
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.engine_measures import EngineMeasures, measures_of, read_engine_measures
 from sweeps.reading.laboratory.columns import Signals, signals_of
@@ -44,10 +44,16 @@ from sweeps.reading.laboratory.cycles_of_signals import (
 )
 from sweeps.reading.laboratory.encoder_angles import with_encoder_angles
 from sweeps.reading.laboratory.imported_pressure import ImportedPressure, values_on
-from sweeps.reading.laboratory.pressure_options import ImportOptions, PressureOptions
+from sweeps.reading.laboratory.pressure_options import COMPANIONS, ImportOptions, PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.recording import read_recording
-from sweeps.reading.laboratory.units import angle_factor, pressure_unit, unit_of_name
+from sweeps.reading.laboratory.units import (
+    angle_factor,
+    counts_before,
+    is_time_name,
+    pressure_unit,
+    unit_of_name,
+)
 from sweeps.reading.laboratory.work_loops import with_loop_angles
 from sweeps.reading.silenced_warnings import BRAKE_TORQUE, STATED_UNIT
 
@@ -158,7 +164,7 @@ def imported(
     engine = measures_of(engine) if isinstance(engine, Engine) else engine
     _check_together(options, degrees, recording.label)
     if options.encoder_column is not None or options.wheel is not None:
-        recording, options, angle = with_encoder_angles(recording, options, said)
+        recording, options, angle = with_encoder_angles(recording, options, degrees, said)
     try:
         geometry = _geometry(engine, options)
         if options.pegging == "compression" and geometry.compression_ratio is None:
@@ -197,6 +203,7 @@ def imported(
 
 def _check_together(options: PressureOptions, degrees: float, label: str) -> None:
     """Refuse keys that need others, or exclude them."""
+    check_companions(options, COMPANIONS, f"{label}:")
     for key in ("delay", "time_constant"):
         if getattr(options, key) and options.speed is None:
             raise SceneError(f"{label}: {key}: needs speed, in rpm")
@@ -204,8 +211,15 @@ def _check_together(options: PressureOptions, degrees: float, label: str) -> Non
         raise SceneError(f"{label}: pegging = 'inlet': needs inlet_pressure, in bar")
     if options.average and options.cycle is not None:
         raise SceneError(f"{label}: average and cycle: only one of them")
-    if options.angle_increment is not None and options.angle_column is not None:
-        raise SceneError(f"{label}: angle_increment and angle_column: only one of them")
+    for pair in (
+        ("angle_increment", "angle_column"),
+        ("sample_rate", "time_column"),
+        ("gap_angle", "mark_column"),
+    ):
+        if all(getattr(options, key) is not None for key in pair):
+            raise SceneError(f"{label}: {' and '.join(pair)}: only one of them")
+    if options.dead_centre is not None and degrees <= 360.0:
+        raise SceneError(f"{label}: dead_centre: has no effect on a two-stroke cycle")
     step = options.angle_step
     if step is not None and abs(degrees / step - round(degrees / step)) > 1e-9:
         raise SceneError(f"{label}: angle_step = {step:g}: must divide {degrees:g} degree")
@@ -307,6 +321,11 @@ def _pascal(
         return np.asarray((values * unit.factor * gain + offset) * BAR)
     if options.calibration is not None:
         raise SceneError(f"{where}: in {text}: calibration is of volts, give unit = 'V'")
+    if not unit.gauge and "ambient_pressure" in options.model_fields_set:
+        raise SceneError(
+            f"{where}: in {one_line(text, 40)}: ambient_pressure is added to gauge pressures; "
+            "give unit = 'barg', say"
+        )
     ambient = options.ambient_pressure * BAR if unit.gauge else 0.0
     added = f", {options.ambient_pressure:g} bar added" if unit.gauge else ""
     said.append(f"pressure in {text}{added}")
@@ -338,11 +357,21 @@ def _degrees(
         said.append(f"angle from {start:g} degree on, in steps of {step:g}")
         return np.asarray(start + step * np.arange(count), np.float64)
     text = options.angle_unit or signals.angle_unit or unit_of_name(signals.angle_name, "")
+    if not text and is_time_name(signals.angle_name):
+        raise SceneError(
+            f"{recording.where(signals.angle_name)}: is a time; must be crank angles, or "
+            "encoder_column and wheel, or angle_increment"
+        )
     if not text:
         span = float(np.ptp(signals.angle))
         text = "rad" if span < 13.0 else "deg"
         said.append(f"angle taken to be in {text}")
-    return signals.angle * angle_factor(text, f"{recording.label}, '{signals.angle_name}'")
+    factor = angle_factor(text, f"{recording.label}, '{signals.angle_name}'")
+    if factor > 0.0 and counts_before(signals.angle_name):
+        factor = -factor
+    if factor < 0.0:
+        said.append("angles count before top dead centre")
+    return signals.angle * factor
 
 
 def _correction(options: PressureOptions, said: list[str]) -> float:

@@ -9,9 +9,10 @@ from typing import Literal
 
 from pydantic import Field
 
+from sweeps.checks import Companions
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 
-__all__ = ["ImportOptions", "PressureOptions"]
+__all__ = ["COMPANIONS", "ImportOptions", "PressureOptions"]
 
 _COLUMN = "a column's name, or its number from 1"
 
@@ -79,6 +80,14 @@ class PressureOptions(ReadingChoices):
         default=None, ge=-720.0, le=720.0,
         description="a number in degree, -720 to 720: the crank angle at which the first tooth "
                     "after the longest gap passes (with the edge that is used)",
+    )  # fmt: skip
+    mark_column: str | int | None = Field(
+        default=None,
+        description=f"{_COLUMN}: a mark once a revolution or once a cycle, instead of gap_angle",
+    )
+    mark_angle: float = Field(
+        default=0.0, ge=-720.0, le=720.0,
+        description="a number in degree, -720 to 720: where the mark's signal rises",
     )  # fmt: skip
     edge: Literal["rising", "falling"] | None = Field(
         default=None, description="'rising' or 'falling': the edge of the teeth that is used"
@@ -167,6 +176,23 @@ class PressureOptions(ReadingChoices):
     def is_loop(self) -> bool:
         """Whether the pressure is over volume or travel."""
         return self.volume_column is not None or self.travel_column is not None
+
+
+COMPANIONS: Companions = {
+    ("angle_start",): {"angle_increment": ()},
+    ("volume_unit",): {"volume_column": ()},
+    ("travel_unit",): {"travel_column": ()},
+    ("stroke_column",): {"volume_column": (), "travel_column": ()},
+    ("time_column", "sample_rate", "gap_angle", "mark_column", "edge", "threshold", "hysteresis"): {
+        "encoder_column": ()
+    },
+    ("mark_angle",): {"mark_column": ()},
+    ("speed",): {"delay": (), "time_constant": ()},
+    ("inlet_pressure", "pegging_angle"): {"pegging": ("inlet",)},
+    ("polytropic_exponent",): {"pegging": ("compression",)},
+    ("smoothing_width",): {"smoothing": ("savitzky_golay",)},
+    ("highest_order",): {"smoothing": ("low_pass",)},
+}
 
 
 class ImportOptions(PressureOptions):

@@ -26,10 +26,11 @@ from sweeps.reading.laboratory import (
 )
 from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, Recording, recording_of
+from sweeps.reading.laboratory.recordings_apart import read_apart
 from sweeps.reading.referred_files import file_bytes
 from sweeps.reading.regular_files import reading
 
-__all__ = ["SUFFIXES", "Column", "Recording", "read_recording"]
+__all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_recording"]
 
 Reader = Callable[[Path, bytes, str, ReadingChoices], tuple[list[Column], int | None]]
 
@@ -38,29 +39,33 @@ MOST_BYTES = 1 << 30
 
 
 class _Kind(NamedTuple):
-    """What reads columns and the line of the first sample, endings of files, choices that count."""
+    """What reads columns and the line of the first sample, endings of files, choices that count.
+
+    A reader that hands a file to a library runs `apart`, in a process with limits.
+    """
 
     read: Reader
     suffixes: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
+    apart: bool = False
 
 
-_KINDS: Mapping[Format, _Kind] = {
+KINDS: Mapping[Format, _Kind] = {
     "text": _Kind(
         text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv"), ("separator", "decimal")
     ),
     "fixed_width": _Kind(fixed_width.read, (), ("decimal",)),
     "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm"), ("sheet",)),
-    "mat": _Kind(matlab_files.read, (".mat",)),
-    "tdms": _Kind(tdms_files.read, (".tdms",), ("group",)),
-    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",)),
+    "mat": _Kind(matlab_files.read, (".mat",), apart=True),
+    "tdms": _Kind(tdms_files.read, (".tdms",), ("group",), apart=True),
+    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",), apart=True),
     "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
-    "parquet": _Kind(parquet_tables.read, (".parquet",)),
-    "wav": _Kind(wav_files.read, (".wav",)),
+    "parquet": _Kind(parquet_tables.read, (".parquet",), apart=True),
+    "wav": _Kind(wav_files.read, (".wav",), apart=True),
 }
 
 SUFFIXES: Mapping[str, Format] = {
-    suffix: format for format, kind in _KINDS.items() for suffix in kind.suffixes
+    suffix: format for format, kind in KINDS.items() for suffix in kind.suffixes
 }
 """Formats by the endings of files that tell them."""
 
@@ -99,19 +104,22 @@ def read_recording(
         old = " (save it as .xlsx)" if suffix == ".xls" else ""
         raise SceneError(
             f"{name}: is no text, and must end with one of {', '.join(SUFFIXES)}{old}, or have its "
-            f"format given: {', '.join(_KINDS)}"
+            f"format given: {', '.join(KINDS)}"
         )
     try:
-        columns, first_line = _KINDS[format].read(Path(path), data, name, chosen)
+        if KINDS[format].apart:
+            columns, first_line = read_apart(format, data, name, chosen)
+        else:
+            columns, first_line = KINDS[format].read(Path(path), data, name, chosen)
     except SceneError as error:
         if chosen.format is not None or text == (format == "text"):
             raise
-        others = "format = 'text'" if text else f"its format: {', '.join(_KINDS)}"
+        others = "format = 'text'" if text else f"its format: {', '.join(KINDS)}"
         raise SceneError(f"{error}; if the ending of its name is wrong, give {others}") from None
     remarks = tuple(
         f"{key} = {shown(getattr(chosen, key))}: does nothing, the file is read as {format}"
         for key in ReadingChoices.model_fields
-        if getattr(chosen, key) is not None and key not in ("format", *_KINDS[format].choices)
+        if getattr(chosen, key) is not None and key not in ("format", *KINDS[format].choices)
     )
     sha256 = hashlib.sha256(data).hexdigest()
     return replace(recording_of(name, sha256, columns, first_line), remarks=remarks)

@@ -28,11 +28,17 @@ LINES = 500
 """Lines of the head that are looked at."""
 
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
-"""Bytes that texts do not have; some end with the last of those of DOS, 0x1a."""
+"""Bytes that texts do not have."""
+
+_DOS_END = b"\x1a"
+"""What ends a text of DOS."""
 
 _BLANK = r"\s+"
 _SEPARATORS = (";", "\t", "|", ",", _BLANK)
 _WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
+
+
+_PART = re.compile(r"0\d+")
 
 
 class _Form(NamedTuple):
@@ -60,6 +66,7 @@ def read(
         In one line, with the place.
     """
     del path
+    data = data.rstrip(_DOS_END)
     encoding = encoding_of(data, label)
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
@@ -81,7 +88,7 @@ def is_text(data: bytes) -> bool:
     """Whether a file seems to be a text, by the bytes at its start."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
-    return _CONTROL.search(data[:HEAD].rstrip(b"\x1a")) is None
+    return _CONTROL.search(data[:HEAD].rstrip(_DOS_END)) is None
 
 
 def encoding_of(data: bytes, label: str) -> str:
@@ -113,7 +120,7 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
         separators = (_WORDS.get(choices.separator, choices.separator),)
     if choices.decimal is not None:
         decimals = (choices.decimal,)
-    best: tuple[int, _Form] | None = None
+    found: list[tuple[int, bool, _Form]] = []
     for separator in separators:
         rows = [_fields(line, separator) for line in head]
         for decimal in decimals:
@@ -125,10 +132,13 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             first, width = start
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
-            score = numbers - 2 * texts
-            if best is None or score > best[0]:
-                best = score, _Form(separator, decimal, first, width, len(rows[first]))
-    return None if best is None else best[1]
+            parts = any(_PART.fullmatch(text.strip()) for row in rows[first:] for text in row)
+            form = _Form(separator, decimal, first, width, len(rows[first]))
+            found.append((numbers - 2 * texts, parts, form))
+    # A text such as 066 is what stands behind a decimal comma, where that makes numbers too.
+    whole = any(not parts and form.decimal == "," for _, parts, form in found)
+    good = [one for one in found if not (whole and one[1])]
+    return max(good, key=lambda one: one[0])[2] if good else None
 
 
 def _fields(line: str, separator: str) -> list[str]:

@@ -14,7 +14,15 @@ from sweeps.errors import SceneError, shown
 from sweeps.reading.libraries import library
 from sweeps.reading.unit_registry import unit_registry
 
-__all__ = ["PressureUnit", "angle_factor", "is_angle_unit", "pressure_unit", "unit_of_name"]
+__all__ = [
+    "PressureUnit",
+    "angle_factor",
+    "counts_before",
+    "is_angle_unit",
+    "is_time_name",
+    "pressure_unit",
+    "unit_of_name",
+]
 
 _ALLOWED = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
 
@@ -26,6 +34,16 @@ _ANGLES = {
     "rev": 360.0, "turn": 360.0, "revolution": 360.0, "revolutions": 360.0, "u": 360.0,
 }  # fmt: skip
 """Degrees of each unit of angles; `grad` is German for degree, and no gon."""
+
+_OF_DEAD_CENTRE = re.compile(
+    r"(?P<plain>.+?)[ _]+(?:a|after |(?P<before>b|before ))t\.?d\.?c\.?f?", re.I
+)
+"""Angles after or before top dead centre, "f" for firing."""
+
+_TIME = re.compile(
+    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time)([_ ](min|seconds|[nuµμm]?s|sec))?",
+    re.I,
+)
 
 _SPELLINGS = {
     "kpa": "kPa", "mpa": "MPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
@@ -57,7 +75,7 @@ def angle_factor(text: str, label: str) -> float:
     SceneError
         For any other unit.
     """
-    found = _ANGLES.get(text.strip().lower())
+    found = _angle(text)
     if found is None:
         raise SceneError(f"{label}: unit {shown(text)}: must be one of deg, rad, rev")
     return found
@@ -65,7 +83,26 @@ def angle_factor(text: str, label: str) -> float:
 
 def is_angle_unit(text: str) -> bool:
     """Whether a text is a unit of angles."""
-    return bool(text.strip()) and text.strip().lower() in _ANGLES
+    return _angle(text) is not None
+
+
+def _angle(text: str) -> float | None:
+    """Degrees of a unit of angles such as "deg" or "deg ATDC"; below 0 for "deg BTDC"."""
+    found = _OF_DEAD_CENTRE.fullmatch(text.strip())
+    plain, before = (text.strip(), None) if found is None else (found["plain"], found["before"])
+    size = _ANGLES.get(plain.lower())
+    return -size if size is not None and before else size
+
+
+def counts_before(name: str) -> bool:
+    """Whether the name of an angle, such as "CAD BTDC", says that it falls towards dead centre."""
+    found = _OF_DEAD_CENTRE.fullmatch(name.strip())
+    return found is not None and found["before"] is not None
+
+
+def is_time_name(name: str) -> bool:
+    """Whether a column is called a time, with or without a unit, as in "time_us"."""
+    return _TIME.fullmatch(name.strip()) is not None
 
 
 @lru_cache(maxsize=100)

@@ -136,3 +136,14 @@ def test_no_signal_makes_the_checks_fail(seed: int) -> None:
     p = curves[seed % 4] + 1e4 * rng.choice([0.0, 1.0]) * rng.standard_normal((3, count))
     names(RecordedCycles(angle, p, period))
     names(RecordedCycles(angle, p, period), motored=True)
+
+
+def test_compression_in_both_revolutions() -> None:
+    """A two-stroke engine, or one revolution of each cycle, read as four-stroke cycles."""
+    recorded = engine.cycles(0.5, 4)
+    firing = recorded.pressure[:, np.abs(recorded.angle + 1e-9) < np.pi]
+    doubled = changed(recorded, np.roll(np.hstack([firing, firing]), firing.shape[1] // 2, axis=1))
+    found = [one for one in examine(doubled, engine.GEOMETRY) if one.check == "gas_exchange"]
+    assert len(found) == 1
+    assert found[0].value == pytest.approx(np.ptp(doubled.mean) / 1e5)
+    assert "two-stroke" in found[0].text

@@ -51,6 +51,10 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "number of no column": (text(), {"angle_column": 7}, ("angle_column = 7", "1 to 2")),
     "column twice": (text(), {"angle_column": 1, "pressure_column": 1}, ("twice",)),
     "missing angle": (text(head="a,b\n"), {}, ("angle_column", "'a', 'b'")),
+    "a filtered twin": (
+        "CA [deg],PCYL1 [bar],PCYL1_FILT [bar]\n" + rows(ANGLE, PRESSURE, PRESSURE), {},
+        ("pressure_column: ambiguous ('PCYL1', 'PCYL1_FILT')",),
+    ),
     "missing unit": (text(head="CA,p\n"), {}, ("no unit", "may be in bar", "unit = 'bar'")),
     "no unit of pressure": (text(), {"unit": "kg"}, ("'kg'", "bar, kPa")),
     "unit that computes": (text(), {"unit": "9**9**9"}, ("must be a unit of pressure",)),
@@ -60,7 +64,8 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "a blank": (line(100, "-311,"), {}, ("line 100", "blank")),
     "too many fields": (line(100, "-311,1,2"), {}, ("line 100: 3 fields, must be 2",)),
     "gap": (without(700, 740), {}, ("no samples between -10.5 and 10 degree",)),
-    "half a cycle": (text(ANGLE[:720], PRESSURE[:720]), {}, ("covers 360 degree", "720")),
+    "half a cycle": (text(ANGLE[:720], PRESSURE[:720]), {},
+                     ("covers 360 degree", "720", "two-stroke")),
     "one turn of two": (without(0, 721), {}, ("whole cycle",)),
     "ends that differ": (
         text(np.append(ANGLE, 360.0), np.append(PRESSURE, PRESSURE[0] + 5.0)),
@@ -75,6 +80,22 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "average and cycle": (text(), {"average": True, "cycle": 1}, ("only one",)),
     "step that divides nothing": (text(), {"angle_step": 0.7}, ("must divide 720",)),
     "delay without speed": (text(), {"delay": 1e-5}, ("needs speed",)),
+    "pegging angle without inlet": (text(), {"pegging_angle": 0},
+                                    ("pegging_angle: has no effect without pegging = 'inlet'",)),
+    "exponent without compression": (
+        text(), {"pegging": "inlet", "inlet_pressure": 1.0, "polytropic_exponent": 1.3},
+        ("polytropic_exponent: has no effect without pegging = 'compression'",),
+    ),
+    "order of another smoothing": (text(), {"smoothing": "savitzky_golay", "highest_order": 30},
+                                   ("highest_order: has no effect", "smoothing = 'low_pass'")),
+    "speed for nothing": (text(), {"speed": 1500}, ("without delay or time_constant",)),
+    "gap angle without wheel": (text(), {"gap_angle": 0}, ("without encoder_column",)),
+    "ambient pressure of bar": (text(), {"ambient_pressure": 0.98},
+                                ("in bar: ambient_pressure is added to gauge", "'barg'")),
+    "dead centre of two strokes": (text(), {"two_stroke": True, "dead_centre": "firing"},
+                                   ("dead_centre: has no effect",)),
+    "time as angle": (text(head="time_us,p [bar]\n"), {"angle_column": 1},
+                      ("column 'time_us': is a time",)),
     "pegging without pressure": (text(), {"pegging": "inlet"}, ("inlet_pressure",)),
     "pegging without ratio": (text(), {"pegging": "compression"}, ("compression_ratio",)),
     "unknown key": (text(), {"colour": 1}, ("unknown", "colour")),
@@ -262,3 +283,30 @@ def test_a_word_among_numbers_is_no_header(rows: str, tmp_path: Path) -> None:
     path.write_text("time [s]\n" + rows)
     column = read_recording(path, "times.csv", ReadingChoices()).columns["time"]
     assert len(column.values) == 5 and column.text is not None and column.text[1] == "hello"
+
+
+@pytest.mark.parametrize("limit", ["MEMORY", "SECONDS"])
+@pytest.mark.parametrize("style", ["mat, rows of cycles", "tdms, volts", "parquet, backward"])
+def test_recordings_that_take_too_much(
+    style: str, limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The libraries of these formats run in a process with limits of time and memory."""
+    from sweeps.reading.laboratory import recordings_apart
+    from tests.support.laboratory import STYLES
+
+    write, name, options = STYLES[style]
+    write(tmp_path / name)
+    monkeypatch.setattr(recordings_apart, limit, 0)
+    monkeypatch.setattr(recordings_apart, "MEMORY_RATE", 0)
+    with pytest.raises(SceneError, match=r"to be read: it takes (more|longer) than") as failure:
+        read_pressure(tmp_path / name, **options)
+    assert str(failure.value).isprintable()
+
+
+def test_a_reader_that_ends_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from sweeps.reading.laboratory import recordings_apart
+
+    (tmp_path / "run.mat").write_bytes(bytes(1000))
+    monkeypatch.setattr(recordings_apart, "CHILD", "sweeps.no_such_module")
+    with pytest.raises(SceneError, match=r"a \.mat file, or a damaged one: reading it ends"):
+        read_recording(tmp_path / "run.mat")

@@ -76,6 +76,22 @@ def test_an_edge_that_was_chosen_is_told(raw: Path) -> None:
     assert "edge was chosen" in told and "one tooth width away" in told
 
 
+@pytest.mark.parametrize("every", [1, 2])
+def test_a_mark_replaces_the_gap_angle(every: int, raw: Path, tmp_path: Path) -> None:
+    """It rises at 100 degrees, in each revolution or in the first of each cycle."""
+    table = np.loadtxt(raw, delimiter=",", skiprows=1)
+    angle = RATE * table[:, 0] + 1.5 * np.sin(2.0 * np.pi * RATE * table[:, 0] / 360.0)
+    mark = (angle - 100.0) % (360.0 * every) < 20.0
+    path = tmp_path / "marked.csv"
+    path.write_text("Time (s),wheel [V],p [bar],mark [V]\n" + rows(*table.T, 3.3 * mark))
+    found = read_pressure(path, edge="rising", mark_column="mark", mark_angle=100.0, **KEYS)
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(true_imep(), rel=2e-3)
+    told = "\n".join(found.steps)
+    assert f"passes once a {'cycle' if every == 2 else 'revolution'}" in told
+    with pytest.raises(sweeps.SceneError, match="gap_angle and mark_column: only one"):
+        read_pressure(path, mark_column="mark", gap_angle=78.0, **KEYS)
+
+
 def test_threshold_and_hysteresis_are_those_given(raw: Path) -> None:
     found = read_pressure(
         raw, gap_angle=RISING, edge="rising", threshold=2.25, hysteresis=0.125, **KEYS

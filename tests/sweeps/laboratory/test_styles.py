@@ -224,3 +224,14 @@ def test_ten_million_samples(tmp_path: Path) -> None:
     found = read_pressure(tmp_path / "long.parquet", average=True)
     assert found.recorded["p_Pa"].cycles == cycles
     assert np.allclose(found.mean.pressure[0], one, rtol=1e-6)
+
+
+def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:
+    """Mean, smallest and largest pressure over the angle: their mean is no pressure."""
+    angle, pressure = samples(-360.0)
+    text = "CA [deg],p_mean [bar],p_min [bar],p_max [bar]\n"
+    text += rows(angle, pressure, 0.9 * pressure, 1.3 * pressure)
+    (tmp_path / "mean.csv").write_text(text)
+    found = read_pressure(tmp_path / "mean.csv")
+    assert list(found.recorded) == ["p_mean"]
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)

@@ -56,9 +56,9 @@ def compared(file: Path, kind: str, wheel: str, **keys: Any) -> xr.Dataset:
     )  # fmt: skip
 
 
-def check(found: xr.Dataset) -> None:
+def check(found: xr.Dataset, cycles: int = TURNS // 2) -> None:
     assert float(found.delta_measured_raw[0]) == pytest.approx(DELTA, rel=0.02)
-    assert int(found.recorded_cycles[0]) == TURNS // 2
+    assert int(found.recorded_cycles[0]) == cycles
 
 
 @pytest.mark.parametrize("marked", [False, True])
@@ -202,3 +202,110 @@ def test_speed_over_angle_without_a_computed_speed(tmp_path: Path) -> None:
     )  # fmt: skip
     assert float(found.delta_measured[0]) == pytest.approx(np.ptp(rpm) / rpm.mean(), rel=1e-4)
     assert np.isnan(found.correlation).all()
+
+
+@pytest.mark.parametrize(("edge", "late"), [("rising", 12.0), ("falling", 9.6)])
+def test_a_mark_tells_the_angle_of_the_wheel(tmp_path: Path, edge: str, late: float) -> None:
+    """The mark rises 12 degrees after the first tooth; its other edge comes 2.4 degrees later."""
+    path = tmp_path / "levels.csv"
+    rows = "\n".join(f"{t:.9f},{one},{other}" for t, one, other in levels(marked=True))
+    path.write_text("Time [s],Channel 0,Channel 1\n" + rows + "\n")
+    keys: dict[str, Any] = {"column": "Channel 0", "edge": edge}
+    found = compared(path, "encoder", "60-2", mark_column="Channel 1", mark_angle=40.0, **keys)
+    check(found)
+    assert found.attrs["gap_angle"] == pytest.approx(40.0 - late, abs=0.05)
+    assert found.attrs["gap_angle_from"] == "the mark"
+    assert "passes once a revolution" in found.attrs["remarks"]
+    for wrong, said in (
+        ({"mark_column": "Channel 1", "gap_angle": 30.0}, "gap_angle and mark_column"),
+        ({"mark_angle": 30.0}, "mark_angle: has no effect without mark_column"),
+        ({"mark_column": "Channel 0"}, "column 'Channel 0': mark: passes"),
+    ):
+        with pytest.raises(SceneError, match=said):
+            compared(path, "encoder", "60-2", **keys, **wrong)
+
+
+def test_an_index_beside_a_wheel_without_a_gap(tmp_path: Path) -> None:
+    """Samples of an encoder with 360 lines and one index: the recording begins anywhere."""
+    wheel = wheel_from_text("360")
+    lines = 0.01 + tooth_times(ENGINE, wheel.width, TURNS)[123:]
+    begin, step = lines[0] - 1e-4, 5e-6
+    count = int((lines[-1] - begin) / step)
+    signal = pulses(lines - begin, step, count, 3e-5)
+    at = begin + step * np.arange(count)
+    index = np.zeros(count)
+    for mark in 0.01 + ENGINE.time(np.deg2rad(75.0) + 2.0 * np.pi * np.arange(TURNS)):
+        index[(at >= mark) & (at < mark + 2e-3)] = 3.3
+    path = tmp_path / "encoder.csv"
+    np.savetxt(path, np.column_stack([at, signal, index]), delimiter=",", fmt="%.7f",
+               header="Time [s],A,Z", comments="")  # fmt: skip
+    found = compared(path, "encoder", "360", column="A", mark_column="Z", mark_angle=75.0)
+    check(found, cycles=(TURNS - 1) // 2 - 1)
+    # the line nearest to the index is the first tooth, and its angle that of the index or beside it
+    assert abs(found.attrs["gap_angle"] - 75.0) < 0.55
+    assert abs((top_of(found) - TOP + 180.0) % 360.0 - 180.0) < 2.0
+
+
+TOP = np.rad2deg(PHI[SPEED.argmax()])
+
+
+def top_of(found: xr.Dataset) -> float:
+    """Crank angle of the largest speed that was measured [degree]."""
+    return float(found.crank_angle[int(found.omega_measured[0].values.argmax())])
+
+
+@pytest.mark.parametrize("turn", [0, 1])
+def test_a_cam_tells_the_revolution(tmp_path: Path, turn: int) -> None:
+    """The mark of the first turn or of the second one is said to be in the first one."""
+    path = tmp_path / "levels.csv"
+    rows, passed, last = [], 0, 0
+    for time, one, other in levels(marked=True):
+        passed += other > last
+        last = other
+        rows.append((time, one, int(other and passed % 2 == 1 - turn)))
+    np.savetxt(path, rows, delimiter=",", fmt="%.9f", header="Time [s],A,B", comments="")
+    found = compared(
+        path, "encoder", "60-2", column="A", edge="rising", mark_column="B", mark_angle=12.0
+    )
+    check(found, cycles=TURNS // 2 - (turn == 0))
+    assert "passes once a cycle" in found.attrs["remarks"]
+    away = (top_of(found) - (TOP - 360.0 * turn) + 360.0) % 720.0 - 360.0
+    assert abs(away) < 6.0
+
+
+def test_names_above_units_of_which_some_are_unknown(tmp_path: Path) -> None:
+    """A composite log of an engine controller: flags, and milliseconds twice."""
+    path = tmp_path / "composite.csv"
+    rows = "".join(f"{one}.0,{other}.0,1.0,{t * 1e3:.6f}\n" for t, one, other in levels(True))
+    path.write_text("#Firmware\nPriLevel,SecLevel,Sync,Time\nFlag,Flag,Flag,ms\n" + rows)
+    check(compared(path, "encoder", "60-2", column="PriLevel", mark_column="SecLevel"))
+
+
+def test_a_sample_rate_that_the_times_contradict(tmp_path: Path) -> None:
+    path = tmp_path / "samples.csv"
+    path.write_text("t_s,v\n" + "".join(f"{n / 5e4:.6f},{n % 9}\n" for n in range(2000)))
+    with pytest.raises(SceneError, match="has 50000 samples per second; sample_rate = 25000"):
+        compared(path, "encoder", "60-2", column="v", sample_rate=25000.0)
+    with pytest.raises(SceneError, match="sample_rate and time_column: only one"):
+        compared(path, "encoder", "60-2", column="v", time_column="t_s", sample_rate=5e4)
+    for key, value in (("sample_rate", 5e4), ("edge", "rising"), ("angle_shift", 0.0)):
+        with pytest.raises(SceneError, match=f"{key}: has no effect without kind ="):
+            compared(path, "teeth", "60-2", **{key: value})
+
+
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("time_s\n", "{t}"),  # a decimal comma, and no other column
+        ("n;t\n", "{n};{t}"),
+        ("ToothTime;Time\ns;s\n", "{step};{t}"),
+    ],
+)
+def test_times_beside_other_columns(tmp_path: Path, head: str, row: str) -> None:
+    path, times = tmp_path / "teeth.csv", times_of("60-2")
+    rows = (
+        row.format(t=f"{t:.9f}", n=n, step=f"{step:.9f}")
+        for n, (t, step) in enumerate(zip(times, np.diff(times, prepend=0.0), strict=True))
+    )
+    path.write_text(head + "\n".join(rows).replace(".", ",") + "\n")
+    check(compared(path, "teeth", "60-2"))

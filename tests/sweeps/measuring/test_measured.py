@@ -246,7 +246,7 @@ def test_a_signal_gives_what_its_times_give(
     )
 
 
-@pytest.mark.parametrize("style", ["one cycle", "running on", "descending"])
+@pytest.mark.parametrize("style", ["one cycle", "running on", "descending", "wraps"])
 def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> None:
     omega = computed.omega.sel(load=50).values
     angle = computed.crank_angle.values
@@ -257,6 +257,9 @@ def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> N
         rpm = np.interp(angle, computed.crank_angle.values, omega, period=720) * 30 / np.pi
     if style == "descending":
         angle, rpm = angle[::-1], rpm[::-1]
+    if style == "wraps":  # 0 to 720 again and again, both ends written
+        angle = np.tile(np.arange(721.0), 3)
+        rpm = np.interp(angle, computed.crank_angle.values, omega, period=720) * 30 / np.pi
     rows = "\n".join(f"{a:g},{v:.6f}" for a, v in zip(angle, rpm, strict=True))
     (tmp_path / "speed.csv").write_text("crank angle [deg],speed [rpm]\n" + rows + "\n")
     found = sweeps.measured(scene_with(tmp_path, file="speed.csv", kind="speed", at={"load": 50}))
@@ -264,7 +267,7 @@ def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> N
     assert float(found.delta_measured[0]) == pytest.approx(
         float(computed.delta.sel(load=50)), rel=1e-3
     )
-    assert int(found.recorded_cycles[0]) == (2 if style == "running on" else 1)
+    assert int(found.recorded_cycles[0]) == (2 if style in ("running on", "wraps") else 1)
     assert "tooth_error" not in found
 
 
@@ -318,7 +321,16 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
         ("time [s],encoder\n0,1\n1,1\n5,1\n", "encoder", "equally far apart"),
         ("angle [deg],speed\n0,1\n1,1\n2,1\n", "speed", "must span a cycle"),
         ("angle [deg],speed\n" + "".join(f"{i},0\n" for i in range(720)), "speed", "more than 0"),
-        ("angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n", "speed", "must ascend"),
+        (
+            "angle,speed\n" + "".join(f"{a % 360},90\n" for a in range(0, 1440, 5)),
+            "speed",
+            "begins again after 360 degrees",
+        ),
+        (
+            "angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n",
+            "speed",
+            "line 4: the crank angle goes",
+        ),
     ],
 )
 def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said: str) -> None:
