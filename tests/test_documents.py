@@ -73,12 +73,6 @@ def test_the_friction_breakdown_is_current() -> None:
     assert friction_breakdown.written(DOCUMENTS["friction.md"]) == DOCUMENTS["friction.md"]
 
 
-def test_a_table_without_its_place_is_an_error() -> None:
-    with pytest.raises(ValueError, match="0 places for the table 'engines'"):
-        page = DOCUMENTS["engines.md"].replace("<!-- end engines -->", "")
-        reference_tables.updated(page, {"engines": reference_tables.engines})
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Working folder with the files that the README's examples name."""
@@ -481,14 +475,6 @@ def test_text_of_numbers() -> None:
     assert unlike("0.1033", "0.1036")
     assert not unlike("3e-09", "9e-10")
     assert unlike("3e-09", "5e-08")
-
-
-def test_template_and_values_must_fit() -> None:
-    assert validation.filled("a {{ one }} b", {"one": "1"}) == "a 1 b"
-    with pytest.raises(KeyError, match="two"):
-        validation.filled("{{ two }}", {"one": "1"})
-    with pytest.raises(KeyError, match="no place"):
-        validation.filled("{{ one }}", {"one": "1", "two": "2"})
 
 
 def test_drift_follows_from_the_energy_added() -> None:

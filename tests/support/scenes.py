@@ -2,9 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.scene.reading import read_scene
+
+
+def computed(quantities: Sequence[str], engine: str = "ntua", **tables: Any) -> xr.Dataset:
+    """What a scene gives that asks for some quantities; its tables by their names."""
+    output = {"quantities": [*quantities], **tables.pop("output", {})}
+    return sweeps.run({"engine": engine, **tables, "output": output})
+
+
+def refusal(scene: Any) -> str:
+    """The one line with which a scene is refused."""
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    line = str(caught.value)
+    assert "\n" not in line
+    return line
+
 
 BEARINGS = {
     "crank_pin_diameter": 0.09, "crank_pin_width": 0.04, "main_journal_diameter": 0.1,
@@ -71,8 +94,18 @@ IN_BLOCKS: dict[str, dict[str, Any]] = {
         "axes": {"speed": np.linspace(900, 2000, 300).tolist()},
         "output": {"quantities": ["imep", "bmep", "mechanical_efficiency"]},
     },
+    "vectors, orders, bearings and means": {
+        "set": {"cylinder_spacing": 0.2, "wanted_delta": 0.05},
+        "axes": {"cylinders": [1, 3, 6], "speed": np.linspace(800, 1500, 7).tolist()},
+        "output": {
+            "quantities": ["shaking_moment_max", "shaking_force", "best_fraction_peak",
+                           "inertia_required", "flywheel_shaft_torque_rms", "crank_pin_load_max",
+                           "torque_order"],
+            "angle_step": 15.0,
+        },
+    },
     "one design": {"output": {"quantities": ["delta", "fmep"]}},
-}
+}  # fmt: skip
 """Scenes of every shape, which blocks may divide in many ways; `engine` is left out."""
 
 MAP = """\

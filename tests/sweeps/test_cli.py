@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import itertools
-import json
 import os
 import re
 import subprocess
@@ -598,36 +597,6 @@ def test_rows_of_further_axes_and_words() -> None:
     assert "1100" not in text
     assert "largest difference of delta: +10.00 % (thesis, speed 1000)" in text
     assert "largest difference of mu: -20.00 % (the only row)" in text
-
-
-def test_no_table_without_published_values() -> None:
-    assert reference_text(xr.Dataset({"delta": ("x", [1.0])})) == ""
-
-
-@pytest.mark.slow
-def test_the_thesis_comes_out_as_printed(tmp_path: Path) -> None:
-    """Rows of Tables 5.3 and 5.4 that the calibration of the diagrams did not use."""
-    text = ok("run", "thesis", "-o", tmp_path / "thesis.nc")
-    for label in read_scene("thesis").labels["case"]:
-        assert label in text
-    with xr.open_dataset(tmp_path / "thesis.nc") as dataset:
-        assert (dataset["status"] == MEANINGS.index("passes_done")).all()
-        json.loads(dataset.attrs["scene"])
-        difference = (dataset["delta"] / dataset["delta_published"] - 1.0).to_numpy()
-        allowed = np.full(22, 0.03)
-        single = dataset["cylinders"].to_numpy() == 1
-        allowed[single] = 0.005
-        allowed[dataset["speed"].to_numpy() >= 3000] = 0.012
-        allowed[dataset["cylinders"].to_numpy() == 2] = 0.02
-        checked = dataset["load"].to_numpy() == 50
-        labels = dataset["case"].to_numpy()
-        wrong = [
-            f"{label}: {100 * d:.2f} %"
-            for label, d, a, c in zip(labels, difference, allowed, checked, strict=True)
-            if c and abs(d) > a
-        ]
-        assert not wrong
-    assert os.path.getsize(tmp_path / "thesis.nc") > 1000
 
 
 @pytest.mark.compiled
