@@ -196,7 +196,8 @@ WRONG: list[tuple[Any, ...]] = [
      "rod_length"),
     (swapped("rod_length = 0.35", "rod_length = 0.08"), "= 0.08", "0.09 m"),
     (swapped("stroke = 0.18", ""), "stroke", "missing"),
-    (lambda: (VALUES.replace("load = 50\ncyl", "cyl") + POINTS + POINTS.replace("load = 50", "load = 90")),
+    (lambda: VALUES.replace("load = 50\ncyl", "cyl") + POINTS
+     + POINTS.replace("load = 50", "load = 90"),
      "[values] load", "missing"),
     (swapped("cylinders = 2", ""), "[values] cylinders", "missing"),
     (swapped("load = 50\ncyl", "load = 60\ncyl"), "[values] load = 60", "50"),
