@@ -177,13 +177,3 @@ def test_chen_and_flynn_with_the_square() -> None:
     assert found == pytest.approx((0.4 + 0.3 + 0.9 + 0.09) * BAR, rel=1e-14)
     plain = friction.friction_mean_effective_pressure(0.4 * BAR, 0.005, 0.09 * BAR, 6e6, 10.0)
     assert plain == 0.4 * BAR + 0.005 * 6e6 + 0.09 * BAR * 10.0
-
-
-def test_a_motored_engine_has_the_friction_of_its_motored_peak() -> None:
-    fired, motored = case("diesel, woschni").diagram(), case("motored, woschni").diagram()
-    assert motored.peak < fired.peak
-    forms = [
-        friction.friction_mean_effective_pressure(0.137 * BAR, 0.005, 0.142 * BAR, d.peak, 7.2)
-        for d in (fired, motored)
-    ]
-    assert forms[0] - forms[1] == pytest.approx(0.005 * (fired.peak - motored.peak), rel=1e-9)
