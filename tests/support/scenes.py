@@ -14,10 +14,15 @@ from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
 
 
-def computed(quantities: Sequence[str], engine: str = "ntua", **tables: Any) -> xr.Dataset:
-    """What a scene gives that asks for some quantities; its tables by their names."""
+def asking(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> dict[str, Any]:
+    """A scene that asks for some quantities; its tables by their names."""
     output = {"quantities": [*quantities], **tables.pop("output", {})}
-    return sweeps.run({"engine": engine, **tables, "output": output})
+    return {"engine": engine, **tables, "output": output}
+
+
+def computed(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> xr.Dataset:
+    """What that scene gives."""
+    return sweeps.run(asking(quantities, engine, **tables))
 
 
 def refusal(scene: Any) -> str:

@@ -27,6 +27,7 @@ from sweeps.reading import design_csv, design_netcdf, design_parquet
 from sweeps.reading.csv_tables import CsvTable, find_header, parse_rows
 from sweeps.reading.design_files import read_designs
 from sweeps.scene.reading import read_scene
+from tests.support.scenes import asking
 
 COLUMNS = {
     "inertia": [1.5, 2.0, 0.1 + 0.2],
@@ -307,11 +308,7 @@ def test_rows_are_read_without_looking_at_each(
     values = np.linspace(1.0, 2.0, 50_000)
     path = write(tmp_path / "table.csv", {"inertia": values, "speed": 1000.0 * values})
     monkeypatch.setattr(design_csv, "parse_rows", never)
-    scene = {
-        "engine": "ntua",
-        "designs": {"file": str(path)},
-        "output": {"quantities": ["mean_piston_speed"]},
-    }
+    scene = asking(["mean_piston_speed"], designs={"file": str(path)})
     result = sweeps.run(scene)
     assert result["mean_piston_speed"].size == values.size
     files = result.attrs.pop("input_files")  # the engine's own

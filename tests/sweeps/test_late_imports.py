@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.scenes import asking
+
 ROOT = Path(__file__).resolve().parents[2]
 
 # Numba imports scipy itself where it is installed (scipy and its BLAS), and xarray imports cftime
@@ -21,11 +23,7 @@ LATE = {"matplotlib", "dask", "distributed", "netCDF4", "tqdm", "scipy.interpola
 DECOYS = ("dask", "distributed", "matplotlib", "netCDF4", "h5netcdf", "zarr", "sparse", "cupy",
           "pint")  # fmt: skip
 
-SCENE = {
-    "engine": "ntua",
-    "axes": {"inertia": [1.0, 2.0]},
-    "output": {"quantities": ["delta", "omega"]},
-}
+SCENE = asking(["delta", "omega"], axes={"inertia": [1.0, 2.0]})
 
 
 @pytest.mark.parametrize(

@@ -17,13 +17,10 @@ import xarray as xr
 import sweeps
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
 from sweeps.scene.toml_tables import SceneFile
+from tests.support.scenes import asking
 
 ROOT = Path(__file__).resolve().parents[2]
-TABLES = {
-    "engine": "ntua",
-    "set": {"speed": 1500.0, "load": 90.0},
-    "output": {"quantities": ["delta"]},
-}
+TABLES = asking(["delta"], set={"speed": 1500.0, "load": 90.0})
 
 
 def test_dir_has_every_name_and_each_is_there() -> None:

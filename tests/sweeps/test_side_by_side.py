@@ -25,6 +25,7 @@ from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted
 from tests.support.commands import invoke, ok
+from tests.support.scenes import asking
 
 pytestmark = pytest.mark.compiled
 
@@ -230,10 +231,7 @@ def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
 
 
 def test_a_quantity_that_none_has_is_refused():
-    raw = {
-        "engine": ["ntua", "v6_96x81"],
-        "output": {"quantities": ["delta", "shaking_moment_max"]},
-    }
+    raw = asking(["delta", "shaking_moment_max"], ["ntua", "v6_96x81"])
     with pytest.raises(SceneError, match="needs cylinder_spacing"):
         read_scene(raw)
 

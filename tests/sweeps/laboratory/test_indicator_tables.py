@@ -25,6 +25,7 @@ from tests.support.laboratory import (
     rows,
     samples,
 )
+from tests.support.scenes import asking
 
 QUANTITIES = {"quantities": ["imep"]}
 
@@ -158,11 +159,9 @@ KEPT = ("gas_torque", "torque", "omega", "imep", "peak_pressure", "inertia_force
 def of_confidential(folder: Path, *quantities: str) -> dict[str, Any]:
     if not (folder / "avl.csv").exists():
         avl(folder / "avl.csv")
-    return {
-        "engine": "ntua",
-        "indicator": {"file": str(folder / "avl.csv"), "confidential": True},
-        "output": {"quantities": list(quantities)},
-    }
+    return asking(
+        list(quantities), indicator={"file": str(folder / "avl.csv"), "confidential": True}
+    )
 
 
 def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from sweeps.measuring.usual_engines import KINDS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.unit_registry import unit_registry
 from tests.support.commands import invoke, ok, refused
+from tests.support.scenes import computed
 
 RPM = math.pi / 30.0
 GASOLINE = 0.97 * 44.0e6
@@ -96,12 +97,10 @@ def test_an_engine_runs_with_the_power_of_its_data_sheet(
     """Another route than the fit's: the whole chain of a scene, from the written file."""
     made = fitted(tmp_path, kind=kind, **RATED[kind], **more)
     loads = np.array([point.load for point in made.points])
-    found = sweeps.run(
-        {
-            "engine": str(tmp_path / "fitted.toml"),
-            "axes": {"load": loads.tolist()},
-            "output": {"quantities": ["brake_power", "peak_pressure", "imep", "delta"]},
-        }
+    found = computed(
+        ["brake_power", "peak_pressure", "imep", "delta"],
+        str(tmp_path / "fitted.toml"),
+        axes={"load": loads.tolist()},
     )
     goal = 1e3 * RATED[kind]["power"] * loads / 100.0
     np.testing.assert_allclose(found["brake_power"], goal, rtol=1e-4)

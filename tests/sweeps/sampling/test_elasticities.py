@@ -23,6 +23,7 @@ from sweeps.running.elasticities import derivative
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, run
+from tests.support.scenes import computed
 
 # --- the differences alone ------------------------------------------------------------------------
 
@@ -183,13 +184,10 @@ def test_rows_of_the_load_family_have_two_sides() -> None:
         {**with_quantities("delta_elasticity"), "set": {**BASE["set"], "load": 50.0}}
     )
     here = found.sel(parameter="load")
-    near = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {k: v for k, v in BASE["set"].items() if k != "load"},
-            "axes": {"load": [49.0, 51.0]},
-            "output": {"quantities": ["delta_elasticity"]},
-        }
+    near = computed(
+        ["delta_elasticity"],
+        set={k: v for k, v in BASE["set"].items() if k != "load"},
+        axes={"load": [49.0, 51.0]},
     ).sel(parameter="load")
     assert here.delta_elasticity_kind == DIFFER
     assert here.delta_elasticity_below > 1.2 * here.delta_elasticity_above

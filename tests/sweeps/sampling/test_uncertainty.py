@@ -24,6 +24,7 @@ from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, run
 from tests.support.commands import ok, refused
 from tests.support.engine_files import ENGINES
+from tests.support.scenes import computed
 
 compiled = pytest.mark.compiled
 
@@ -80,13 +81,10 @@ def test_bands_are_quantiles_of_a_sample() -> None:
     """Each draw is a design that could be run by itself."""
     found = sweeps.run(scene({"number": 64, "seed": 5, **RANGES}))
     columns = sweeps.sample(RANGES, 64, seed=5)
-    alone = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"speed": 1200.0, "load": 35.0},
-            "designs": {key: columns[key].to_numpy() for key in columns},
-            "output": {"quantities": ["delta", "torque_mean"]},
-        }
+    alone = computed(
+        ["delta", "torque_mean"],
+        set={"speed": 1200.0, "load": 35.0},
+        designs={key: columns[key].to_numpy() for key in columns},
     )
     for name in ("delta", "torque_mean"):
         low, high = np.quantile(alone[name].broadcast_like(alone.inertia), [0.025, 0.975])
