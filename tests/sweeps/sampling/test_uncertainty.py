@@ -165,46 +165,28 @@ def test_the_command_and_its_table(tmp_path: Path) -> None:
     assert "delta_low" not in text  # stands in brackets
 
 
-WRONG: dict[str, tuple[Any, str]] = {
-    "nothing": (scene({}), "[uncertainty]: no uncertain values: the engine file of ntua"),
-    "an axis": (
-        scene(RANGES, axes={"inertia": [1.0, 2.0]}),
-        "[uncertainty] inertia: varies in [axes]; give it in one place",
-    ),
-    "method": (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
-    "number": (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
-    "a key": (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
-    "a range": (
-        scene({"inertia": {"low": 2.0, "high": 1.0}}),
-        "[uncertainty] inertia: low = 2 and high = 1: low must be below high",
-    ),
-    "no effect": (
-        scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
-        "[uncertainty]: no requested quantity depends on friction_constant",
-    ),
-    "not of this engine": (
-        {
-            **scene({"compression_ratio": {"low": 17.0, "high": 21.0}}, "brake_power"),
-            "engine": "b112",
-            "set": {},
-        },
-        "[uncertainty] compression_ratio: not allowed: engine b112 has diagrams that are not "
-        "modelled",
-    ),
-    "one draw is not possible": (
-        scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"),
-        "[uncertainty] load = ",
-    ),
-    "curves": (
-        scene(RANGES, "omega"),
-        "[uncertainty]: no quantity with one number per design is requested",
-    ),
-}
+WRONG: list[tuple[Any, ...]] = [
+    (scene({}), "[uncertainty]: no uncertain values: the engine file of ntua"),
+    (scene(RANGES, axes={"inertia": [1.0, 2.0]}),
+     "[uncertainty] inertia: varies in [axes]; give it in one place"),
+    (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
+    (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
+    (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
+    (scene({"inertia": {"low": 2.0, "high": 1.0}}),
+     "[uncertainty] inertia: low = 2 and high = 1: low must be below high"),
+    (scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
+     "[uncertainty]: no requested quantity depends on friction_constant"),
+    ({**scene({"compression_ratio": {"low": 17.0, "high": 21.0}}, "brake_power"),
+      "engine": "b112", "set": {}},
+     "[uncertainty] compression_ratio: not allowed: engine b112 has diagrams that are not "
+     "modelled"),
+    (scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"), "[uncertainty] load = "),
+    (scene(RANGES, "omega"), "[uncertainty]: no quantity with one number per design is requested"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", list(WRONG))
-def test_bad_input_is_told_in_one_line(case: str) -> None:
-    raw, expected = WRONG[case]
+@pytest.mark.parametrize(("raw", "expected"), WRONG)
+def test_bad_input_is_told_in_one_line(raw: Any, expected: str) -> None:
     with pytest.raises(SceneError) as error:
         make_plan(read_scene(raw))
     assert expected in str(error.value) and "\n" not in str(error.value)
