@@ -79,11 +79,9 @@ def test_closed_forms_without_gas_and_with_a_long_rod() -> None:
     u = np.abs(np.sin(phi))
     beta = 2.0 / np.pi * quad(lambda x: np.sin(x) ** 1.5, 0.0, 0.5 * np.pi, epsabs=1e-13)[0]
     for name, expected in (
-        ("boundary", u * np.pi / 2.0),
-        ("mixed", u * (1.0 - u) / (2.0 / np.pi - 0.5)),
-        ("hydrodynamic", u**1.5 / beta),
-        ("skirt", 2.0 * u**2),
-    ):
+        ("boundary", u * np.pi / 2.0), ("mixed", u * (1.0 - u) / (2.0 / np.pi - 0.5)),
+        ("hydrodynamic", u**1.5 / beta), ("skirt", 2.0 * u**2),
+    ):  # fmt: skip
         one = shape(**{**dict.fromkeys(SHARES, 0.0), name: 1.0})
         found = one(phi, 1e-9, flat(TWO_STROKE), BAR)
         np.testing.assert_allclose(found, expected, atol=2e-7)

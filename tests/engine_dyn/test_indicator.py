@@ -402,14 +402,11 @@ def test_load_outside_the_family(load):
 @pytest.mark.parametrize(
     ("loads", "count", "words"),
     [
-        ([], 0, "0 loads for 0 diagrams"),
-        ([1.0], 2, "1 loads for 2 diagrams"),
-        ([10.0, 10.0], 2, "ascend strictly"),
-        ([10.0, 5.0], 2, "ascend strictly"),
-        ([-1.0, 5.0], 2, "0 or more"),
-        ([0.0, np.nan], 2, "ascend"),
+        ([], 0, "0 loads for 0 diagrams"), ([1.0], 2, "1 loads for 2 diagrams"),
+        ([10.0, 10.0], 2, "ascend strictly"), ([10.0, 5.0], 2, "ascend strictly"),
+        ([-1.0, 5.0], 2, "0 or more"), ([0.0, np.nan], 2, "ascend"),
     ],
-)
+)  # fmt: skip
 def test_bad_family(loads, count, words):
     with pytest.raises(ValueError, match=words):
         family_from_diagrams(loads, [diagram(1.0)] * count)

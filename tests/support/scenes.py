@@ -145,12 +145,10 @@ angle_step = 10
 
 DESIGN_TABLE = {
     "engine": "ntua",
-    "designs": {
-        "case": [f"design {i}" for i in range(12)],
+    "designs": {"case": [f"design {i}" for i in range(12)],
         "stroke": np.linspace(0.15, 0.2, 12).tolist(),
-        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3],
-    },
+        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3]},
     "axes": {"load": [0, 30, 60]},
     "solver": {"method": ["auto", "newton"]},
     "output": {"quantities": ["delta", "imep", "torque_after_throw"], "angle_step": 30},
-}
+}  # fmt: skip

@@ -320,18 +320,10 @@ def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -
 def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
     text = ok("info", archive, "--provenance")
     for expected in (
-        "A small map",
-        "inertia (3): 1.5, 2, 5 [kg m2]",
-        "crank_angle (144)",
-        "delta ",
-        " rad s-1  ",
-        "converged: 6",
-        "  6 designs, ",
-        " of results, float64, not compressed, ",
-        ", computed in ",
-        "history: ",
-        "engine: ntua",
-    ):
+        "A small map", "inertia (3): 1.5, 2, 5 [kg m2]", "crank_angle (144)", "delta ",
+        " rad s-1  ", "converged: 6", "  6 designs, ", " of results, float64, not compressed, ",
+        ", computed in ", "history: ", "engine: ntua",
+    ):  # fmt: skip
         assert expected in text, text
     assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
     short = ok("info", archive)
@@ -434,19 +426,13 @@ def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) ->
 @pytest.mark.parametrize(
     ("words", "name"),
     [
-        ("cyclic irregularity", "delta"),
-        ("degree of irregularity", "delta"),
-        ("side thrust", "wall_thrust"),
-        ("gudgeon pin", "piston_pin_load"),
-        ("flywheel sizing", "inertia_required"),
-        ("harmonics", "torque_order"),
-        ("turning moment", "torque"),
-        ("firing pressure", "peak_pressure"),
-        ("irregularty", "delta"),
-        ("wall_thrust", "wall_thrust"),
-        ("IMEP", "imep"),
+        ("cyclic irregularity", "delta"), ("degree of irregularity", "delta"),
+        ("side thrust", "wall_thrust"), ("gudgeon pin", "piston_pin_load"),
+        ("flywheel sizing", "inertia_required"), ("harmonics", "torque_order"),
+        ("turning moment", "torque"), ("firing pressure", "peak_pressure"),
+        ("irregularty", "delta"), ("wall_thrust", "wall_thrust"), ("IMEP", "imep"),
     ],
-)
+)  # fmt: skip
 def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
     lines = ok("list", "quantities", *words.split()).splitlines()
     assert name in [line.split()[0] for line in lines if line]
@@ -645,14 +631,11 @@ def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
     good = tmp_path / "good.nc"
     good.write_bytes(sound_archive())
     for words in (
-        ("plot", good, "-o", "/proc/figures"),
-        ("plot", good, "-o", "/proc/self/figures"),
-        ("export", good, "-o", "/proc/table.csv"),
-        ("rerun", good, "-o", "/proc/self/out.nc"),
-        ("merge", good, good, "-o", "/proc/out.nc"),
-        ("run", "first", "-o", "/proc/out.nc"),
+        ("plot", good, "-o", "/proc/figures"), ("plot", good, "-o", "/proc/self/figures"),
+        ("export", good, "-o", "/proc/table.csv"), ("rerun", good, "-o", "/proc/self/out.nc"),
+        ("merge", good, good, "-o", "/proc/out.nc"), ("run", "first", "-o", "/proc/out.nc"),
         ("new", "/proc/my.toml"),
-    ):
+    ):  # fmt: skip
         assert "/proc/" in (told := refused(*words)) and "cannot be written" in told
 
 

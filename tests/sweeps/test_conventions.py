@@ -40,25 +40,16 @@ TOGETHER = 12
 """Quantities of one archive."""
 
 OWN: dict[str, dict[str, Any]] = {
-    "words": {
-        "engine": "si_four_87x101",
-        "set": {"cylinders": 8},
+    "words": {"engine": "si_four_87x101", "set": {"cylinders": 8},
         "axes": {"arrangement": ["V8 cross-plane", "V8 flat-plane"], "speed": [1500, 2500]},
         "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
-        "output": {"quantities": ["delta", "torque_order", "omega"], "angle_step": 30},
-    },
-    "unit by exponent": {
-        "engine": "ntua",
-        "axes": {"load_exponent": [1.0, 1.6]},
-        "output": {"quantities": ["load_coefficient"]},
-    },
-    "letters": {
-        "title": "Größe λ ω 漢字",
-        "engine": "ntua",
+        "output": {"quantities": ["delta", "torque_order", "omega"], "angle_step": 30}},
+    "unit by exponent": {"engine": "ntua", "axes": {"load_exponent": [1.0, 1.6]},
+        "output": {"quantities": ["load_coefficient"]}},
+    "letters": {"title": "Größe λ ω 漢字", "engine": "ntua",
         "designs": {"case": ["ärmer", "λ = 1/4"], "bore": [0.14, 0.15]},
-        "output": {"quantities": ["imep"]},
-    },
-}
+        "output": {"quantities": ["imep"]}},
+}  # fmt: skip
 
 
 def reduced(name: str) -> dict[str, Any]:

@@ -30,10 +30,8 @@ from sweeps.scene.reading import read_scene
 from tests.support.scenes import asking
 
 COLUMNS = {
-    "inertia": [1.5, 2.0, 0.1 + 0.2],
-    "speed": [1000, 1100, 1e3 / 3.0],
-    "cylinders": [1, 2, 4],
-}
+    "inertia": [1.5, 2.0, 0.1 + 0.2], "speed": [1000, 1100, 1e3 / 3.0], "cylinders": [1, 2, 4],
+}  # fmt: skip
 CASES = ["a", "b c", "ünder"]
 
 

@@ -447,19 +447,15 @@ def test_bad_input_is_told_in_one_line(tables: dict[str, Any], words: str) -> No
     [
         ("load_angle_deg", range(0, 100, 10), [1.0] * 10, "covers 90 degrees"),
         ("load_angle_deg", [*range(0, 350, 10), 5], [1.0] * 36, "line 38: angle = 5 degree after"),
-        (
-            "load_angle_deg",
-            [*range(0, 110, 10), *range(200, 360, 10)],
-            [1.0] * 27,
-            "line 14: angle = 200 degree after 100: a gap of 100, allowed are 45",
-        ),
+        ("load_angle_deg", [*range(0, 110, 10), *range(200, 360, 10)], [1.0] * 27,
+         "line 14: angle = 200 degree after 100: a gap of 100, allowed are 45"),
         ("speed_rpm", [500, 1500], [1, "nan"], "[set] load_table bad.csv, line 4: torque_Nm = "),
         ("speed_rpm", [500, 1500, 1400], [1, 2, 3], "line 5: speed = 1400 rpm after 1500"),
         ("speed_rpm", [500, 1500], [1, -2], "line 4: torque = -2"),
         ("speed_rpm", [1500], [1], "1 points: must be at least 2"),
         ("angle", [1], [1], "columns angle, torque_Nm: must be torque_Nm and one of crank_angle"),
     ],
-)
+)  # fmt: skip
 def test_bad_tables_are_told_with_their_line(
     column: str, places: Any, torque: Any, words: str
 ) -> None:

@@ -204,11 +204,9 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     figure = drawn(bearing_loads, bearing_load_names, study)["bearing_loads_speed"]
     lines = figure.axes[0].lines
     expected = [
-        data["crank_pin_load_max"].values,
-        data["crank_pin_load_mean"].values,
-        data["main_journal_load_max"].values[:, 1],
-        data["main_journal_load_mean"].values[:, 1],
-    ]
+        data["crank_pin_load_max"].values, data["crank_pin_load_mean"].values,
+        data["main_journal_load_max"].values[:, 1], data["main_journal_load_mean"].values[:, 1],
+    ]  # fmt: skip
     assert [list(line.get_ydata()) for line in lines] == [list(values) for values in expected]
     assert "main journal 2, the most loaded: largest load" in words(figure)
     assert figure.axes[0].get_ylim()[0] == 0.0

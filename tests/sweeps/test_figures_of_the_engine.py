@@ -19,15 +19,10 @@ from sweeps.figures.study import study_of
 from tests.support.figures import variable, words
 
 FOUR = {
-    "name": "in-line 4",
-    "period": 720.0,
-    "firing_angles": [0.0, 540.0, 180.0, 360.0],
-    "throws": [0.0, 180.0, 180.0, 0.0],
-    "positions": [0.0, 1.0, 2.0, 3.0],
-    "banks": [0.0] * 4,
-    "pressure_factor": [1.0] * 4,
-    "radius_factor": [1.0] * 4,
-}
+    "name": "in-line 4", "period": 720.0, "firing_angles": [0.0, 540.0, 180.0, 360.0],
+    "throws": [0.0, 180.0, 180.0, 0.0], "positions": [0.0, 1.0, 2.0, 3.0], "banks": [0.0] * 4,
+    "pressure_factor": [1.0] * 4, "radius_factor": [1.0] * 4,
+}  # fmt: skip
 TWO = FOUR | {
     "name": "in-line 2",
     "period": 360.0,

@@ -237,12 +237,10 @@ def test_one_design() -> None:
 @pytest.mark.parametrize(
     ("text", "name", "sign", "limit"),
     [
-        ("delta <= 1/150", "delta", "<=", 1 / 150),
-        (" omega_max>1e3 ", "omega_max", ">", 1000.0),
-        ("a < -2.5 / 1e1", "a", "<", -0.25),
-        ("load >= 50", "load", ">=", 50.0),
+        ("delta <= 1/150", "delta", "<=", 1 / 150), (" omega_max>1e3 ", "omega_max", ">", 1000.0),
+        ("a < -2.5 / 1e1", "a", "<", -0.25), ("load >= 50", "load", ">=", 50.0),
     ],
-)
+)  # fmt: skip
 def test_conditions(text: str, name: str, sign: str, limit: float) -> None:
     found = constraint(text)
     assert (found.name, found.sign, found.limit) == (name, sign, limit)
@@ -257,19 +255,13 @@ UNITS = {
 @pytest.mark.parametrize(
     ("text", "limit"),
     [
-        ("brake_power >= 60", 60.0),
-        ("brake_power >= 60 kW", 60e3),
-        ("brake_power>=60kW", 60e3),
-        ("brake_power > 1.5e-2 MW", 15e3),
-        ("delta <= 0.5 %", 0.005),
-        ("load >= 50 %", 50.0),
-        ("speed < 1500 1/min", 1500.0),
-        ("speed < 157.0796327 rad/s", 1500.0),
-        ("omega_max < 1500 rpm", 157.0796327),
-        ("inertia < 5e3 kg cm²", 0.5),
+        ("brake_power >= 60", 60.0), ("brake_power >= 60 kW", 60e3), ("brake_power>=60kW", 60e3),
+        ("brake_power > 1.5e-2 MW", 15e3), ("delta <= 0.5 %", 0.005), ("load >= 50 %", 50.0),
+        ("speed < 1500 1/min", 1500.0), ("speed < 157.0796327 rad/s", 1500.0),
+        ("omega_max < 1500 rpm", 157.0796327), ("inertia < 5e3 kg cm²", 0.5),
         ("inertia < 2 kg m2", 2.0),
     ],
-)
+)  # fmt: skip
 def test_conditions_with_units(text: str, limit: float) -> None:
     found = constraint(text, UNITS.get)
     assert found.limit == pytest.approx(limit, rel=1e-9)

@@ -36,27 +36,21 @@ OUTPUT = {
     "highest_order": 3,
 }
 ENGINES_BESIDE: dict[str, Any] = {
-    "axes": {
-        "speed": [1300, 1500],
-        "engine": ["ntua", "v6_96x81", "marine_80x345"],
-        "inertia": [0.5, 2.0, 5.0],
-    },
+    "axes": {"speed": [1300, 1500], "engine": ["ntua", "v6_96x81", "marine_80x345"],
+        "inertia": [0.5, 2.0, 5.0]},
     "set": {"load": 50},
     "silenced_warnings": ["all"],
     "output": OUTPUT,
-}
+}  # fmt: skip
 """A one-cylinder engine, a six-cylinder engine, and a two-stroke engine of seven cylinders."""
 
 TABLE: dict[str, Any] = {
-    "designs": {
-        "case": ["A", "B", "C", "D"],
-        "engine": ["ntua", "v6_96x81", "ntua", "v6_96x81"],
+    "designs": {"case": ["A", "B", "C", "D"], "engine": ["ntua", "v6_96x81", "ntua", "v6_96x81"],
         "arrangement": ["in-line 1", V6, "in-line 2", "in-line 6"],
-        "inertia": [5.0, 0.3, 10.0, 0.5],
-    },
+        "inertia": [5.0, 0.3, 10.0, 0.5]},
     "axes": {"load": [50, 80]},
     "output": OUTPUT,
-}
+}  # fmt: skip
 
 
 def alone(raw: dict[str, Any], engine: str, **settings: Any) -> xr.Dataset:

@@ -316,21 +316,15 @@ KW = {"power": 36.4, "speed": 2700}
         ({**KW, "peak": 3}, "peak = 3: must be between 5 and 400 bar"),
         ({**KW, "fuel_consumption": 150}, "150 g/kWh: must be between about"),
         ({**KW, "fuel_consumption": 450}, "g/kWh at this power: the air-fuel ratio would be"),
-        (
-            {**KW, "kind": "spark-ignition", "fuel_consumption": 900},
-            "900 g/kWh: must be between",
-        ),
+        ({**KW, "kind": "spark-ignition", "fuel_consumption": 900}, "900 g/kWh: must be between"),
         ({**KW, "kind": "steam"}, "kind = 'steam': unknown kind of engine. Allowed: diesel"),
         ({**KW, "loads": [0]}, "loads = 0: must be between 5 and 120 percent"),
         ({**KW, "loads": ["x"]}, "loads = 'x': must be a finite number"),
         ({**KW, "loads": []}, "must be a list of 1 to 20 percentages"),
         ({**KW, "power": 47, "loads": [120]}, "loads = 120: must be at most 10"),
-        (
-            {**KW, "power": 4, "kind": "spark-ignition"},
-            "50,75,100: load = 10: must be",
-        ),
+        ({**KW, "power": 4, "kind": "spark-ignition"}, "50,75,100: load = 10: must be"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_with_what_could(
     given: dict[str, Any], said: str, tmp_path: Path
 ) -> None:

@@ -23,11 +23,9 @@ WHEEL = wheel_from_text("60-2")
 ERRORS = random_errors(WHEEL.width, 0.005, 11)
 CYCLES = 12
 SCENE: dict[str, Any] = {
-    "engine": "ntua",
-    "set": {"speed": 1200},
-    "axes": {"load": LOADS},
+    "engine": "ntua", "set": {"speed": 1200}, "axes": {"load": LOADS},
     "output": {"quantities": ["omega", "delta"]},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

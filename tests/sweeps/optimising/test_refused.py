@@ -12,12 +12,9 @@ from sweeps.optimising import evaluation, least_inertia
 from sweeps.optimising.space import read_space
 
 BASE: dict[str, Any] = {
-    "engine": "ntua",
-    "set": {"load": 50.0},
-    "axes": {"speed": [1200.0, 1500.0]},
-    "least": "delta",
+    "engine": "ntua", "set": {"load": 50.0}, "axes": {"speed": [1200.0, 1500.0]}, "least": "delta",
     "over": "inertia = 2 to 8",
-}
+}  # fmt: skip
 
 WRONG: list[tuple[Any, ...]] = [
     ({"least": ()}, "neither least nor most is given"),

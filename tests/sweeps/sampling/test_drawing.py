@@ -19,27 +19,14 @@ NUMBER = 1 << 12
 
 LAWS: dict[str, tuple[str, Any, Any]] = {
     "uniform": ("inertia", {"low": 1.0, "high": 12.0}, stats.uniform(1.0, 11.0)),
-    "log": (
-        "inertia",
-        {"low": 1.0, "high": 12.0, "spacing": "log"},
-        stats.loguniform(1.0, 12.0),
-    ),
-    "triangular": (
-        "rod_length",
-        {"low": 0.3, "mode": 0.35, "high": 0.45},
-        stats.triang(1.0 / 3.0, 0.3, 0.15),
-    ),
-    "mode at the end": (
-        "rod_length",
-        {"low": 0.3, "mode": 0.45, "high": 0.45},
-        stats.triang(1.0, 0.3, 0.15),
-    ),
-    "normal": (
-        "reciprocating_mass",
-        {"mean": 6.67, "deviation": 0.8, "low": 5.0, "high": 7.0},
-        stats.truncnorm((5.0 - 6.67) / 0.8, (7.0 - 6.67) / 0.8, 6.67, 0.8),
-    ),
-}
+    "log": ("inertia", {"low": 1.0, "high": 12.0, "spacing": "log"}, stats.loguniform(1.0, 12.0)),
+    "triangular": ("rod_length", {"low": 0.3, "mode": 0.35, "high": 0.45},
+        stats.triang(1.0 / 3.0, 0.3, 0.15)),
+    "mode at the end": ("rod_length", {"low": 0.3, "mode": 0.45, "high": 0.45},
+        stats.triang(1.0, 0.3, 0.15)),
+    "normal": ("reciprocating_mass", {"mean": 6.67, "deviation": 0.8, "low": 5.0, "high": 7.0},
+        stats.truncnorm((5.0 - 6.67) / 0.8, (7.0 - 6.67) / 0.8, 6.67, 0.8)),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("law", list(LAWS))
