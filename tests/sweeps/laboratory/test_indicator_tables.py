@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import sweeps
 from engine_dyn.quantities import graph
-from sweeps.cli.main import main
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.scene.confidential import TELLING
+from tests.support.commands import invoke as command
 from tests.support.laboratory import (
     avl,
     excel_german,
@@ -28,10 +27,6 @@ from tests.support.laboratory import (
 from tests.support.scenes import asking
 
 QUANTITIES = {"quantities": ["imep"]}
-
-
-def command(*words: object) -> Any:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def scene(folder: Path, keys: str, top: str = "") -> Path:
