@@ -20,12 +20,7 @@ from sweeps.exploring import opening, ranges
 from sweeps.exploring.conditions import constraint
 from sweeps.exploring.kept_front import Front
 from sweeps.fronts import front_of
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive
-from sweeps.running.options import Options
-from sweeps.scene.reading import read_scene
-from tests.support.archives import run
+from tests.support.archives import run, shards
 from tests.support.commands import ok
 from tests.support.scenes import DESIGN_TABLE, TO_JOIN
 
@@ -42,14 +37,6 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def whole(scene: Path) -> xr.Dataset:
     return sweeps.run(scene)
-
-
-def shards(scene: Any, count: int, folder: Path, **options: Any) -> list[Path]:
-    plan = make_plan(read_scene(scene))
-    paths = [folder / f"{number}.nc" for number in range(1, count + 1)]
-    for number, path in enumerate(paths, start=1):
-        into_archive.run(shard(plan, number, count), path, Options(**options))
-    return paths
 
 
 def without_history(dataset: xr.Dataset) -> xr.Dataset:

@@ -17,13 +17,12 @@ from sweeps.errors import SceneError
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import make_plan
 from sweeps.planning.points_of_several import points_of_several
-from sweeps.planning.shards import shard
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene import engine_choices
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted
+from tests.support.archives import assert_same, interrupted, shards
 from tests.support.commands import invoke, ok
 from tests.support.scenes import asking
 
@@ -277,11 +276,7 @@ def test_blocks_and_resuming(raw, tmp_path, monkeypatch, small):
 def test_shards_merge_and_rerun(raw, tmp_path):
     whole = tmp_path / "whole.nc"
     sweeps.stream(raw, whole)
-    parts = [tmp_path / f"{i}.nc" for i in (1, 2, 3)]
-    plan = make_plan(read_scene(raw))
-    for number, path in enumerate(parts, start=1):
-        into_archive.run(shard(plan, number, 3), path, Options())
-    ok("merge", *parts, "-o", tmp_path / "merged.nc")
+    ok("merge", *shards(raw, 3, tmp_path), "-o", tmp_path / "merged.nc")
     assert "differ" not in ok("compare", whole, tmp_path / "merged.nc", "--tolerance", "0")
     ok("rerun", tmp_path / "merged.nc", "-o", tmp_path / "again.nc")
     with sweeps.open_archive(tmp_path / "again.nc") as again:

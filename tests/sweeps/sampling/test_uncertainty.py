@@ -8,20 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import sweeps
-from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
 from sweeps.figures.drawing import figure
-from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
 from sweeps.running.uncertainty import shares
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, run
+from tests.support.archives import assert_same_in_parts
 from tests.support.commands import ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import computed
@@ -126,21 +120,7 @@ def test_blocks_and_shards_have_the_same_bits(
 ) -> None:
     raw = scene({"number": 16, "friction_constant": RANGES["friction_constant"]})
     raw = {**raw, "set": {"load": 35.0}, "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1e3, 2e3]}}
-    whole = tmp_path / "whole.nc"
-    run(raw, whole)
-    expected = open_archive(whole).load()
-    xr.testing.assert_equal(sweeps.run(raw), expected)
-    plan = make_plan(read_scene(raw))
-    paths = [tmp_path / "1.nc", tmp_path / "2.nc"]
-    for number, path in enumerate(paths, start=1):
-        into_archive.run(shard(plan, number, 2), path, Options())
-    merge(paths, tmp_path / "merged.nc", Options())
-    assert_same(tmp_path / "merged.nc", expected)
-    ok("rerun", whole, "-o", tmp_path / "again.nc")
-    assert_same(tmp_path / "again.nc", expected)
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e3)
-    run(raw, tmp_path / "blocks.nc")
-    assert_same(tmp_path / "blocks.nc", expected)
+    assert_same_in_parts(raw, tmp_path, monkeypatch)
 
 
 @compiled
