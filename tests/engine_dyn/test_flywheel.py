@@ -56,6 +56,12 @@ def test_method_one() -> None:
     assert not without.inertia_is_usual and not without.speed_is_usual
 
 
+def test_limits_of_materials() -> None:
+    assert flywheel.RIM_SPEEDS == {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
+    largest = flywheel.largest_diameter(45.0, SPEED)
+    assert flywheel.rim_speed(largest, SPEED) == pytest.approx(45.0)
+
+
 def test_method_two() -> None:
     """W = 280 J ... I = 0.09 kg m2, 6.15 kg; the energy swing is 352.9 J, printed 353.9."""
     found = flywheel.triangular_torque(7000.0, SPEED, 0.04)
