@@ -17,6 +17,7 @@ from engine_dyn import diagram_from_points
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_range, number
 from sweeps.reading.engine_files import catalogue, load_engine
+from tests.support.scenes import computed
 
 ROOT = Path(__file__).parents[1]
 PERIODS = {"four-stroke": 4.0 * math.pi, "two-stroke": 2.0 * math.pi}
@@ -43,12 +44,8 @@ def test_runs_over_speed(name: str) -> None:
     speeds = engine.values["speed"] * np.array([0.7, 0.85, 1.0])
     if engine.pressure_scale is not None:
         speeds = np.linspace(engine.pressure_scale[0][0], engine.pressure_scale[0][-1], 3)
-    found = sweeps.run(
-        {
-            "engine": name,
-            "axes": {"speed": speeds.tolist()},
-            "output": {"quantities": ["delta", "torque_mean", "torque_max", "torque"]},
-        }
+    found = computed(
+        ["delta", "torque_mean", "torque_max", "torque"], name, axes={"speed": speeds.tolist()}
     )
     assert (found["status"] == 0).all()
     assert ((found["delta"] > 0.0) & (found["delta"] < 0.5)).all()
@@ -63,12 +60,10 @@ def test_runs_over_speed(name: str) -> None:
 def test_published_power(name: str) -> None:
     """At every load of the file: that share of the mean effective pressure at rated power."""
     loads = sorted({*load_engine(name, Path()).family.loads.tolist(), 100.0})
-    found = sweeps.run(
-        {
-            "engine": name,
-            **({"axes": {"load": loads}} if len(loads) > 1 else {}),
-            "output": {"quantities": ["brake_power", "peak_pressure"]},
-        }
+    found = computed(
+        ["brake_power", "peak_pressure"],
+        name,
+        **{"axes": {"load": loads}} if len(loads) > 1 else {},
     )
     power = found["brake_power"].values.reshape(-1)
     np.testing.assert_allclose(power, FITTED[name] * np.array(loads) / 100.0, rtol=1e-3)
@@ -91,14 +86,12 @@ def test_fitted_numbers_are_those_of_the_fit(name: str) -> None:
 def test_the_marine_diesel_follows_its_propeller() -> None:
     """Power as the cube of the speed down to half of it; a lower mean pressure at each."""
     power = FITTED["marine_80x345"]
-    found = sweeps.run(
-        {
-            "engine": "marine_80x345",
-            "set": {"rated_power": power, "rated_speed": 72},
-            "axes": {"speed": [36.5, 45.0, 54.0, 63.0, 71.9]},
-            "characteristic": {"kind": "propeller"},
-            "output": {"quantities": ["delta", "brake_power", "peak_pressure"]},
-        }
+    found = computed(
+        ["delta", "brake_power", "peak_pressure"],
+        "marine_80x345",
+        set={"rated_power": power, "rated_speed": 72},
+        axes={"speed": [36.5, 45.0, 54.0, 63.0, 71.9]},
+        characteristic={"kind": "propeller"},
     )
     assert (found["status"] == 0).all()
     share = (found["speed"].values / 72.0) ** 3

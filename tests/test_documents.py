@@ -27,6 +27,7 @@ from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.running import into_archive
 from sweeps.running.options import Options
 from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.scenes import asking
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -147,13 +148,7 @@ def test_engine_file(folder: Path) -> None:
 
 def test_arrangement_of_the_page(folder: Path) -> None:
     described = tomllib.loads(blocks("toml", "keys.md")[0])
-    scene = read_scene(
-        {
-            "engine": "ntua",
-            "set": {"cylinders": 4, **described},
-            "output": {"quantities": ["delta"]},
-        }
-    )
+    scene = read_scene(asking(["delta"], set={"cylinders": 4, **described}))
     assert scene.own_cylinders is not None and scene.own_cylinders.arrangement is not None
     made = scene.own_cylinders.arrangement
     np.testing.assert_allclose(np.degrees(made.firing_intervals), [180, 228, 180, 132])

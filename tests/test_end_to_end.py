@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import sweeps
 from oracle import golden
@@ -84,88 +83,3 @@ def test_scene_agrees_with_independent_solution(item: HeldOut, tmp_path: Path) -
         assert float(result[name]) == pytest.approx(known[name], rel=limit), name
     if not item.name.startswith("weak load"):  # there k is a small difference of large torques
         assert float(result["load_coefficient"]) == pytest.approx(known["k"], rel=2e-6)
-
-
-def test_archive_says_what_the_function_says(tmp_path: Path) -> None:
-    scene = {
-        "engine": "ntua",
-        "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1000, 1500]},
-        "solver": {"inertia_model": ["constant", "variable"]},
-        "output": {"quantities": ["delta", "omega", "torque_max", "imep"], "angle_step": 2.0},
-    }
-    result = sweeps.run(scene)
-    assert result["delta"].dims == ("inertia", "speed", "inertia_model")
-    assert result["omega"].dims == ("inertia", "speed", "inertia_model", "crank_angle")
-    assert result["torque_max"].dims == ("speed",)
-    assert result["imep"].dims == ()
-    from sweeps.archive.netcdf import write
-
-    write(result, tmp_path / "out.nc")
-    with xr.open_dataset(tmp_path / "out.nc") as opened:
-        xr.testing.assert_equal(opened.load(), result)
-
-
-def test_cycle_obeys_its_equation() -> None:
-    """Theta epsilon = M - M_L over the cycle, and omega' omega = epsilon, for both models."""
-    result = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"cylinders": 3, "load": 72.5},
-            "solver": {"inertia_model": ["constant", "variable"]},
-            "output": {
-                "quantities": [
-                    "omega", "angular_acceleration", "torque", "gas_torque", "friction_torque",
-                    "inertia_torque_actual", "load_torque", "omega_mean",
-                ],
-                "angle_step": 0.5,
-            },
-        }
-    )  # fmt: skip
-    inertia = 2.0
-    scale = float(abs(result["torque"]).max())
-    constant = result.isel(inertia_model=0)
-    rest = inertia * constant["angular_acceleration"] - (
-        constant["torque"] - constant["load_torque"]
-    )
-    assert float(abs(rest).max()) < 1e-5 * scale
-    # Variable: the actual inertia torque carries what Theta(phi) changes; its mean is in Theta.
-    variable = result.isel(inertia_model=1)
-    moment = 6.67 * 0.09**2
-    v = sweeps.run({"engine": "ntua", "output": {"quantities": ["velocity"], "angle_step": 0.5}})[
-        "velocity"
-    ]
-    mean = 3 * moment * float((v**2).mean())
-    rest = (inertia - mean) * variable["angular_acceleration"] - (
-        variable["gas_torque"]
-        + variable["inertia_torque_actual"]
-        - variable["friction_torque"]
-        - variable["load_torque"]
-    )
-    assert float(abs(rest).max()) < 2e-4 * scale  # the rod masses are rounded to 6.67 kg here
-    means = result["omega"].mean("crank_angle")
-    np.testing.assert_allclose(means, result["omega_mean"], rtol=1e-9)
-
-
-def test_serial_and_parallel_and_order_of_axes_give_the_same_bits() -> None:
-    axes = {"inertia": np.geomspace(0.3, 9.0, 11).tolist(), "load": [0.0, 33.0, 90.0],
-            "cylinders": [1, 5, 8], "load_exponent": [0.0, 1.0, 1.7, 2.0]}  # fmt: skip
-    output = {"quantities": ["delta", "omega_mean", "status"]}
-    one = sweeps.run({"engine": "ntua", "axes": axes, "output": output})
-    from sweeps.running.in_memory import run
-
-    serial = run({"engine": "ntua", "axes": axes, "output": output}, threads=1)
-    turned = sweeps.run(
-        {"engine": "ntua", "axes": dict(reversed(axes.items())), "output": output}
-    ).transpose(*axes)
-    alone = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"inertia": axes["inertia"][7], "load": 33.0, "cylinders": 5,
-                    "load_exponent": 1.7},
-            "output": output,
-        }
-    )  # fmt: skip
-    for name in ("delta", "omega_mean", "status"):
-        np.testing.assert_array_equal(one[name], serial[name])
-        np.testing.assert_array_equal(one[name], turned[name])
-        assert float(one[name][7, 1, 1, 2]) == float(alone[name])

@@ -292,14 +292,10 @@ def test_collocation_finds_a_manufactured_speed(
 @pytest.mark.parametrize(
     ("exponent", "varying", "closure"),
     [
-        (0.0, True, "power_mean"),
-        (0.5, False, "cycle_time"),
-        (1.0, True, "cycle_time"),
-        (1.6, False, "power_mean"),
-        (2.0, True, "power_mean"),
-        (3.0, False, "cycle_time"),
+        (0.0, True, "power_mean"), (0.5, False, "cycle_time"), (1.0, True, "cycle_time"),
+        (1.6, False, "power_mean"), (2.0, True, "power_mean"), (3.0, False, "cycle_time"),
     ],
-)
+)  # fmt: skip
 def test_integration_finds_a_manufactured_speed(
     exponent: float, varying: bool, closure: str
 ) -> None:
@@ -319,12 +315,10 @@ def test_integration_finds_a_manufactured_speed(
 # Consistency on engines ---------------------------------------------------------------------------
 
 ENGINES = (
-    "alpha 0, variable, 1 cyl, power_mean",
-    "alpha 1.6, variable, 1 cyl, cycle_time",
-    "alpha 0.5, constant, 3 cyl, power_mean",
-    "weak load, alpha 1, variable, power_mean",
+    "alpha 0, variable, 1 cyl, power_mean", "alpha 1.6, variable, 1 cyl, cycle_time",
+    "alpha 0.5, constant, 3 cyl, power_mean", "weak load, alpha 1, variable, power_mean",
     "strong, alpha 3, constant, cycle_time",
-)
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -492,11 +486,8 @@ def test_held_out_designs_cover_what_they_should() -> None:
     assert min(deltas) < 0.01
     assert max(deltas) > 0.4
     assert {item.status for item in ITEMS.values()} == {
-        "converged",
-        "stalled",
-        "no_steady_state",
-        "invalid_input",
-    }
+        "converged", "stalled", "no_steady_state", "invalid_input",
+    }  # fmt: skip
 
 
 def test_held_out_designs_are_those_of_the_golden_file() -> None:

@@ -16,11 +16,9 @@ GOLDEN = golden.read()
 ITEMS = {item.name: item for item in held_out()}
 KNOTS = np.radians(np.arange(-360.0, 360.0, 0.5))
 NAMES = {
-    spline.CONVERGED: "converged",
-    spline.STALLED: "stalled",
-    spline.NO_STEADY_STATE: "no_steady_state",
-    spline.INVALID_INPUT: "invalid_input",
-}
+    spline.CONVERGED: "converged", spline.STALLED: "stalled",
+    spline.NO_STEADY_STATE: "no_steady_state", spline.INVALID_INPUT: "invalid_input",
+}  # fmt: skip
 
 
 def columns(item: HeldOut, **changes: Any) -> spline.Designs:

@@ -88,23 +88,6 @@ def test_wheel_holds_every_file_of_both_packages_and_nothing_else(wheel: zipfile
     assert packed == package_files()
 
 
-@pytest.mark.parametrize(
-    "pattern",
-    [
-        "engine_dyn/py.typed",
-        "sweeps/py.typed",
-        "sweeps/__init__.pyi",
-        "sweeps/catalogue/engines/*.toml",
-        "sweeps/catalogue/engines/**/*.csv",
-        "sweeps/catalogue/scenes/**/*.toml",
-    ],
-)
-def test_wheel_holds_package_data(wheel: zipfile.ZipFile, pattern: str) -> None:
-    expected = {path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern)}
-    assert expected
-    assert expected <= set(wheel.namelist())
-
-
 def test_wheel_installs_one_command_and_the_licences(wheel: zipfile.ZipFile) -> None:
     info = f"engine_dyn-{PROJECT['version']}.dist-info"
     entry_points = ConfigParser()

@@ -14,11 +14,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 FORBIDDEN = {
-    "tests": {"benchmarks"},
-    "benchmarks": {"tests"},
-    "oracle": {"tests", "benchmarks", "sweeps"},
+    "tests": {"benchmarks"}, "benchmarks": {"tests"}, "oracle": {"tests", "benchmarks", "sweeps"},
     "tools": {"tests", "benchmarks"},
-}
+}  # fmt: skip
 """Folders, and what no file in them imports."""
 
 

@@ -23,14 +23,6 @@ def phases_along_shaft(count: int) -> Floats:
     return np.array([member.phase for member in even_cylinders(count, CYCLE).members])
 
 
-def test_orders_name_each_cylinder_once_and_begin_with_the_first() -> None:
-    assert list(CUSTOMARY_ORDERS) == list(range(1, 9))
-    for count, order in CUSTOMARY_ORDERS.items():
-        assert sorted(order) == list(range(1, count + 1))
-        assert order[0] == 1
-        assert customary_order(count) == order
-
-
 def test_orders_of_the_thesis() -> None:
     """Kakaitsas (2015), section 5.4."""
     assert CUSTOMARY_ORDERS[6] == (1, 5, 3, 6, 2, 4)
@@ -72,11 +64,3 @@ def test_phases_along_the_shaft_are_the_firings_in_another_order(count: int) -> 
     # The cylinder that fires i-th is at its dead centre when the crank has turned i Phi/Z.
     for place, cylinder in enumerate(order):
         assert place * CYCLE / count + along[cylinder - 1] == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("count", [2, 4, 6, 8])
-def test_cranks_of_even_engines_are_mirrored(count: int) -> None:
-    """Cylinders at equal distance from the middle move together: no moment along the shaft."""
-    along = phases_along_shaft(count)
-    apart = np.mod(along - along[::-1] + 1e-9, 2.0 * np.pi)
-    np.testing.assert_allclose(apart, 1e-9, atol=1e-12)

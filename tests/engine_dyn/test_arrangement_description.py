@@ -45,11 +45,6 @@ def test_what_follows_from_an_in_line_four() -> None:
     assert engine.symmetry([[1, 2], [1, 3], [1, 3], [1, 2]]) == 2
 
 
-def test_at_its_firing_angle_each_cylinder_is_at_its_own_zero() -> None:
-    engine = four()
-    np.testing.assert_array_equal(engine.firing_angles + engine.phases, 0.0)
-
-
 def test_unequal_radii_break_the_symmetry() -> None:
     throws = tuple(
         Throw(a, i, 1.0 if i in (0, 3) else 0.9) for i, a in enumerate(degrees(0, 180, 180, 0))
@@ -98,18 +93,6 @@ def test_even_firing_repeats_with_every_cylinder(count: int) -> None:
 def test_angles_of_files_have_few_digits() -> None:
     phases = [-round(i * 720.0 / 7.0, 2) * DEGREE for i in range(7)]
     assert symmetry(phases, CYCLE) == 7
-
-
-def test_the_sum_over_all_has_the_period_found() -> None:
-    phases = np.array(degrees(0, 90, 360, 450))
-    assert symmetry(phases, CYCLE) == 2
-    phi = np.linspace(0.0, CYCLE, 97)
-
-    def whole(at: np.ndarray) -> np.ndarray:
-        return sum(np.exp(np.cos(0.5 * (at + phase))) for phase in phases)  # type: ignore[return-value]
-
-    np.testing.assert_allclose(whole(phi), whole(phi + CYCLE / 2.0), rtol=1e-13)
-    assert np.abs(whole(phi) - whole(phi + CYCLE / 4.0)).max() > 0.1
 
 
 # --- phase vectors ------------------------------------------------------------------------------

@@ -30,27 +30,13 @@ BAR = 1e5
 ENGINES = ROOT / "sweeps" / "catalogue" / "engines"
 
 USUAL = {
-    "compression_ratio": 17.0,
-    "crank_ratio": 0.25,
-    "intake_pressure": 1.1,
-    "exhaust_pressure": 1.2,
-    "intake_loss": 0.1,
-    "exhaust_loss": 0.05,
-    "compression_exponent": 1.36,
-    "expansion_exponent": 1.30,
-    "heat": 14.0,
-    "premixed_share": 0.15,
-    "premixed_start": -6.0,
-    "premixed_duration": 12.0,
-    "premixed_form": 2.0,
-    "diffusion_start": -4.0,
-    "diffusion_duration": 70.0,
-    "diffusion_form": 1.2,
-    "intake_closing": -140.0,
-    "exhaust_opening": 130.0,
-    "valve_ramp": 40.0,
-    "valve_lag": 8.0,
-}
+    "compression_ratio": 17.0, "crank_ratio": 0.25, "intake_pressure": 1.1, "exhaust_pressure": 1.2,
+    "intake_loss": 0.1, "exhaust_loss": 0.05, "compression_exponent": 1.36,
+    "expansion_exponent": 1.30, "heat": 14.0, "premixed_share": 0.15, "premixed_start": -6.0,
+    "premixed_duration": 12.0, "premixed_form": 2.0, "diffusion_start": -4.0,
+    "diffusion_duration": 70.0, "diffusion_form": 1.2, "intake_closing": -140.0,
+    "exhaust_opening": 130.0, "valve_ramp": 40.0, "valve_lag": 8.0,
+}  # fmt: skip
 
 
 def cycle(**changes):
@@ -222,13 +208,6 @@ def test_half_degree_is_fine_enough_for_the_spline():
     angle, pressure = model.points(0.125)
     curve = diagram_from_points(*model.points(0.5))
     np.testing.assert_allclose(curve(angle), pressure, rtol=3e-5)
-
-
-def test_more_heat_and_more_compression_raise_the_peak():
-    peaks = [cycle(heat=heat).points()[1].max() for heat in (5.0, 10.0, 20.0)]
-    assert peaks == sorted(peaks)
-    peaks = [cycle(compression_ratio=ratio).points()[1].max() for ratio in (12.0, 16.0, 20.0)]
-    assert peaks == sorted(peaks)
 
 
 @pytest.mark.parametrize(

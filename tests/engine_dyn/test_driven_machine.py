@@ -10,10 +10,8 @@ import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from engine_dyn import status
-from engine_dyn.geometry import masses
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
-    TorqueOverAngle,
     constant_load,
     load_over_angle,
     motor_torque,
@@ -438,10 +436,6 @@ def test_kloss() -> None:
     assert 1.0 - 100.0 / synchronous_speed(100.0, 0.04) == pytest.approx(0.04)
 
 
-def test_inertia_of_parts() -> None:
-    assert masses.inertia_of_parts(0.1, 0.02, 1.0, 0.3, 2.0) == pytest.approx(2.32)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -480,10 +474,3 @@ def test_bad_curves_are_refused(make: Any, message: str) -> None:
 def test_bad_calls_are_refused(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         solved(design_of("alpha 2, constant, 1 cyl, power_mean"), **keys)
-
-
-def test_a_curve_is_plain_data() -> None:
-    curve = torque_over_angle(ANGLES, lobes(1.0))
-    assert isinstance(curve, TorqueOverAngle) and not curve.own_angle
-    assert DrivenMachine().plain and not DrivenMachine(curve).plain
-    assert DrivenMachine(motor=True).has_driver

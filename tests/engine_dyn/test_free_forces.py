@@ -104,11 +104,9 @@ def printed(text: str) -> tuple[float, float]:
 
 
 COLUMNS = [
-    ("first_force", 1, False),
-    ("first_moment", 1, True),
-    ("second_force", 2, False),
+    ("first_force", 1, False), ("first_moment", 1, True), ("second_force", 2, False),
     ("second_moment", 2, True),
-]
+]  # fmt: skip
 
 
 def period_of(row: Row) -> float:

@@ -57,11 +57,6 @@ def inertia(design: Design, phi: Any, cylinders: Any) -> Any:
     )
 
 
-def orders_of(curve: Any) -> Any:
-    """Amplitude of every order of the cycle."""
-    return np.abs(np.fft.rfft(curve, axis=-1)) / curve.shape[-1]
-
-
 def test_friction_by_hand() -> None:
     """Kakaitsas (2015), eqs. 3.8, 3.9, engine of table 4.1 at 1200 rpm and 80 bar."""
     speed = friction.mean_piston_speed(0.18, 1200.0 * np.pi / 30.0)
@@ -73,6 +68,10 @@ def test_friction_by_hand() -> None:
     # What it takes out of a cycle is fmep on the displacement.
     assert torque * CYCLE == pytest.approx(fmep * displacement, rel=1e-14)
     assert friction.friction_torque(fmep, displacement, 0.5 * CYCLE) == 2.0 * torque
+    # Table 5.2 at 50 % load, whose diagram has 65.408 bar
+    fmep = friction.friction_mean_effective_pressure(0.137e5, 0.005, 0.142e5, 65.408e5, speed)
+    torque = friction.friction_torque(fmep, displacement, CYCLE)
+    assert torque == pytest.approx(32.776, abs=5e-4)
 
 
 def test_piston_area() -> None:
@@ -106,20 +105,6 @@ def test_torques_of_a_second_derivation(design: Design, family: Family, count: i
     np.testing.assert_allclose(inertia(design, PHI, count), expected, atol=1e-12 * one)
 
 
-@pytest.mark.parametrize("count", COUNTS)
-def test_even_firing_cancels_orders(design: Design, family: Family, count: int) -> None:
-    # Points of whole firing periods, so that no order leaks; 720/count need not be on the grid.
-    phi = np.arange(count * 128) * (CYCLE / (count * 128))
-    for curve in (gas(design, family, phi, count), inertia(design, phi, count)):
-        single = max(orders_of(gas(design, family, phi, 1)).max(),
-                     orders_of(inertia(design, phi, 1)).max())  # fmt: skip
-        amplitude = orders_of(curve)
-        rest = np.delete(amplitude, np.arange(0, amplitude.size, count))
-        assert rest.size == 0 or rest.max() <= 1e-13 * count * single
-        shifted = np.roll(curve, phi.size // count)
-        np.testing.assert_allclose(shifted, curve, atol=1e-11 * count * single)
-
-
 def test_crankcase_pressure_and_masses_do_no_work(design: Design, family: Family) -> None:
     mean = gas(design, family, PHI, 1, crankcase=0.0).mean()
     for pressure in (0.5 * BAR, 1.01325 * BAR, 3.0 * BAR):
@@ -139,14 +124,6 @@ def test_work_of_the_masses_is_their_kinetic_energy(design: Design) -> None:
     speed = 0.5 * design.stroke * design.omega_n * velocity(fine, design.crank_ratio)
     energy = 0.5 * design.reciprocating_mass * speed**2
     np.testing.assert_allclose(work[:-1], -energy[1:], atol=1e-6 * energy.max())
-
-
-def test_actual_torque_at_constant_speed_is_the_nominal_one(design: Design) -> None:
-    found = forces.inertia_torque_actual(
-        PHI, train_of(design, 3), design.reciprocating_mass, design.omega_n, 0.0
-    )
-    expected = inertia(design, PHI, 3)
-    np.testing.assert_allclose(found, expected, atol=1e-12 * np.ptp(inertia(design, PHI, 1)))
 
 
 @pytest.mark.parametrize("count", [1, 4])

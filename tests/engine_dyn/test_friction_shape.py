@@ -79,11 +79,9 @@ def test_closed_forms_without_gas_and_with_a_long_rod() -> None:
     u = np.abs(np.sin(phi))
     beta = 2.0 / np.pi * quad(lambda x: np.sin(x) ** 1.5, 0.0, 0.5 * np.pi, epsabs=1e-13)[0]
     for name, expected in (
-        ("boundary", u * np.pi / 2.0),
-        ("mixed", u * (1.0 - u) / (2.0 / np.pi - 0.5)),
-        ("hydrodynamic", u**1.5 / beta),
-        ("skirt", 2.0 * u**2),
-    ):
+        ("boundary", u * np.pi / 2.0), ("mixed", u * (1.0 - u) / (2.0 / np.pi - 0.5)),
+        ("hydrodynamic", u**1.5 / beta), ("skirt", 2.0 * u**2),
+    ):  # fmt: skip
         one = shape(**{**dict.fromkeys(SHARES, 0.0), name: 1.0})
         found = one(phi, 1e-9, flat(TWO_STROKE), BAR)
         np.testing.assert_allclose(found, expected, atol=2e-7)
@@ -177,13 +175,3 @@ def test_chen_and_flynn_with_the_square() -> None:
     assert found == pytest.approx((0.4 + 0.3 + 0.9 + 0.09) * BAR, rel=1e-14)
     plain = friction.friction_mean_effective_pressure(0.4 * BAR, 0.005, 0.09 * BAR, 6e6, 10.0)
     assert plain == 0.4 * BAR + 0.005 * 6e6 + 0.09 * BAR * 10.0
-
-
-def test_a_motored_engine_has_the_friction_of_its_motored_peak() -> None:
-    fired, motored = case("diesel, woschni").diagram(), case("motored, woschni").diagram()
-    assert motored.peak < fired.peak
-    forms = [
-        friction.friction_mean_effective_pressure(0.137 * BAR, 0.005, 0.142 * BAR, d.peak, 7.2)
-        for d in (fired, motored)
-    ]
-    assert forms[0] - forms[1] == pytest.approx(0.005 * (fired.peak - motored.peak), rel=1e-9)

@@ -10,7 +10,6 @@ import cf_units
 import numpy as np
 import pytest
 
-import sweeps
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.quantities.arithmetic import power
 from engine_dyn.quantities.curve_means import MEAN, RMS
@@ -25,7 +24,7 @@ from engine_dyn.quantities.node import Node, check_needs
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
-from tests.support.scenes import NOT_OF_AN_ENGINE
+from tests.support.scenes import NOT_OF_AN_ENGINE, computed
 
 pytestmark = pytest.mark.compiled
 
@@ -140,14 +139,12 @@ def test_what_people_see_is_described() -> None:
 
 @pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
 def test_every_quantity_is_computed(closure: str) -> None:
-    result = sweeps.run(
-        {
-            "engine": "ntua",
-            **NOT_OF_AN_ENGINE,
-            "axes": {"speed": [1000, 1400]},
-            "solver": {"closure": closure},
-            "output": {"quantities": list(ALL_QUANTITIES), "angle_step": 10.0},
-        }
+    result = computed(
+        list(ALL_QUANTITIES),
+        **NOT_OF_AN_ENGINE,
+        axes={"speed": [1000, 1400]},
+        solver={"closure": closure},
+        output={"angle_step": 10.0},
     )
     for name in ALL_QUANTITIES:
         assert np.isfinite(result[name]).all(), name

@@ -64,18 +64,6 @@ def test_high_orders_of_the_gas(family: Family) -> None:
     assert found == pytest.approx(whole[np.rint(2 * orders).astype(int)], abs=limit)
 
 
-def test_tables_serve_many_designs(family: Family) -> None:
-    ratio = np.array([0.2, 0.3, 0.2, 0.45])[:, None, None]
-    offset = np.array([0.0, 0.1, 0.0])[None, :, None]
-    found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD)
-    assert found.shape == (4, 3, 48)
-    for i, j in ((0, 0), (1, 1), (3, 2)):
-        alone = harmonics.gas_harmonics(
-            ORDERS, ratio[i, 0, 0], offset[0, j, 0], 0.0, family, PERIOD
-        )
-        assert found[i, j] == pytest.approx(alone, rel=1e-11, abs=1e-6)
-
-
 @pytest.mark.parametrize("highest", [0.4, 0.95])
 def test_designs_of_many_crank_ratios_are_those_alone(family: Family, highest: float) -> None:
     """Bit for bit, with and without an offset, on any number of threads."""

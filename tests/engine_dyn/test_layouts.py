@@ -101,12 +101,6 @@ def test_in_line_engines_fire_evenly(count: int, period: float) -> None:
     np.testing.assert_allclose(engine.firing_intervals, period / count, rtol=1e-12)
 
 
-def test_in_line_six() -> None:
-    engine = in_line(6)
-    assert engine.firing_order == (1, 5, 3, 6, 2, 4)
-    assert throws_of(engine) == [0.0, 240.0, 120.0, 120.0, 240.0, 0.0]
-
-
 @pytest.mark.parametrize(
     ("crank", "intervals", "throw"),
     [

@@ -93,12 +93,10 @@ TABLE = torque_over_speed(np.array([10.0, 500.0]), np.array([1.0, 50.0]))
         ({"load_linear": -1.0}, "load_linear = -1: must be zero or a positive number"),
         ({"load_square": np.inf}, "load_square = inf"),
         ({"load_linear": 1.0, "load_exponent": 2.0}, "load_exponent: not allowed together"),
-        (
-            {"load_square": 1.0, "driven": DrivenMachine(load_over_speed=TABLE)},
-            "not allowed together with a driver or a table over speed",
-        ),
+        ({"load_square": 1.0, "driven": DrivenMachine(load_over_speed=TABLE)},
+         "not allowed together with a driver or a table over speed"),
     ],
-)
+)  # fmt: skip
 def test_bad_input(given: dict[str, Any], says: str) -> None:
     design = design_of("alpha 2, constant, 1 cyl, power_mean")
     with pytest.raises(ValueError, match=says):

@@ -31,6 +31,7 @@ def test_rod_keeps_mass_and_centre_of_gravity(mass: float, share: float, length:
 def test_masses_of_the_thesis(rod: float, printed: float) -> None:
     """Kakaitsas (2015), tables 4.1 and 5.3: piston 4.97 kg, rod 6.33 kg, 94 mm from the big end."""
     assert masses.reciprocating_mass(4.97, 6.33, 0.094, rod) == pytest.approx(printed, abs=0.005)
+    assert masses.rotating_mass(1.0, 6.33, 0.094, 0.35) == pytest.approx(5.63, abs=0.005)
 
 
 def test_throw_keeps_its_centrifugal_force() -> None:

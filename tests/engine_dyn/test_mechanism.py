@@ -198,24 +198,6 @@ def test_inertia_pressure_is_the_amplitude_of_the_inertia_force() -> None:
     assert pressures == pytest.approx(-found, rel=1e-9, abs=1e-6)
 
 
-def test_mean_tangential_pressure_is_that_of_the_notes() -> None:
-    # p_T p_i relation from the work of a cycle: p_i V_h = p_T A (2 pi r) per turn of the cycle.
-    for period, turns in ((2.0 * math.pi, 1), (4.0 * math.pi, 2)):
-        phi = np.arange(7200) * (period / 7200)
-        pressure = 1e5 * (3.0 + 2.0 * np.cos(phi - 0.3) + np.sin(2.0 * np.pi / period * phi * 3))
-        ratio = 0.3
-        velocity = slider_crank.velocity(phi, ratio)
-        mean = (pressure * velocity).mean()
-        # indicated work over displacement, from p dV with V/V_h = x/(2 r)
-        volume = 0.5 * slider_crank.position(np.append(phi, period), ratio)
-        closed = np.append(pressure, pressure[0])
-        imep = float((0.5 * (closed[1:] + closed[:-1]) * np.diff(volume)).sum())
-        assert mean == pytest.approx(imep / (math.pi * turns), rel=1e-6)
-        # printed for four-stroke engines: p_T A 2 pi r, half of what the work is
-        printed = imep / math.pi
-        assert (abs(mean - printed) > 0.4 * abs(mean)) == (turns == 2)
-
-
 def test_members_of_unequal_engines() -> None:
     engine = even_cylinders(4, 4.0 * np.pi).with_factors(mass_factor=(1.1, 1.0, 1.0, 1.0))
     found = mechanism.of_cylinder(

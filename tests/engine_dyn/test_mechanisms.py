@@ -30,14 +30,11 @@ def solved(**tables: Any) -> tuple[Tally, Any]:
     ("tables", "mechanism"),
     [
         ({"axes": {"inertia": INERTIA.tolist()}}, BATCH),
-        (
-            {"designs": {"inertia": INERTIA, "crank_ratio": np.linspace(0.2, 0.3, 200)}},
-            BATCH,
-        ),
+        ({"designs": {"inertia": INERTIA, "crank_ratio": np.linspace(0.2, 0.3, 200)}}, BATCH),
         ({"axes": {"inertia": INERTIA.tolist()}, "solver": {"method": "newton"}}, GENERAL),
     ],
     ids=["shared", "interpolated", "general"],
-)
+)  # fmt: skip
 def test_designs_are_counted(tables: dict[str, Any], mechanism: str) -> None:
     tally, delta = solved(**tables)
     assert dict(tally.designs) == {mechanism: 200}

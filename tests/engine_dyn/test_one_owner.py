@@ -79,11 +79,9 @@ def test_a_law_is_flat_where_it_is_flat_at_every_speed() -> None:
     flat_table = np.array([[50.0, 99.0], [3.0, 3.0], [0.0, 0.0]])
     # The motor has its breakdown torque at the nominal speed 80 rad/s: flat there alone.
     cases = (
-        ("power_law", (0.0, 0.0), none, True),
-        ("power_law", (1e-9, 0.0), none, False),
-        ("motor", (100.0, 0.2), none, False),
-        ("table", (0.0, 0.0), flat_table, False),
-    )
+        ("power_law", (0.0, 0.0), none, True), ("power_law", (1e-9, 0.0), none, False),
+        ("motor", (100.0, 0.2), none, False), ("table", (0.0, 0.0), flat_table, False),
+    )  # fmt: skip
     names = [facts.name for facts in laws.LAWS]
     for name, numbers, table, flat in cases:
         form = laws.Form(names.index(name), 1.0, False, table)

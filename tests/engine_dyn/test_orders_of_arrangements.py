@@ -77,34 +77,6 @@ def test_three_cranks_of_a_parallel_twin(crank: int, apart: float) -> None:
     np.testing.assert_allclose(arrangement_of(name).phase_sums(ORDERS), sums, atol=1e-12)
 
 
-def test_what_each_twin_is_known_for() -> None:
-    """Even firing has whole orders alone; 180 degrees no odd order; 270 degrees no second order."""
-    found = {}
-    for crank in (360, 180, 270):
-        own = engine_of(f"parallel_twin_{crank}").own_cylinders
-        assert own is not None
-        found[crank] = harmonics(torque(f"parallel_twin_{crank}", own))
-        found[crank] = dict(zip(ORDERS.tolist(), found[crank] / found[crank].max(), strict=True))
-    whole = [order for order in ORDERS if order == int(order)]
-    assert all(found[360][order] < SMALL for order in ORDERS if order not in whole)
-    assert all(found[360][order] > 1e-4 for order in (1.0, 2.0, 3.0))
-    assert all(found[180][order] < SMALL for order in (1.0, 3.0, 5.0, 7.0))
-    assert all(found[180][order] > 1e-2 for order in (0.5, 1.5, 2.0))
-    # As in a V twin of 90 degrees, what one piston gives at twice the speed the other takes.
-    assert all(found[270][order] < SMALL for order in (2.0, 6.0, 10.0))
-    assert all(found[270][order] > 1e-2 for order in (0.5, 1.0, 1.5))
-
-
-@pytest.mark.parametrize("name", ["v8_cross_plane_93x86", "v8_flat_plane_94x93"])
-def test_a_v8_as_a_whole_has_multiples_of_the_fourth_order(name: str) -> None:
-    own = engine_of(name).own_cylinders
-    assert own is not None
-    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
-    found = harmonics(torque(name, own))
-    sums = np.where(ORDERS % 4.0 == 0.0, 8.0, 0.0)
-    np.testing.assert_allclose(found, sums * one, atol=8.0 * SMALL * one.max())
-
-
 def bank_of(name: str, bank: int) -> tuple[Cylinders, np.ndarray]:
     """One bank as an engine of four, and the crank angles between its firings [degree]."""
     own, arrangement = engine_of(name).own_cylinders, arrangement_of(name)
@@ -133,18 +105,6 @@ def test_banks_of_a_cross_plane_v8_fire_unevenly(bank: int) -> None:
     by_order = dict(zip(ORDERS.tolist(), sums, strict=True))
     assert all(by_order[order] > 0.5 for order in (0.5, 1.5, 2.5, 3.5))
     assert all(by_order[order] == pytest.approx(4.0) for order in (4.0, 8.0, 12.0))
-
-
-@pytest.mark.parametrize("bank", [0, 1])
-def test_banks_of_a_flat_plane_v8_are_four_cylinder_engines(bank: int) -> None:
-    name = "v8_flat_plane_94x93"
-    alone, gaps = bank_of(name, bank)
-    np.testing.assert_allclose(gaps, 180.0)
-    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
-    sums = np.where(ORDERS % 2.0 == 0.0, 4.0, 0.0)
-    np.testing.assert_allclose(
-        harmonics(torque(name, alone)), sums * one, atol=4.0 * SMALL * one.max()
-    )
 
 
 @pytest.mark.parametrize("missing", [1, 4])

@@ -100,13 +100,6 @@ def test_symmetry_and_range(phi: float, ratio: float) -> None:
     assert velocity(phi, ratio) * math.sin(phi) >= 0.0
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
-def test_means_over_a_revolution(ratio: float) -> None:
-    phi = np.arange(720) * (2.0 * np.pi / 720)
-    assert velocity(phi, ratio).mean() == pytest.approx(0.0, abs=1e-15)
-    assert acceleration(phi, ratio).mean() == pytest.approx(0.0, abs=1e-13)
-
-
 def test_shapes() -> None:
     for curve in (*CURVES, rod_angle):
         assert isinstance(curve(0.3, 0.25), np.float64)

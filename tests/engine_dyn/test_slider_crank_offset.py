@@ -14,17 +14,14 @@ from scipy.optimize import brentq, minimize_scalar
 
 from engine_dyn import acceleration, position, rod_angle, velocity
 from engine_dyn.geometry.slider_crank import (
-    acceleration_at,
     crank_radius,
     dead_centres,
     offset_acceleration_at,
     offset_position_at,
     offset_velocity_at,
-    position_at,
     sine_of_top,
     sum_of_angles,
     velocity_and_slopes_at,
-    velocity_at,
 )
 from tests.support.differences import PHI, slope
 
@@ -132,23 +129,6 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
         assert together[0] == pytest.approx(v, rel=1e-13, abs=1e-15)
         assert together[1] == pytest.approx(b, rel=1e-12, abs=1e-13 * size)
         assert together[2] == pytest.approx(jerk, rel=1e-6, abs=1e-8 * size)
-
-
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
-def test_kernels_with_and_without_offset_agree(ratio: float) -> None:
-    for phi in PHI[::7]:
-        s, c = math.sin(phi), math.cos(phi)
-        assert sum_of_angles(s, c, sine_of_top(ratio, 0.0), 1.0) == (s, c)
-        for with_offset, without in (
-            (offset_velocity_at, velocity_at),
-            (offset_acceleration_at, acceleration_at),
-        ):
-            assert with_offset(s, c, ratio, 0.0) == pytest.approx(
-                without(s, c, ratio), rel=1e-12, abs=1e-14
-            )
-        assert offset_position_at(s, c, ratio, 0.0, 1.0 - c, 1.0) == pytest.approx(
-            position_at(s, c, ratio), rel=1e-12, abs=1e-15
-        )
 
 
 # --- dead centres, stroke, work -----------------------------------------------------------------

@@ -207,13 +207,9 @@ def test_equal_cycles_in_a_row_are_the_periodic_solution(firing_angles: list[flo
     [
         ([recorded(2)], [0.0, np.pi], "1 cylinders, 2 firing angles"),
         ([recorded(2), recorded(3)], [0.0, np.pi], "as many cycles"),
-        (
-            [RecordedCycles(np.array([-6.0, -1.0, 0.0, 2.0]), np.ones((2, 4)))],
-            [0.0],
-            "uniform",
-        ),
+        ([RecordedCycles(np.array([-6.0, -1.0, 0.0, 2.0]), np.ones((2, 4)))], [0.0], "uniform"),
     ],
-)
+)  # fmt: skip
 def test_cycles_that_do_not_fit(cycles: list, firing_angles: list[float], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         train_of_cycles(cycles, inertia=1.0, firing_angles=firing_angles, **SIZES_OF_ENGINE)

@@ -70,9 +70,8 @@ DESIGNS = {
     "twin 180": unequal(2, 2.0, "constant", firing_angles=angles_of("parallel twin 180")),
     "twin 270": unequal(2, 1.6, "constant", firing_angles=angles_of("parallel twin 270")),
     "twin 270, variable": unequal(2, 0.0, "variable", firing_angles=(0.0, 270.0 * DEGREE)),
-    "V2 at 47.3 degrees": unequal(
-        2, 2.0, "variable", firing_angles=(0.0, 407.3 * DEGREE)
-    ),  # no multiple of the width between nodes
+    # no multiple of the width between nodes
+    "V2 at 47.3 degrees": unequal(2, 2.0, "variable", firing_angles=(0.0, 407.3 * DEGREE)),
     "V6 90, shared pins": unequal(
         6, 2.0, "constant", firing_angles=angles_of("V6 90 shared-pin 1-6-5-4-3-2")
     ),
@@ -85,13 +84,8 @@ DESIGNS = {
     "mass spread, 4 cyl": unequal(4, 2.0, "constant", mass_factors=(1.0, 1.2, 0.9, 1.0)),
     "mass spread, 3 cyl, variable": unequal(3, 1.6, "variable", mass_factors=(1.3, 1.0, 0.8)),
     "everything": unequal(
-        3,
-        2.0,
-        "variable",
-        offset=0.2,
-        firing_angles=(0.0, 200.0 * DEGREE, 500.0 * DEGREE),
-        pressure_factors=(0.9, 1.0, 0.3),
-        mass_factors=(1.0, 0.9, 1.2),
+        3, 2.0, "variable", offset=0.2, firing_angles=(0.0, 200.0 * DEGREE, 500.0 * DEGREE),
+        pressure_factors=(0.9, 1.0, 0.3), mass_factors=(1.0, 0.9, 1.2),
     ),
     "throws of unequal radius": unequal(3, 2.0, "constant", radius_factors=(1.0, 0.8, 1.15)),
     "unequal throws, misfire, variable": unequal(
@@ -101,28 +95,17 @@ DESIGNS = {
         3, 2.0, "constant", offset=0.35, radius_factors=(1.0, 0.8, 1.15)
     ),
     "unequal throws, offset, friction, variable": unequal(
-        3,
-        1.6,
-        "variable",
-        offset=-0.3,
-        radius_factors=(1.0, 1.2, 0.9),
-        pressure_factors=(1.0, 0.0, 1.0),
-        mass_factors=(1.0, 1.1, 0.9),
-        friction_shares=SHARES,
+        3, 1.6, "variable", offset=-0.3, radius_factors=(1.0, 1.2, 0.9),
+        pressure_factors=(1.0, 0.0, 1.0), mass_factors=(1.0, 1.1, 0.9), friction_shares=SHARES,
     ),
     "friction, 1 cyl": unequal(1, 2.0, "constant", friction_shares=SHARES),
     "friction, 4 cyl": unequal(4, 1.0, "variable", friction_shares=SHARES),
     "friction, offset": unequal(2, 1.6, "constant", offset=0.3, friction_shares=SHARES),
     "friction, unequal throws, cycle_time": unequal(
-        3,
-        2.0,
-        "constant",
-        "cycle_time",
-        radius_factors=(1.0, 1.0, 0.9),
-        pressure_factors=(1.0, 0.4, 1.0),
-        friction_shares=(0.5, 0.0, 0.1, 0.2),
+        3, 2.0, "constant", "cycle_time", radius_factors=(1.0, 1.0, 0.9),
+        pressure_factors=(1.0, 0.4, 1.0), friction_shares=(0.5, 0.0, 0.1, 0.2),
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.compiled

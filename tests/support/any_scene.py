@@ -47,12 +47,10 @@ WRITTEN_OUT: dict[str, Any] = {
     "name": "a V-twin of one's own",
     "throws": [{"angle": 0.0, "position": 0.0, "radius_factor": 1.0}],
     "banks": [-30.0, 30.0],
-    "cylinders": [
-        {"throw": 1, "bank": 1, "firing_angle": 0.0},
-        {"throw": 1, "bank": 2, "firing_angle": 420.0},
-    ],
+    "cylinders": [{"throw": 1, "bank": 1, "firing_angle": 0.0},
+        {"throw": 1, "bank": 2, "firing_angle": 420.0}],
     "uneven": True,
-}
+}  # fmt: skip
 
 
 @functools.cache

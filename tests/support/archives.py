@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import sweeps
 from sweeps.archive import netcdf
 from sweeps.archive.labels import label
 from sweeps.archive.partial import Partial
+from sweeps.joining.merge import merge
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import shard
@@ -25,6 +27,7 @@ from sweeps.running.in_memory import Computation
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 
+from .commands import ok
 from .scenes import MAP
 
 
@@ -56,6 +59,31 @@ def plan_of(folder: Path, text: str = MAP) -> Plan:
 
 def run(scene: Any, path: Path, **options: Any) -> None:
     into_archive.run(make_plan(read_scene(scene)), path, Options(**options))
+
+
+def shards(scene: Any, count: int, folder: Path, **options: Any) -> list[Path]:
+    """Archives of all shards of a scene."""
+    plan = make_plan(read_scene(scene))
+    paths = [folder / f"shard_{number}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, start=1):
+        into_archive.run(shard(plan, number, count), path, Options(**options))
+    return paths
+
+
+def assert_same_in_parts(scene: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In memory, in an archive, in shards, computed again and in blocks: the same bits."""
+    whole = folder / "whole.nc"
+    run(scene, whole)
+    with netcdf.open_archive(whole) as opened:
+        expected = opened.load()
+    xr.testing.assert_equal(sweeps.run(scene), expected)
+    merge(shards(scene, 2, folder), folder / "merged.nc", Options())
+    assert_same(folder / "merged.nc", expected)
+    ok("rerun", whole, "-o", folder / "again.nc")
+    assert_same(folder / "again.nc", expected)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e3)
+    run(scene, folder / "blocks.nc")
+    assert_same(folder / "blocks.nc", expected)
 
 
 def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseException) -> None:

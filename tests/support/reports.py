@@ -13,11 +13,9 @@ SCENE: dict[str, Any] = {
     "title": "three loads",
     "engine": "ntua",
     "axes": {"load": [20, 50, 80], "inertia": [0.05, 2.0, 3.0, 5.0]},
-    "output": {
-        "quantities": ["delta", "omega_max", "brake_power", "omega", "torque", "gas_torque"],
-        "angle_step": 4,
-    },
-}
+    "output": {"quantities": ["delta", "omega_max", "brake_power", "omega", "torque", "gas_torque"],
+        "angle_step": 4},
+}  # fmt: skip
 
 
 def large(designs: int = 60, angles: int = 180) -> xr.Dataset:

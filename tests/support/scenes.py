@@ -2,9 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.scene.reading import read_scene
+
+
+def asking(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> dict[str, Any]:
+    """A scene that asks for some quantities; its tables by their names."""
+    output = {"quantities": [*quantities], **tables.pop("output", {})}
+    return {"engine": engine, **tables, "output": output}
+
+
+def computed(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> xr.Dataset:
+    """What that scene gives."""
+    return sweeps.run(asking(quantities, engine, **tables))
+
+
+def refusal(scene: Any) -> str:
+    """The one line with which a scene is refused."""
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    line = str(caught.value)
+    assert "\n" not in line
+    return line
+
 
 BEARINGS = {
     "crank_pin_diameter": 0.09, "crank_pin_width": 0.04, "main_journal_diameter": 0.1,
@@ -71,8 +99,18 @@ IN_BLOCKS: dict[str, dict[str, Any]] = {
         "axes": {"speed": np.linspace(900, 2000, 300).tolist()},
         "output": {"quantities": ["imep", "bmep", "mechanical_efficiency"]},
     },
+    "vectors, orders, bearings and means": {
+        "set": {"cylinder_spacing": 0.2, "wanted_delta": 0.05},
+        "axes": {"cylinders": [1, 3, 6], "speed": np.linspace(800, 1500, 7).tolist()},
+        "output": {
+            "quantities": ["shaking_moment_max", "shaking_force", "best_fraction_peak",
+                           "inertia_required", "flywheel_shaft_torque_rms", "crank_pin_load_max",
+                           "torque_order"],
+            "angle_step": 15.0,
+        },
+    },
     "one design": {"output": {"quantities": ["delta", "fmep"]}},
-}
+}  # fmt: skip
 """Scenes of every shape, which blocks may divide in many ways; `engine` is left out."""
 
 MAP = """\
@@ -107,12 +145,10 @@ angle_step = 10
 
 DESIGN_TABLE = {
     "engine": "ntua",
-    "designs": {
-        "case": [f"design {i}" for i in range(12)],
+    "designs": {"case": [f"design {i}" for i in range(12)],
         "stroke": np.linspace(0.15, 0.2, 12).tolist(),
-        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3],
-    },
+        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3]},
     "axes": {"load": [0, 30, 60]},
     "solver": {"method": ["auto", "newton"]},
     "output": {"quantities": ["delta", "imep", "torque_after_throw"], "angle_step": 30},
-}
+}  # fmt: skip

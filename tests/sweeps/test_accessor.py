@@ -134,17 +134,14 @@ def test_figures_are_drawn_into_a_panel(archive: xr.Dataset) -> None:
     ("call", "kind", "said"),
     [
         (lambda p: p.torque_and_sped(), AttributeError, "'torque_and_sped': no such kind; did you"),
-        (
-            lambda p: p.bearing_polar(),
-            ValueError,
-            "figure bearing_polar: not available for this archive",
-        ),
+        (lambda p: p.bearing_polar(), ValueError,
+         "figure bearing_polar: not available for this archive"),
         (lambda p: p.numbers(styl=1), TypeError, r"got an unexpected keyword argument .styl"),
         (lambda p: p.numbers(style="nope"), ValueError, "style 'nope': no such file"),
         (lambda p: p.numbers(units={"foo": "kW"}), ValueError, "^units foo: no column"),
         (lambda p: p.numbers(ax=3), ValueError, "ax = 3: must be an Axes"),
     ],
-)
+)  # fmt: skip
 def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: str) -> None:
     with pytest.raises(kind, match=said):
         call(archive.dyn.plot)

@@ -15,26 +15,22 @@ from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.figures import draw
-from sweeps.figures.balance import _without_rounding, shaking, vector_names
+from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok
+from tests.support.scenes import computed
 
 pytestmark = pytest.mark.compiled
 
 RPM = math.pi / 30.0
 
 
-def run(quantities: list[str], engine: str = "ntua", **more: Any) -> Any:
-    output = {"quantities": quantities, **more.pop("output", {})}
-    return sweeps.run({"engine": engine, **more, "output": output})
-
-
 # --- balance --------------------------------------------------------------------------------------
 
 
 def test_forces_on_axes() -> None:
-    found = run(
+    found = computed(
         ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_force_major"],
         set={"cylinder_spacing": 0.2},
         axes={"cylinders": [1, 4, 6], "speed": [1000, 1200], "counterweight_fraction": [0, 0.5]},
@@ -69,7 +65,7 @@ def test_forces_on_axes() -> None:
 
 
 def test_nothing_is_computed_on_an_axis_that_it_does_not_depend_on() -> None:
-    found = run(
+    found = computed(
         ["balance_shaft_required", "unbalanced_mass", "shaking_force_rms"],
         set={"balance_shaft_radius": 0.03},
         axes={"inertia": [1, 2], "speed": [1000, 1200], "counterweight_fraction": [0.2, 0.4]},
@@ -81,13 +77,13 @@ def test_nothing_is_computed_on_an_axis_that_it_does_not_depend_on() -> None:
 
 
 def test_counterweights_by_mass_and_by_fraction_agree() -> None:
-    by_fraction = run(
+    by_fraction = computed(
         ["counterweight_required", "shaking_force_max"], engine="b112",
         set={"counterweight_fraction": 0.5, "counterweight_radius": 0.03134},
     )  # fmt: skip
     weight = float(by_fraction["counterweight_required"])
     assert weight == pytest.approx(2.109, abs=6e-4)
-    by_mass = run(
+    by_mass = computed(
         ["shaking_force_max"], engine="b112",
         set={"counterweight_mass": weight, "counterweight_radius": 0.03134},
     )  # fmt: skip
@@ -95,46 +91,20 @@ def test_counterweights_by_mass_and_by_fraction_agree() -> None:
         float(by_fraction["shaking_force_max"]), rel=1e-12
     )
     # without counterweights all that rotates shakes too
-    bare = run(["shaking_force_max"], engine="b112", set={"counterweight_mass": 0.0})
+    bare = computed(["shaking_force_max"], engine="b112", set={"counterweight_mass": 0.0})
     assert float(bare["shaking_force_max"]) > 2.0 * float(by_mass["shaking_force_max"])
 
 
 def test_an_arrangement_of_the_scene() -> None:
-    found = run(
+    found = computed(
         ["shaking_moment_major"], engine="ntua",
         set={"arrangement": "boxer 2", "cylinders": 2, "cylinder_spacing": 0.2,
              "bank_offset": 0.05}, output={"highest_order": 2},
     )  # fmt: skip
-    unit = run(["inertia_force_unit"])["inertia_force_unit"]
+    unit = computed(["inertia_force_unit"])["inertia_force_unit"]
     assert float(found["shaking_moment_major"].sel(order=1.0) / unit) == pytest.approx(0.05)
     made = cylinders_of(arrangement_from_text("boxer 2", 4.0 * math.pi))
     assert made.arrangement is not None and len(made.arrangement.throws) == 2
-
-
-def test_arrangements_as_an_axis() -> None:
-    texts = ["in-line 4", "boxer 4", "V4 90"]
-    names = ["shaking_force_max", "shaking_moment_max", "balance_shaft_required"]
-    given = {"cylinders": 4, "cylinder_spacing": 0.1, "balance_shaft_radius": 0.05}
-    found = run(names, set=given, axes={"arrangement": texts, "speed": [900, 1200]})
-    assert found["shaking_force_max"].dims == ("arrangement", "speed")
-    assert found["balance_shaft_required"].dims == ("arrangement",)
-    for place, text in enumerate(texts):
-        alone = run(names, set={**given, "arrangement": text}, axes={"speed": [900, 1200]})
-        for name in names:
-            np.testing.assert_array_equal(found[name].values[place], alone[name].values)
-
-
-def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene: dict[str, Any] = {
-        "axes": {"cylinders": [1, 3, 6], "speed": {"start": 800, "stop": 1500, "num": 7}},
-        "set": {"cylinder_spacing": 0.2, "wanted_delta": 0.05},
-    }
-    names = ["shaking_moment_max", "shaking_force", "inertia_required", "best_fraction_peak"]
-    whole = run(names, **scene, output={"angle_step": 15.0})
-    monkeypatch.setattr("sweeps.planning.blocks.LIMIT", 4e4)
-    parts = run(names, **scene, output={"angle_step": 15.0})
-    for name in names:
-        np.testing.assert_array_equal(whole[name].values, parts[name].values)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +142,7 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 )  # fmt: skip
 def test_bad_input(scene: dict[str, Any], quantity: str, message: str) -> None:
     with pytest.raises(sweeps.SceneError, match=message):
-        run([quantity], **scene)
+        computed([quantity], **scene)
 
 
 def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None:
@@ -182,14 +152,14 @@ def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None
     for more, message in ((both, "give one of them"), ("wanted_delta = 0.1\n", "to a scene")):
         (tmp_path / "mine.toml").write_text(text.replace("[values]\n", f"[values]\n{more}"))
         with pytest.raises(sweeps.SceneError, match=message):
-            run(["delta"], engine=str(tmp_path / "mine.toml"))
+            computed(["delta"], engine=str(tmp_path / "mine.toml"))
     one = "counterweight_mass = 2.1\ncounterweight_radius = 0.03\n"
     (tmp_path / "mine.toml").write_text(text.replace("[values]\n", f"[values]\n{one}"))
-    own = run(["shaking_force_max"], engine=str(tmp_path / "mine.toml"))
+    own = computed(["shaking_force_max"], engine=str(tmp_path / "mine.toml"))
     # a fraction of the scene replaces the engine's weights
-    half = run(["shaking_force_max"], engine=str(tmp_path / "mine.toml"),
+    half = computed(["shaking_force_max"], engine=str(tmp_path / "mine.toml"),
                set={"counterweight_fraction": 0.5})  # fmt: skip
-    same = run(["shaking_force_max"], engine="b112", set={"counterweight_fraction": 0.5})
+    same = computed(["shaking_force_max"], engine="b112", set={"counterweight_fraction": 0.5})
     assert float(half["shaking_force_max"]) == float(same["shaking_force_max"])
     assert float(own["shaking_force_max"]) != float(half["shaking_force_max"])
 
@@ -198,7 +168,7 @@ def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None
 
 
 def test_wanted_delta_replaces_the_inertia() -> None:
-    found = run(
+    found = computed(
         ["inertia_required", "delta", "omega_max", "inertia_energy_swing_error", "inertia_share",
          "flywheel_inertia_required", "engine_inertia", "flywheel_mass"],
         axes={"wanted_delta": ["generator", "pump, coarse", 1.9], "speed": [900, 1200]},
@@ -216,7 +186,9 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     assert (found["status"].isel(wanted_delta=2) == 1).all()
     assert found["inertia_required"].isel(wanted_delta=2).isnull().all()
     assert found["omega_max"].isel(wanted_delta=2).isnull().all()
-    again = run(["delta"], axes={"inertia": found["inertia_required"].values[1, :, 0].tolist()})
+    again = computed(
+        ["delta"], axes={"inertia": found["inertia_required"].values[1, :, 0].tolist()}
+    )
     assert float(again["delta"][1]) == pytest.approx(1 / 20, rel=1e-6)
     added = good["inertia_required"] - good["engine_inertia"]
     np.testing.assert_allclose(good["flywheel_inertia_required"], added)
@@ -229,18 +201,18 @@ def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
     given = {"wanted_delta": "generator", "auxiliary_inertia": 0.5, "load_inertia": 3.0,
              "gear_ratio": 2.0}  # fmt: skip
     names = ["inertia_required", "flywheel_inertia_required", "engine_inertia", "delta"]
-    found = run(names, set=given)
-    alone = run(names, set={"wanted_delta": "generator"})
+    found = computed(names, set=given)
+    alone = computed(names, set={"wanted_delta": "generator"})
     assert float(found["inertia_required"]) == float(alone["inertia_required"])
     added = found["inertia_required"] - found["engine_inertia"] - 0.5 - 4.0 * 3.0
     assert float(found["flywheel_inertia_required"]) == pytest.approx(float(added))
-    in_parts = run(["delta"], set={**{k: v for k, v in given.items() if k != "wanted_delta"},
+    in_parts = computed(["delta"], set={**{k: v for k, v in given.items() if k != "wanted_delta"},
                                    "flywheel_inertia": float(added)})  # fmt: skip
     assert float(in_parts["delta"]) == pytest.approx(1 / 300, rel=1e-6)
 
 
 def test_flywheel_of_a_driven_machine() -> None:
-    found = run(["inertia_required", "delta"], engine="compressor_79x83",
+    found = computed(["inertia_required", "delta"], engine="compressor_79x83",
                 axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
     assert (found["status"] == 0).all()
     np.testing.assert_allclose(found["delta"], found["wanted_delta"], rtol=1e-6)
@@ -248,7 +220,7 @@ def test_flywheel_of_a_driven_machine() -> None:
 
 def test_flywheel_for_the_lowest_stable_idle_speed() -> None:
     """Lecture 18: it must carry the engine at idle; there it is largest at the lowest speed."""
-    found = run(
+    found = computed(
         ["inertia_required", "delta", "status"],
         axes={"speed": [500, 700, 900]},
         set={"load": 0, "wanted_delta": "idling vehicle"},
@@ -263,7 +235,7 @@ def test_flywheel_for_the_lowest_stable_idle_speed() -> None:
 
 @pytest.mark.parametrize("kind", ["diesel", "propeller"])
 def test_the_load_follows_the_speed(kind: str) -> None:
-    found = run(
+    found = computed(
         ["torque_mean", "brake_power", "characteristic_torque", "characteristic_power",
          "characteristic_load", "delta"],
         axes={"speed": [700, 1000, 1400], "characteristic_share": [0.4, 1.0]},
@@ -278,12 +250,12 @@ def test_the_load_follows_the_speed(kind: str) -> None:
     assert found["delta"].dims == ("speed", "characteristic_share")
     # the same diagram named by its load gives the same
     place = found.sel(speed=1000, characteristic_share=0.4)
-    named = run(["delta"], set={"speed": 1000, "load": float(place["characteristic_load"])})
+    named = computed(["delta"], set={"speed": 1000, "load": float(place["characteristic_load"])})
     assert float(named["delta"]) == pytest.approx(float(place["delta"]), rel=1e-6)
 
 
 def test_the_load_follows_with_all_that_the_torque_depends_on() -> None:
-    found = run(
+    found = computed(
         ["torque_mean", "characteristic_torque"], engine="si_four_87x101",
         axes={"auxiliary_torque": [0, 5], "speed": [2000, 4000]},
         set={"rated_power": 60e3, "rated_speed": 5000, "pressure_factor": [1, 1, 0.9, 1]},
@@ -310,7 +282,9 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
              "status", "main_journal_load_max", "omega"]  # fmt: skip
     shares = [0.7, 0.9, 40.0]
     curve = {"kind": "diesel"}
-    found = run(names, engine, axes={"characteristic_share": shares}, characteristic=curve, **scene)
+    found = computed(
+        names, engine, axes={"characteristic_share": shares}, characteristic=curve, **scene
+    )
     assert found["status"].values.tolist() == [0, 0, 4]
     for name in names:
         if name in ("status", "characteristic_torque"):
@@ -318,13 +292,13 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
         values = found[name].values
         assert np.isfinite(values[:2]).all() and np.isnan(values[2]).all(), name
     # The others are what they are alone.
-    alone = run(
+    alone = computed(
         names, engine, axes={"characteristic_share": shares[:2]}, characteristic=curve, **scene
     )
     for name in names:
         if "characteristic_share" in found[name].dims:
             np.testing.assert_array_equal(found[name].values[:2], alone[name].values, name)
-    none = run(
+    none = computed(
         ["delta", "inertia_required"], engine, characteristic=curve,
         set={**scene["set"], "characteristic_share": 40.0, "wanted_delta": 0.02},
     )  # fmt: skip
@@ -434,13 +408,6 @@ def test_figures_of_what_is_balanced(tmp_path: Path) -> None:
     assert "shaking_moment_over_angle" not in drawn  # of one cylinder
     moments = drawn["shaking_moment_over_angle_cases"].axes
     assert len({panel.get_ylim() for panel in moments if panel.get_visible()}) == 1
-
-
-def test_rounding_is_drawn_as_nothing() -> None:
-    big, small = np.array([0.0, 1e3, np.nan]), np.array([1e-9, -1e-8, 0.0])
-    (((up, side),),) = _without_rounding([[(big, small)]])
-    np.testing.assert_array_equal(up, big)
-    np.testing.assert_array_equal(side, 0.0)
 
 
 @pytest.mark.parametrize("engine", ["v8_cross_plane_93x86", "v8_flat_plane_94x93"])

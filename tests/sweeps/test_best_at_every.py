@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import click.testing
 import numpy as np
 import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.exploring import every_point, ranges
 from sweeps.exploring.conditions import constraint
+from tests.support import commands
 
 INERTIA = [9.0, 1.0, 3.0, 5.0]
 LOADS = [0.0, 50.0, 100.0]
@@ -208,16 +207,11 @@ def test_command(archive, tmp_path):
     archive.to_netcdf(path, engine="netcdf4")
     arguments = ["best", str(path), "--least", "inertia", "--within", "delta <= 1/1000",
                  "--at-every", "load,speed"]  # fmt: skip
-    runner = click.testing.CliRunner()
-    done = runner.invoke(main, [*arguments, "--not-counted", "no_steady_state"])
-    assert done.exit_code == 0, done.output
-    assert "3 of 4 designs fulfil delta <= 1/1000 at every load and speed" in done.output
-    assert "at inertia = 3" in done.output
-    failed = runner.invoke(main, arguments)
-    assert failed.exit_code == 2
-    assert failed.stderr.count("\n") == 1
-    assert "no design meets all conditions at every load and speed" in failed.stderr
-    sliced = runner.invoke(main, [*arguments[:-1], "speed", "--select", "load=100"])
-    assert "at inertia = 3, load = 100" in sliced.output
-    listed = runner.invoke(main, ["list", "classes"])
-    assert "generator, coarse     delta 1/150" in listed.output
+    done = commands.ok(*arguments, "--not-counted", "no_steady_state")
+    assert "3 of 4 designs fulfil delta <= 1/1000 at every load and speed" in done
+    assert "at inertia = 3" in done
+    failed = commands.refused(*arguments)
+    assert "no design meets all conditions at every load and speed" in failed
+    sliced = commands.ok(*arguments[:-1], "speed", "--select", "load=100")
+    assert "at inertia = 3, load = 100" in sliced
+    assert "generator, coarse     delta 1/150" in commands.ok("list", "classes")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import itertools
-import json
 import os
 import re
 import subprocess
@@ -200,6 +199,7 @@ def test_without_fail_on_failed_designs_are_only_counted(tmp_path: Path) -> None
     path = tmp_path / "scene.toml"
     path.write_text(STALLING.replace('"stalled", "not_converged"', ""))
     assert "outcomes: converged 1, stalled 1" in ok("run", path, "-o", tmp_path / "out.nc")
+    assert "  converged: 1\n  stalled: 1\n" in ok("info", tmp_path / "out.nc")
 
 
 def test_outcomes_are_those_of_all_designs(tmp_path: Path) -> None:
@@ -321,18 +321,10 @@ def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -
 def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
     text = ok("info", archive, "--provenance")
     for expected in (
-        "A small map",
-        "inertia (3): 1.5, 2, 5 [kg m2]",
-        "crank_angle (144)",
-        "delta ",
-        " rad s-1  ",
-        "converged: 6",
-        "  6 designs, ",
-        " of results, float64, not compressed, ",
-        ", computed in ",
-        "history: ",
-        "engine: ntua",
-    ):
+        "A small map", "inertia (3): 1.5, 2, 5 [kg m2]", "crank_angle (144)", "delta ",
+        " rad s-1  ", "converged: 6", "  6 designs, ", " of results, float64, not compressed, ",
+        ", computed in ", "history: ", "engine: ntua",
+    ):  # fmt: skip
         assert expected in text, text
     assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
     short = ok("info", archive)
@@ -427,7 +419,6 @@ def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) ->
     found = [line.split()[0] for line in lines]
     assert found == names or (what == "quantities" and sorted(found) == names)
     assert all(len(line.split()) > 2 for line in lines)
-    assert set(lines[0].split()[0] for _ in lines) <= set(names)
     everything = {line.split()[0] for line in ok("list").splitlines() if line}
     assert set(names) <= everything
 
@@ -435,19 +426,13 @@ def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) ->
 @pytest.mark.parametrize(
     ("words", "name"),
     [
-        ("cyclic irregularity", "delta"),
-        ("degree of irregularity", "delta"),
-        ("side thrust", "wall_thrust"),
-        ("gudgeon pin", "piston_pin_load"),
-        ("flywheel sizing", "inertia_required"),
-        ("harmonics", "torque_order"),
-        ("turning moment", "torque"),
-        ("firing pressure", "peak_pressure"),
-        ("irregularty", "delta"),
-        ("wall_thrust", "wall_thrust"),
-        ("IMEP", "imep"),
+        ("cyclic irregularity", "delta"), ("degree of irregularity", "delta"),
+        ("side thrust", "wall_thrust"), ("gudgeon pin", "piston_pin_load"),
+        ("flywheel sizing", "inertia_required"), ("harmonics", "torque_order"),
+        ("turning moment", "torque"), ("firing pressure", "peak_pressure"),
+        ("irregularty", "delta"), ("wall_thrust", "wall_thrust"), ("IMEP", "imep"),
     ],
-)
+)  # fmt: skip
 def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
     lines = ok("list", "quantities", *words.split()).splitlines()
     assert name in [line.split()[0] for line in lines if line]
@@ -600,36 +585,6 @@ def test_rows_of_further_axes_and_words() -> None:
     assert "largest difference of mu: -20.00 % (the only row)" in text
 
 
-def test_no_table_without_published_values() -> None:
-    assert reference_text(xr.Dataset({"delta": ("x", [1.0])})) == ""
-
-
-@pytest.mark.slow
-def test_the_thesis_comes_out_as_printed(tmp_path: Path) -> None:
-    """Rows of Tables 5.3 and 5.4 that the calibration of the diagrams did not use."""
-    text = ok("run", "thesis", "-o", tmp_path / "thesis.nc")
-    for label in read_scene("thesis").labels["case"]:
-        assert label in text
-    with xr.open_dataset(tmp_path / "thesis.nc") as dataset:
-        assert (dataset["status"] == MEANINGS.index("passes_done")).all()
-        json.loads(dataset.attrs["scene"])
-        difference = (dataset["delta"] / dataset["delta_published"] - 1.0).to_numpy()
-        allowed = np.full(22, 0.03)
-        single = dataset["cylinders"].to_numpy() == 1
-        allowed[single] = 0.005
-        allowed[dataset["speed"].to_numpy() >= 3000] = 0.012
-        allowed[dataset["cylinders"].to_numpy() == 2] = 0.02
-        checked = dataset["load"].to_numpy() == 50
-        labels = dataset["case"].to_numpy()
-        wrong = [
-            f"{label}: {100 * d:.2f} %"
-            for label, d, a, c in zip(labels, difference, allowed, checked, strict=True)
-            if c and abs(d) > a
-        ]
-        assert not wrong
-    assert os.path.getsize(tmp_path / "thesis.nc") > 1000
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
 def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) -> None:
@@ -676,14 +631,11 @@ def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
     good = tmp_path / "good.nc"
     good.write_bytes(sound_archive())
     for words in (
-        ("plot", good, "-o", "/proc/figures"),
-        ("plot", good, "-o", "/proc/self/figures"),
-        ("export", good, "-o", "/proc/table.csv"),
-        ("rerun", good, "-o", "/proc/self/out.nc"),
-        ("merge", good, good, "-o", "/proc/out.nc"),
-        ("run", "first", "-o", "/proc/out.nc"),
+        ("plot", good, "-o", "/proc/figures"), ("plot", good, "-o", "/proc/self/figures"),
+        ("export", good, "-o", "/proc/table.csv"), ("rerun", good, "-o", "/proc/self/out.nc"),
+        ("merge", good, good, "-o", "/proc/out.nc"), ("run", "first", "-o", "/proc/out.nc"),
         ("new", "/proc/my.toml"),
-    ):
+    ):  # fmt: skip
         assert "/proc/" in (told := refused(*words)) and "cannot be written" in told
 
 

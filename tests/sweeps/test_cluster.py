@@ -385,16 +385,6 @@ def not_ours(folder: str, key: str) -> str:
     return look(folder, "another key")
 
 
-@pytest.mark.parametrize("instead", [elsewhere, not_ours])
-def test_workers_that_do_not_see_the_folder(
-    instead: Any, scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "look", instead)
-    text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
-    assert "does not see" in text and "must be on a file system that all workers share" in text
-    assert list(tmp_path.iterdir()) == []
-
-
 def other_kind(dask_worker: Any) -> dict[str, Any]:
     from sweeps.running.worker import about
 
@@ -406,14 +396,31 @@ def other_kind(dask_worker: Any) -> dict[str, Any]:
     return told
 
 
-def test_workers_of_another_kind_than_the_first(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "about", other_kind)
+def other_versions() -> dict[str, str]:
+    return {**provenance.versions(), "numpy": "1.0", "kernels": "0"}
+
+
+NOT_SHARED = "does not see .*must be on a file system that all workers share"
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "instead", "message"),
+    [
+        (worker, "look", elsewhere, NOT_SHARED),
+        (worker, "look", not_ours, NOT_SHARED),
+        (worker, "about", other_kind,
+         r"a different kind of machine from .*: processor \(was .*instructions \(with"),
+        (cluster, "versions", other_versions,
+         r"kernels \(is [0-9a-f]{16}, here 0\), numpy \(is \S+, here 1.0\)"),
+    ],
+)  # fmt: skip
+def test_workers_that_do_not_fit(
+    module: Any, name: str, instead: Any, message: str, scheduler: str, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(module, name, instead)
     text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
-    assert re.search(
-        r"a different kind of machine from .*: processor \(was .*instructions \(with", text
-    ), text
+    assert re.search(message, text), text
     assert list(tmp_path.iterdir()) == []
 
 
@@ -426,16 +433,6 @@ def test_workers_of_several_threads(tmp_path: Path) -> None:
         text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", address)
     assert "has 2 threads; must have one (--nthreads 1" in text
     assert list(tmp_path.iterdir()) == []
-
-
-def test_workers_of_other_versions(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(
-        cluster, "versions", lambda: {**provenance.versions(), "numpy": "1.0", "kernels": "0"}
-    )
-    text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
-    assert re.search(r"kernels \(is [0-9a-f]{16}, here 0\), numpy \(is \S+, here 1.0\)", text), text
 
 
 def test_workers_that_come_later_are_checked_too(

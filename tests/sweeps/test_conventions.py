@@ -26,11 +26,10 @@ from sweeps.archive import netcdf
 from sweeps.joining.extend import extend
 from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
 from sweeps.running import into_archive
 from sweeps.running.options import Options
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.archives import sound_archive
+from tests.support.archives import shards, sound_archive
 from tests.support.scenes import IN_BLOCKS, NOT_OF_AN_ENGINE
 
 SUITE = "cf:1.11"
@@ -40,25 +39,16 @@ TOGETHER = 12
 """Quantities of one archive."""
 
 OWN: dict[str, dict[str, Any]] = {
-    "words": {
-        "engine": "si_four_87x101",
-        "set": {"cylinders": 8},
+    "words": {"engine": "si_four_87x101", "set": {"cylinders": 8},
         "axes": {"arrangement": ["V8 cross-plane", "V8 flat-plane"], "speed": [1500, 2500]},
         "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
-        "output": {"quantities": ["delta", "torque_order", "omega"], "angle_step": 30},
-    },
-    "unit by exponent": {
-        "engine": "ntua",
-        "axes": {"load_exponent": [1.0, 1.6]},
-        "output": {"quantities": ["load_coefficient"]},
-    },
-    "letters": {
-        "title": "Größe λ ω 漢字",
-        "engine": "ntua",
+        "output": {"quantities": ["delta", "torque_order", "omega"], "angle_step": 30}},
+    "unit by exponent": {"engine": "ntua", "axes": {"load_exponent": [1.0, 1.6]},
+        "output": {"quantities": ["load_coefficient"]}},
+    "letters": {"title": "Größe λ ω 漢字", "engine": "ntua",
         "designs": {"case": ["ärmer", "λ = 1/4"], "bore": [0.14, 0.15]},
-        "output": {"quantities": ["imep"]},
-    },
-}
+        "output": {"quantities": ["imep"]}},
+}  # fmt: skip
 
 
 def reduced(name: str) -> dict[str, Any]:
@@ -109,11 +99,7 @@ def written(folder: Path) -> list[Path]:
     run("in 32 bits", OWN["words"], single=True)
     grown = run("compressed", reduced("first"), level=4)
     extend(grown, "inertia", [33.0], Options())
-    plan = make_plan(read_scene(reduced("first")))
-    pieces = []
-    for number in (1, 2):
-        pieces.append(folder / f"shard_{number}.nc")
-        into_archive.run(shard(plan, number, 2), pieces[-1], Options())
+    pieces = shards(reduced("first"), 2, folder)
     found += pieces
     merge(pieces, folder / "merged.nc", Options())
     found.append(folder / "merged.nc")

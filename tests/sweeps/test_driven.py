@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
-import click.testing
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,14 +15,13 @@ import sweeps
 from engine_dyn import status
 from engine_dyn.loads.driven_machine import torque_over_angle
 from oracle import in_time, solution
-from sweeps.cli.main import main
-from sweeps.errors import SceneError
 from sweeps.planning import forecast
-from sweeps.planning.blocks import intermediate_bytes
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
 from tests.support.commands import ok
+from tests.support.engine_files import ENGINES
+from tests.support.scenes import computed, refusal
 
 compiled = pytest.mark.compiled
 
@@ -39,13 +38,8 @@ BALANCE = ["delta", "torque", "load_torque", "driver_torque", "angular_accelerat
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Tables of torque, in the working folder."""
-    write(
-        "own.csv",
-        "load_angle_deg",
-        DEGREES,
-        20.0 + 15.0 * np.cos(np.radians(2 * DEGREES)),
-        tmp_path,
-    )
+    own = 20.0 + 15.0 * np.cos(np.radians(2 * DEGREES))
+    write("own.csv", "load_angle_deg", DEGREES, own, tmp_path)
     write("crank.csv", "crank_angle_deg", 2.0 * DEGREES - 360.0,
           10.0 + 5.0 * np.sin(np.radians(DEGREES)), tmp_path)  # fmt: skip
     speeds = np.array([600.0, 1000.0, 1500.0, 2000.0])
@@ -65,11 +59,12 @@ def run(quantities: list[str] | None = None, **tables: Any) -> xr.Dataset:
     return sweeps.run({"engine": "ntua", "output": {"quantities": quantities or BALANCE}, **tables})
 
 
+def scene(**tables: Any) -> dict[str, Any]:
+    return {"engine": "ntua", "output": {"quantities": ["delta"]}, **tables}
+
+
 def refused(**tables: Any) -> str:
-    with pytest.raises(SceneError) as caught:
-        read_scene({"engine": "ntua", "output": {"quantities": ["delta"]}, **tables})
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return refusal(scene(**tables))
 
 
 @compiled
@@ -88,7 +83,7 @@ def test_torques_balance_at_every_angle_and_over_the_cycle(settings: dict[str, A
     found = run(set=settings, solver={"closure": "cycle_time"})
     assert int(found["status"]) == 0
     rest = found["torque"] - found["load_torque"] + found["driver_torque"]
-    inertia = read_scene({"engine": "ntua", "output": {"quantities": ["delta"]}}).engine.values
+    inertia = load_engine("ntua", Path()).values
     size = float(np.ptp(found["torque"].values))
     np.testing.assert_allclose(
         rest, inertia["inertia"] * found["angular_acceleration"], atol=1e-7 * size
@@ -192,9 +187,7 @@ def test_a_motor_behind_a_gear() -> None:
 
 
 def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "set": {"gear_ratio": 2.0, "crank_mass": 3.0, "load": 50},
-             "output": {"quantities": ["delta"]}}  # fmt: skip
-    plan = make_plan(read_scene(scene))
+    plan = make_plan(read_scene(scene(set={"gear_ratio": 2.0, "crank_mass": 3.0, "load": 50})))
     assert plan.unused_settings == ("gear_ratio", "crank_mass")
     assert "[set] gear_ratio: no requested quantity depends on it" in forecast.text(plan)
     file = tmp_path / "scene.toml"
@@ -203,33 +196,25 @@ def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
     assert "no requested quantity depends on:  gear_ratio" in printed
     # What stands behind other values has an effect.
     for key, value in (("heat", 12.0), ("misfire", 1), ("mass_factor_2", 1.1), ("cylinders", 4)):
-        scene = {
-            "engine": "si_four_87x101",
-            "set": {key: value},
-            "output": {"quantities": ["delta"]},
-        }
-        assert make_plan(read_scene(scene)).unused_settings == ()
+        other = scene(engine="si_four_87x101", set={key: value})
+        assert make_plan(read_scene(other)).unused_settings == ()
 
 
 def test_torques_beyond_any_machine_are_refused(tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "set": {"load_table": str(tmp_path / "load.csv")},
-             "output": {"quantities": ["delta"]}}  # fmt: skip
     angles = "\n".join(f"{angle},{1e308 if angle else 0}" for angle in range(0, 360, 10))
     for rows in (f"crank_angle_deg,torque_Nm\n{angles}", "speed_rpm,torque_Nm\n0,0\n2000,1e308",
                  "speed_rpm,torque_Nm\n0,0\n1e200,5"):  # fmt: skip
         (tmp_path / "load.csv").write_text(rows + "\n")
-        with pytest.raises(SceneError, match=r"line 3: .* must be at most 1e\+12"):
-            read_scene(scene)
+        told = refused(set={"load_table": str(tmp_path / "load.csv")})
+        assert re.search(r"line 3: .* must be at most 1e\+12", told)
 
 
 @compiled
 def test_a_motor_that_passes_its_breakdown_torque_in_the_cycle() -> None:
     """It is stable over the cycle, although it is not at each angle of it."""
     inertia = 0.004
-    found = sweeps.run(
-        {"engine": "compressor_79x83", "set": {"inertia": inertia},
-         "output": {"quantities": ["delta", "omega_min", "friction_torque"]}}
-    )  # fmt: skip
+    asked = ["delta", "omega_min", "friction_torque"]
+    found = computed(asked, "compressor_79x83", set={"inertia": inertia})
     assert int(found["status"]) == status.CONVERGED
     engine = load_engine("compressor_79x83", Path())
     value = engine.values
@@ -264,15 +249,14 @@ def test_a_motor_that_passes_its_breakdown_torque_in_the_cycle() -> None:
 
 def test_a_gear_that_turns_nothing_is_reported() -> None:
     """Neither a load over its own angle or speed nor an inertia is behind it."""
-    for more in ({}, {"load_inertia": 0.0, "flywheel_inertia": 2.0}):
-        scene = {"engine": "ntua", "set": more, "axes": {"gear_ratio": [1.0, 2.0]},
-                 "output": {"quantities": ["delta"]}}  # fmt: skip
-        assert make_plan(read_scene(scene)).unused == ("gear_ratio",)
-    scene = {"engine": "compressor_79x83", "axes": {"gear_ratio": [1.0, 2.0]},
-             "output": {"quantities": ["delta"]}}  # fmt: skip
-    assert make_plan(read_scene(scene)).unused == ("gear_ratio",)
-    scene["set"] = {"load_inertia": 0.01}
-    assert make_plan(read_scene(scene)).unused == ()
+    for engine, more, unused in (
+        ("ntua", {}, ("gear_ratio",)),
+        ("ntua", {"load_inertia": 0.0, "flywheel_inertia": 2.0}, ("gear_ratio",)),
+        ("compressor_79x83", {}, ("gear_ratio",)),
+        ("compressor_79x83", {"load_inertia": 0.01}, ()),
+    ):
+        raw = scene(engine=engine, set=more, axes={"gear_ratio": [1.0, 2.0]})
+        assert make_plan(read_scene(raw)).unused == unused
 
 
 PUMP = """
@@ -315,9 +299,7 @@ def test_a_pump_on_a_motor(folder: Path) -> None:
     (folder / "pump.toml").write_text(PUMP, encoding="utf-8")
     asked = ["delta", "torque_mean", "imep", "driver_factor", "driver_torque", "omega",
              "brake_power", "displacement"]  # fmt: skip
-    found = sweeps.run(
-        {"engine": "pump.toml", "axes": {"speed": [295.0, 300.0]}, "output": {"quantities": asked}}
-    )
+    found = computed(asked, "pump.toml", axes={"speed": [295.0, 300.0]})
     assert (found["status"] == 0).all()
     swept = 3 * 0.25 * np.pi * 0.05**2 * 0.06
     work = (60e5 + 0.3e5) * swept  # of a turn: the levels' difference, and friction
@@ -335,12 +317,11 @@ def test_a_pump_on_a_motor(folder: Path) -> None:
     # One cylinder's flow stops for half a turn, three's never does: alone it needs a flywheel.
     asked = ["delta", "energy_swing"]
     one = [
-        sweeps.run({"engine": "pump.toml", "set": {"cylinders": 1, "inertia": inertia},
-                    "output": {"quantities": asked}})
+        computed(asked, "pump.toml", set={"cylinders": 1, "inertia": inertia})
         for inertia in (0.2, 4.0)
-    ]  # fmt: skip
+    ]
     assert [int(found["status"]) for found in one] == [1, 0]
-    three = sweeps.run({"engine": "pump.toml", "output": {"quantities": asked}})
+    three = computed(asked, "pump.toml")
     assert float(one[1]["energy_swing"]) > 10.0 * float(three["energy_swing"])
 
 
@@ -392,49 +373,33 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     there.mkdir()
     write("motor.csv", "speed_rpm", [1000.0, 1400.0, 1500.0], [40.0, 30.0, 0.0], there)
     write("belt.csv", "load_angle_deg", DEGREES, 1.0 + np.cos(np.radians(DEGREES)), there)
-    text = (
-        Path(sweeps.__file__).parent / "catalogue" / "engines" / "compressor_79x83.toml"
-    ).read_text("utf-8")
+    text = (ENGINES / "compressor_79x83.toml").read_text("utf-8")
     lines = [line for line in text.splitlines() if not line.startswith("motor_")]
     place = lines.index("[values]")
     lines[place:place] = ['driver_table = "motor.csv"', 'load_table = "belt.csv"', ""]
     (there / "own.toml").write_text("\n".join(lines), encoding="utf-8")
-    ask: dict[str, Any] = {"output": {"quantities": ["delta", "driver_factor", "load_torque"]}}
-    scene: dict[str, Any] = {"engine": "machines/own.toml", "set": {"speed": 1450}, **ask}
-    found = sweeps.run(scene)
+    asked = ["delta", "driver_factor", "load_torque"]
+    found = computed(asked, "machines/own.toml", set={"speed": 1450})
     assert int(found["status"]) == 0 and 0.0 < float(found["driver_factor"]) < 2.0
     assert float(found["load_torque"].mean()) == pytest.approx(1.0)
     # The scene's replace the engine's: table by motor, motor by table.
-    scene["set"] |= {"motor_slip": 0.03, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 30}
-    replaced = sweeps.run(scene)
+    motor = {"motor_slip": 0.03, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 30}
+    replaced = computed(asked, "machines/own.toml", set={"speed": 1450, **motor})
     assert float(replaced["driver_factor"]) != float(found["driver_factor"])
     table = {"driver_table": "machines/motor.csv", "speed": 1450}
-    back = sweeps.run({"engine": "compressor_79x83", "set": table, **ask})
+    back = computed(asked, "compressor_79x83", set=table)
     assert int(back["status"]) == 0
-    told = click.testing.CliRunner().invoke(main, ["info", "machines/own.toml"]).output
+    told = ok("info", "machines/own.toml")
     assert "load_table: torque over its own angle, 360 degrees, 180 points, mean 1 N m" in told
     assert "driver_table: torque over the crank speed from 1000 to 1500 rpm, 3 points" in told
 
 
-@compiled
-def test_blocks_and_plan(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = {
-        "engine": "diesel_105x137",
-        "set": {"load_table": "own.csv", "load_exponent": 1.6},
-        "axes": {"gear_ratio": [0.5, 1.5], "load_phase": np.linspace(0.0, 90.0, 50).tolist(),
-                 "inertia": [1.0, 2.0, 3.0]},
-        "output": {"quantities": ["delta", "load_coefficient"]},
-    }  # fmt: skip
-    plan = make_plan(read_scene(scene))
-    told = forecast.text(plan)
+def test_the_plan_tells_how_often_the_load_repeats() -> None:
+    raw = scene(engine="diesel_105x137", set={"load_table": "own.csv", "load_exponent": 1.6},
+                axes={"gear_ratio": [0.5, 1.5]})  # fmt: skip
+    told = forecast.text(make_plan(read_scene(raw)))
     assert "360 or 120 (6 cylinders)" in told
     assert "load over angle: repeats 2, 6 times a cycle" in told
-    whole = sweeps.run(scene)
-    assert intermediate_bytes(plan) > 0.0
-    monkeypatch.setattr("sweeps.planning.blocks.LIMIT", 4000.0)
-    pieces = sweeps.run(scene)
-    np.testing.assert_array_equal(whole["delta"], pieces["delta"])
-    np.testing.assert_array_equal(whole["load_coefficient"], pieces["load_coefficient"])
 
 
 # --- bad input ----------------------------------------------------------------------------------
@@ -482,19 +447,15 @@ def test_bad_input_is_told_in_one_line(tables: dict[str, Any], words: str) -> No
     [
         ("load_angle_deg", range(0, 100, 10), [1.0] * 10, "covers 90 degrees"),
         ("load_angle_deg", [*range(0, 350, 10), 5], [1.0] * 36, "line 38: angle = 5 degree after"),
-        (
-            "load_angle_deg",
-            [*range(0, 110, 10), *range(200, 360, 10)],
-            [1.0] * 27,
-            "line 14: angle = 200 degree after 100: a gap of 100, allowed are 45",
-        ),
+        ("load_angle_deg", [*range(0, 110, 10), *range(200, 360, 10)], [1.0] * 27,
+         "line 14: angle = 200 degree after 100: a gap of 100, allowed are 45"),
         ("speed_rpm", [500, 1500], [1, "nan"], "[set] load_table bad.csv, line 4: torque_Nm = "),
         ("speed_rpm", [500, 1500, 1400], [1, 2, 3], "line 5: speed = 1400 rpm after 1500"),
         ("speed_rpm", [500, 1500], [1, -2], "line 4: torque = -2"),
         ("speed_rpm", [1500], [1], "1 points: must be at least 2"),
         ("angle", [1], [1], "columns angle, torque_Nm: must be torque_Nm and one of crank_angle"),
     ],
-)
+)  # fmt: skip
 def test_bad_tables_are_told_with_their_line(
     column: str, places: Any, torque: Any, words: str
 ) -> None:
@@ -504,9 +465,7 @@ def test_bad_tables_are_told_with_their_line(
 
 
 def test_engine_files_with_both_are_refused(folder: Path) -> None:
-    text = (
-        Path(sweeps.__file__).parent / "catalogue" / "engines" / "compressor_79x83.toml"
-    ).read_text("utf-8")
+    text = (ENGINES / "compressor_79x83.toml").read_text("utf-8")
     for more, words in (
         ("inertia = 1.0", "has both inertia and flywheel_inertia"),
         ("motor_synchronous_speed = 1600", "has both motor_slip and motor_synchronous_speed"),
@@ -550,8 +509,5 @@ def test_own_speeds_beside_the_table_are_told_in_both_speeds() -> None:
     message = refused(set={"load_table": "own.csv"}, axes={"gear_ratio": [1.0, 1.9]})
     assert "speed of engine ntua = 1200 makes 2280 of the load: must be from 600 to 2000" in message
     columns = {"gear_ratio": [2.0, 1.0], "speed": [900.0, 1900.0]}
-    read_scene(
-        {"engine": "ntua", "set": {"load_table": "own.csv"}, "designs": columns,
-         "output": {"quantities": ["delta"]}}
-    )  # fmt: skip
+    read_scene(scene(set={"load_table": "own.csv"}, designs=columns))
     assert "load_speed_rpm" in refused(set={"driver_table": "own.csv"})

@@ -17,7 +17,7 @@ from sweeps.errors import SceneError
 from sweeps.exploring import export
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
-from tests.support.scenes import DESIGN_TABLE, TO_JOIN
+from tests.support.scenes import DESIGN_TABLE, TO_JOIN, asking
 
 pytestmark = pytest.mark.compiled
 
@@ -185,11 +185,7 @@ def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path:
         sweeps.export(opened, tmp_path / "t.csv", quantities="delta")
     table = read(tmp_path / "t.csv")
     table[["speed", "inertia"]].to_csv(tmp_path / "designs.csv", index=False)
-    scene = {
-        "engine": "ntua",
-        "designs": {"file": str(tmp_path / "designs.csv")},
-        "output": {"quantities": ["delta"]},
-    }
+    scene = asking(["delta"], designs={"file": str(tmp_path / "designs.csv")})
     np.testing.assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
 
 

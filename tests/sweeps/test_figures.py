@@ -3,15 +3,12 @@
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.text import Text
 
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import cylinders_of
@@ -22,11 +19,12 @@ from sweeps.figures import arrangement, draw, kinds
 from sweeps.figures.curves import curve_figure
 from sweeps.figures.kinds import figures_of
 from sweeps.figures.scales import crank_axis
-from sweeps.figures.sheet import STYLE, finish, new_sheet
+from sweeps.figures.sheet import finish, new_sheet
 from sweeps.figures.study import families_of, study_of
 from sweeps.figures.traces import draw_curves
 from sweeps.figures.views import pick
 from sweeps.figures.wording import axis_label, number_text, unit_text, wrap
+from tests.support.figures import assert_inside, plates, style, texts, variable, words
 
 ATTRIBUTES = {
     "reciprocating_mass": ("reciprocating mass per cylinder", "m", "kg"),
@@ -55,20 +53,13 @@ ATTRIBUTES = {
     "load_torque": ("load torque at the solved speed", "M_L", "N m"),
 }
 STATUS = {
-    "long_name": "outcome of the design",
-    "units": "1",
-    "flag_values": np.arange(7, dtype=np.int8),
-    "flag_meanings": " ".join(status.MEANINGS),
-}
+    "long_name": "outcome of the design", "units": "1",
+    "flag_values": np.arange(7, dtype=np.int8), "flag_meanings": " ".join(status.MEANINGS),
+}  # fmt: skip
 NOMINAL = {
-    "reciprocating_mass": 6.67,
-    "inertia": 2.0,
-    "crank_ratio": 0.25,
-    "speed": 1200.0,
-    "load": 50.0,
-    "load_exponent": 2.0,
-    "cylinders": 1.0,
-}
+    "reciprocating_mass": 6.67, "inertia": 2.0, "crank_ratio": 0.25, "speed": 1200.0,
+    "load": 50.0, "load_exponent": 2.0, "cylinders": 1.0,
+}  # fmt: skip
 
 
 def attributes(name: str) -> dict[str, str]:
@@ -83,22 +74,11 @@ def angles(step: float = 10.0) -> np.ndarray:
 def thesis_like() -> xr.Dataset:
     """A list of designs as in Kakaitsas's tables, nominal first."""
     changes = [
-        {},
-        {"reciprocating_mass": 2.5},
-        {"inertia": 12.0},
-        {"inertia": 0.5},
-        {"inertia": 5.0},
-        {"crank_ratio": 1 / 3, "reciprocating_mass": 6.95},
-        {"speed": 1000.0},
-        {"speed": 4000.0},
-        {"load": 0.0},
-        {"load": 90.0},
-        {"load_exponent": 0.0},
-        {"cylinders": 2.0},
-        {"cylinders": 8.0},
-        {"cylinders": 8.0, "inertia": 5.0},
-        {"cylinders": 8.0, "inertia": 12.0},
-    ]
+        {}, {"reciprocating_mass": 2.5}, {"inertia": 12.0}, {"inertia": 0.5}, {"inertia": 5.0},
+        {"crank_ratio": 1 / 3, "reciprocating_mass": 6.95}, {"speed": 1000.0}, {"speed": 4000.0},
+        {"load": 0.0}, {"load": 90.0}, {"load_exponent": 0.0}, {"cylinders": 2.0},
+        {"cylinders": 8.0}, {"cylinders": 8.0, "inertia": 5.0}, {"cylinders": 8.0, "inertia": 12.0},
+    ]  # fmt: skip
     rows = [NOMINAL | change for change in changes]
     data = xr.Dataset(coords={"crank_angle": ("crank_angle", angles(), attributes("crank_angle"))})
     column = {name: np.array([row[name] for row in rows]) for name in NOMINAL}
@@ -132,11 +112,10 @@ def thesis_like() -> xr.Dataset:
     numbers = {
         "friction_torque": friction,
         "delta": np.ptp(omega, axis=1) / omega.mean(axis=1),
-        "omega_max": omega.max(axis=1),
-        "omega_mean": omega.mean(axis=1),
+        "omega_max": omega.max(axis=1), "omega_mean": omega.mean(axis=1),
         "omega_min": omega.min(axis=1),
         "torque_range": np.ptp(curves["torque"], axis=1),
-    }
+    }  # fmt: skip
     for name, values in (curves | numbers).items():
         data[name] = (("design", "crank_angle")[: values.ndim], values, attributes(name))
     data["status"] = ("design", np.full(len(rows), 6, dtype=np.int8), STATUS)
@@ -178,35 +157,6 @@ def product(words: dict[str, list[str]] | None = None, **axes: object) -> xr.Dat
     return data
 
 
-@contextmanager
-def style() -> Iterator[None]:
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        yield
-
-
-def plates(data: xr.Dataset, select: dict | None = None, laid_out: bool = False) -> dict:
-    """All figures by name, not written."""
-    with style():
-        found = {}
-        for stem, figure in figures_of(study_of(data, select or {})):
-            if laid_out:
-                figure.canvas.draw()
-            found[stem] = figure
-    return found
-
-
-def texts(figure) -> list[str]:
-    """Everything written on a figure."""
-    return [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
-
-
-def words(figure) -> str:
-    """The same as one text, without line breaks."""
-    return " | ".join(texts(figure)).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
-
-
 def legend_texts(figure) -> list[str]:
     return [t.get_text().replace("\n", " ") for legend in figure.legends for t in legend.texts]
 
@@ -221,29 +171,12 @@ def thesis_plates() -> dict:
 
 @pytest.mark.parametrize(
     ("units", "printed"),
-    [
-        ("rad s-1", "rad/s"),
-        ("rad s-2", "rad/s²"),
-        ("kg m2", "kg m²"),
-        ("kg m^2", "kg m²"),
-        ("kg.m**2", "kg m²"),
-        ("m3", "m³"),
-        ("N m", "N m"),
-        ("N m s2", "N m s²"),
-        ("percent", "%"),
-        ("degree", "°"),
-        ("rpm", "rpm"),
-        ("bar s m-1", "bar s/m"),
-        ("W m-2 K-1", "W/(m² K)"),
-        ("m/s", "m/s"),
-        ("s-1", "1/s"),
-        ("N m s1.6", "N m s$^{1.6}$"),
-        ("1", ""),
-        ("", ""),
-        ("1e-3 kg", "1e-3 kg"),
-        ("$ m", r"\$ m"),
-    ],
-)
+    [("rad s-1", "rad/s"), ("rad s-2", "rad/s²"), ("kg m2", "kg m²"), ("kg m^2", "kg m²"),
+     ("kg.m**2", "kg m²"), ("m3", "m³"), ("N m", "N m"), ("N m s2", "N m s²"), ("percent", "%"),
+     ("degree", "°"), ("rpm", "rpm"), ("bar s m-1", "bar s/m"), ("W m-2 K-1", "W/(m² K)"),
+     ("m/s", "m/s"), ("s-1", "1/s"), ("N m s1.6", "N m s$^{1.6}$"), ("1", ""), ("", ""),
+     ("1e-3 kg", "1e-3 kg"), ("$ m", r"\$ m")],
+)  # fmt: skip
 def test_units_are_printed_with_signs_and_superscripts(units: str, printed: str) -> None:
     assert unit_text(units) == printed
 
@@ -263,16 +196,10 @@ def test_a_label_has_name_symbol_and_unit() -> None:
 
 @pytest.mark.parametrize(
     ("value", "printed"),
-    [
-        (1200.0, "1200"),
-        (0.25714285, "0.2571"),
-        (-180.0, "\N{MINUS SIGN}180"),
-        (1e-6, r"1$\times 10^{-6}$"),
-        (-2.5e9, "\N{MINUS SIGN}2.5" + r"$\times 10^{9}$"),
-        (123456.7, "123457"),
-        (np.nan, "–"),
-    ],
-)
+    [(1200.0, "1200"), (0.25714285, "0.2571"), (-180.0, "\N{MINUS SIGN}180"),
+     (1e-6, r"1$\times 10^{-6}$"), (-2.5e9, "\N{MINUS SIGN}2.5" + r"$\times 10^{9}$"),
+     (123456.7, "123457"), (np.nan, "–")],
+)  # fmt: skip
 def test_numbers_are_printed_shortly(value: float, printed: str) -> None:
     assert number_text(value) == printed
 
@@ -342,84 +269,33 @@ def test_a_shaking_force_without_its_directions_is_a_curve() -> None:
 
 def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert set(thesis_plates) == {
-        "kinematics",
-        "indicator_diagrams",
-        "work_diagrams",
-        "torque_components",
-        "torque_components_reciprocating_mass",
-        "torque_components_crank_ratio",
-        "torque_components_speed",
-        "torque_components_load",
-        "torque_components_load_exponent",
-        "torque_components_cylinders",
-        "torque_and_speed",
-        "turning_moment",
-        "load_curves",
-        "cylinders",
-        "omega_inertia",
-        "omega_inertia_cylinders_8",
-        "omega_speed",
-        "omega_load",
-        "omega_cylinders",
-        "omega_extremes",
-        "torque_range",
-        "delta_reciprocating_mass",
-        "delta_inertia",
-        "delta_crank_ratio",
-        "delta_speed",
-        "delta_load",
-        "delta_load_exponent",
-        "delta_cylinders",
-        "published",
-        "published_parity",
-    }
+        "kinematics", "indicator_diagrams", "work_diagrams", "torque_components",
+        "torque_components_reciprocating_mass", "torque_components_crank_ratio",
+        "torque_components_speed", "torque_components_load", "torque_components_load_exponent",
+        "torque_components_cylinders", "torque_and_speed", "turning_moment", "load_curves",
+        "cylinders", "omega_inertia", "omega_inertia_cylinders_8", "omega_speed", "omega_load",
+        "omega_cylinders", "omega_extremes", "torque_range", "delta_reciprocating_mass",
+        "delta_inertia", "delta_crank_ratio", "delta_speed", "delta_load", "delta_load_exponent",
+        "delta_cylinders", "published", "published_parity",
+    }  # fmt: skip
 
 
 def test_every_figure_of_the_thesis_says_its_units(thesis_plates: dict) -> None:
     for stem, unit in {
-        "kinematics": "$c/(r\\omega)$ (–)",
-        "indicator_diagrams": "(bar)",
-        "torque_components": "Torque (N m)",
-        "torque_and_speed": "(rad/s)",
-        "cylinders": "(N m)",
-        "omega_speed": "(rpm)",
-        "delta_inertia": "(kg m²)",
-        "delta_load": "(%)",
-        "omega_extremes": "Deviation of the crank",
-        "published": "(%)",
-    }.items():
+        "kinematics": "$c/(r\\omega)$ (–)", "indicator_diagrams": "(bar)",
+        "torque_components": "Torque (N m)", "torque_and_speed": "(rad/s)", "cylinders": "(N m)",
+        "omega_speed": "(rpm)", "delta_inertia": "(kg m²)", "delta_load": "(%)",
+        "omega_extremes": "Deviation of the crank", "published": "(%)",
+        "omega_load": "Crank angle $\\varphi$ (°)",
+    }.items():  # fmt: skip
         assert unit in words(thesis_plates[stem]), stem
-    assert "Crank angle $\\varphi$ (°)" in words(thesis_plates["omega_load"])
 
 
 def test_nothing_is_written_outside_a_figure_or_over_its_data(thesis_plates: dict) -> None:
-    study = plates(
-        product(
-            {"method": ["thesis", "newton"]},
-            inertia=np.geomspace(0.5, 12, 9),
-            speed=np.linspace(600, 3000, 8),
-        ),
-        laid_out=True,
-    )
+    axes = {"inertia": np.geomspace(0.5, 12, 9), "speed": np.linspace(600, 3000, 8)}
+    study = plates(product({"method": ["thesis", "newton"]}, **axes), laid_out=True)
     for stem, figure in (thesis_plates | study).items():
-        renderer = figure.canvas.get_renderer()
-        page = figure.bbox
-        panels = [axes for axes in figure.axes if axes.get_visible()]
-        boxes = [panel.get_tightbbox(renderer) for panel in panels if panel.axison]
-        legends = [legend.get_window_extent(renderer) for legend in figure.legends]
-        titles = [text.get_window_extent(renderer) for text in figure.texts]
-        for box in (*boxes, *legends, *titles):
-            assert box.x0 >= -1 and box.y0 >= -1, stem
-            assert box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, stem
-        for legend in legends:
-            for box in (*boxes, *titles):
-                apart = (
-                    legend.x0 >= box.x1 - 1
-                    or legend.x1 <= box.x0 + 1
-                    or legend.y0 >= box.y1 - 1
-                    or legend.y1 <= box.y0 + 1
-                )
-                assert apart, stem
+        assert_inside(stem, figure)
 
 
 def test_designs_fall_into_families_of_one_parameter() -> None:
@@ -450,11 +326,8 @@ def test_published_values_stand_beside_computed_ones(thesis_plates: dict) -> Non
     data = thesis_like()
     figure = thesis_plates["delta_inertia"]
     assert legend_texts(figure) == [
-        "$Z$ = 1 (nominal)",
-        "$Z$ = 1 (nominal), published",
-        "$Z$ = 8",
-        "$Z$ = 8, published",
-    ]
+        "$Z$ = 1 (nominal)", "$Z$ = 1 (nominal), published", "$Z$ = 8", "$Z$ = 8, published",
+    ]  # fmt: skip
     lines = figure.axes[0].get_lines()
     members = [3, 0, 4, 2]
     np.testing.assert_array_equal(lines[0].get_xdata(), [0.5, 2, 5, 12])
@@ -490,18 +363,11 @@ def test_where_only_the_load_changes_the_components_stand_once(thesis_plates: di
 
 @pytest.mark.parametrize(
     ("missing", "stem"),
-    [
-        (["pressure"], "indicator_diagrams"),
-        (["position", "velocity", "acceleration"], "kinematics"),
-        (["gas_torque", "inertia_torque"], "torque_components"),
-        (["omega"], "torque_and_speed"),
-        (["torque"], "cylinders"),
-        (["delta"], "delta_inertia"),
-        (["delta_published"], "published"),
-        (["torque_range"], "torque_range"),
-        (["omega_max", "omega_min"], "omega_extremes"),
-    ],
-)
+    [(["pressure"], "indicator_diagrams"), (["position", "velocity", "acceleration"], "kinematics"),
+     (["gas_torque", "inertia_torque"], "torque_components"), (["omega"], "torque_and_speed"),
+     (["torque"], "cylinders"), (["delta"], "delta_inertia"), (["delta_published"], "published"),
+     (["torque_range"], "torque_range"), (["omega_max", "omega_min"], "omega_extremes")],
+)  # fmt: skip
 def test_nothing_is_drawn_for_what_is_not_there(missing: list[str], stem: str) -> None:
     with style():
         stems = [name for name, _ in figures_of(study_of(thesis_like().drop_vars(missing), {}))]
@@ -538,16 +404,9 @@ def test_curves_are_closed_and_the_dead_centres_named() -> None:
     assert drawn[-1] == drawn[0] == data.omega.values[0, 0]
     labels = [text.get_text() for text in panels[0].get_xticklabels()]
     assert labels == [
-        "\N{MINUS SIGN}360\nTDC",
-        "\N{MINUS SIGN}270",
-        "\N{MINUS SIGN}180\nBDC",
-        "\N{MINUS SIGN}90",
-        "0\nfiring TDC",
-        "90",
-        "180\nBDC",
-        "270",
-        "360\nTDC",
-    ]
+        "\N{MINUS SIGN}360\nTDC", "\N{MINUS SIGN}270", "\N{MINUS SIGN}180\nBDC",
+        "\N{MINUS SIGN}90", "0\nfiring TDC", "90", "180\nBDC", "270", "360\nTDC",
+    ]  # fmt: skip
 
 
 def test_passes_that_do_not_close_have_a_gap_where_they_start() -> None:
@@ -584,26 +443,17 @@ def test_of_many_values_some_are_picked_and_it_is_said() -> None:
 def test_orders_and_padded_cylinders() -> None:
     throws = np.ones((2, 3, angles().size))
     throws[0, 2:] = np.nan  # two cylinders, padded to three
+    curves = throws * np.sin(np.radians(angles()))
+    of_throw = ("cylinders", "cylinder", "crank_angle")
+    sizes = np.outer([1.0, 2.0], np.ones(6))
     data = xr.Dataset(
-        {
-            "torque_after_throw": (
-                ("cylinders", "cylinder", "crank_angle"),
-                throws * np.sin(np.radians(angles())),
-                {"long_name": "torque after each throw", "units": "N m"},
-            ),
-            "torque_amplitude": (
-                ("cylinders", "order"),
-                np.outer([1.0, 2.0], np.ones(6)),
-                {"long_name": "amplitude of the torque harmonics", "units": "N m"},
-            ),
-        },
-        coords={
-            "cylinders": ("cylinders", [2.0, 3.0], attributes("cylinders")),
-            "cylinder": ("cylinder", [1, 2, 3], {"long_name": "cylinder", "units": "1"}),
-            "order": ("order", np.arange(1, 7) / 2, {"long_name": "order", "units": "1"}),
-            "crank_angle": ("crank_angle", angles(), attributes("crank_angle")),
-        },
-    )
+        {"torque_after_throw": variable(of_throw, curves, "torque after each throw", "N m"),
+         "torque_amplitude": variable(("cylinders", "order"), sizes, "amplitudes", "N m")},
+        {"cylinders": ("cylinders", [2.0, 3.0], attributes("cylinders")),
+         "cylinder": variable("cylinder", [1, 2, 3], "cylinder", "1"),
+         "order": variable("order", np.arange(1, 7) / 2, "order", "1"),
+         "crank_angle": ("crank_angle", angles(), attributes("crank_angle"))},
+    )  # fmt: skip
     found = plates(data)
     assert "Order" in words(found["torque_amplitude_cylinders"])
     panels = [p for p in found["torque_after_throw_cylinders"].axes if p.get_visible()]
@@ -641,11 +491,8 @@ def test_two_axes_give_a_map_with_logarithmic_axes() -> None:
 
 
 def test_three_axes_give_at_most_nine_maps() -> None:
-    data = product(
-        inertia=np.geomspace(0.5, 12, 13),
-        speed=np.linspace(600, 3000, 12),
-        load=np.arange(0, 91, 9),
-    )[["delta", "status"]]
+    axes = {"inertia": np.geomspace(0.5, 12, 13), "speed": np.linspace(600, 3000, 12)}
+    data = product(**axes, load=np.arange(0, 91, 9))[["delta", "status"]]
     figure = plates(data)["delta_map_inertia_speed_by_load"]
     panels = [a for a in figure.axes if a.get_title(loc="left")]
     assert len(panels) == 9
@@ -654,12 +501,8 @@ def test_three_axes_give_at_most_nine_maps() -> None:
 
 
 def test_more_axes_are_cut_and_the_slice_is_stated() -> None:
-    data = product(
-        {"method": ["thesis", "newton"]},
-        inertia=np.geomspace(0.5, 12, 5),
-        speed=np.linspace(600, 3000, 6),
-        load=[0.0, 50.0, 90.0],
-    )
+    axes = {"inertia": np.geomspace(0.5, 12, 5), "speed": np.linspace(600, 3000, 6)}
+    data = product({"method": ["thesis", "newton"]}, **axes, load=[0.0, 50.0, 90.0])
     figure = plates(data)["delta_map_inertia_speed_by_method"]
     assert "$L$ = 50 %" in texts(figure)
     chosen = plates(data, {"load": 80.0, "method": "newton"})
@@ -895,11 +738,8 @@ def unrelated(count: int, labels: list[str] | None = None) -> xr.Dataset:
 def test_long_and_odd_labels_of_cases() -> None:
     labels = [
         "a label that somebody wrote to say everything there is to be said about a design",
-        "_underscore first",
-        "costs $5 or $6",
-        r"$\lambda",
-        "",
-    ]
+        "_underscore first", "costs $5 or $6", r"$\lambda", "",
+    ]  # fmt: skip
     found = plates(unrelated(5, labels), laid_out=True)
     rows = [t.get_text() for t in found["delta_cases"].axes[0].get_yticklabels()]
     assert len(rows) == 5
@@ -928,10 +768,8 @@ def test_designs_beside_axes() -> None:
         data[name].attrs = attributes(name)
     found = plates(data.transpose("design", "load", "crank_angle"))
     assert legend_texts(found["delta_inertia"]) == ["10", "90"]
-    assert [a.get_title(loc="left") for a in found["omega_inertia"].axes] == [
-        "$L$ = 10 %",
-        "$L$ = 90 %",
-    ]
+    titles = [a.get_title(loc="left") for a in found["omega_inertia"].axes]
+    assert titles == ["$L$ = 10 %", "$L$ = 90 %"]
 
 
 def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
@@ -981,14 +819,6 @@ def test_a_persons_own_settings_neither_matter_nor_change(tmp_path) -> None:
         (own,) = draw(data, tmp_path / "own")
         assert matplotlib.rcParams["font.size"] == 30
     assert own.read_bytes() == plain.read_bytes()
-
-
-def test_a_file_that_is_read_lazily(tmp_path) -> None:
-    data = thesis_like()[["delta", "status"]]
-    data.to_netcdf(tmp_path / "archive.nc", engine="netcdf4")
-    with xr.open_dataset(tmp_path / "archive.nc", engine="netcdf4") as archive:
-        found = plates(archive)
-    assert set(found) == set(plates(data))
 
 
 def test_pyplot_is_never_imported_and_matplotlib_only_to_draw(tmp_path) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.text import Text
 
 from sweeps.errors import SceneError
 from sweeps.exploring.beside import beside
@@ -17,14 +16,11 @@ from sweeps.figures.drawing import figures
 from sweeps.figures.options import options_of
 from tests.support.archives import run
 from tests.support.commands import invoke, ok
+from tests.support.figures import variable, words
 from tests.support.scenes import TO_JOIN
 
 ANGLES = np.arange(-360.0, 360.0, 5.0)
 PHI = np.radians(ANGLES)
-
-
-def variable(dims: Any, values: Any, name: str, units: str) -> Any:
-    return (dims, values, {"long_name": name, "units": units})
 
 
 def study(factor: float = 1.0, inertia: Any = (1.0, 2.0, 4.0), **given: float) -> xr.Dataset:
@@ -48,11 +44,6 @@ def study(factor: float = 1.0, inertia: Any = (1.0, 2.0, 4.0), **given: float) -
 
 def drawn(both: xr.Dataset) -> dict[str, Any]:
     return figures(both, options_of(only="compared"))
-
-
-def words(figure: Any) -> str:
-    found = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
-    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
 
 
 def test_both_archives_and_their_difference_are_drawn() -> None:

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.text import Text
 
-from sweeps.figures.kinds import figures_of
 from sweeps.figures.polar import polar_names
-from sweeps.figures.sheet import STYLE
-from sweeps.figures.study import study_of
 from sweeps.figures.views import View
+from tests.support.figures import assert_inside, plates, variable, words
 
 ANGLES = np.arange(-360.0, 360.0, 10.0)
 PHI = np.radians(ANGLES)
-
-
-def variable(dims: Any, values: Any, name: str, units: str, symbol: str = "") -> Any:
-    attributes = {"long_name": name, "units": units}
-    return (dims, values, attributes | ({"symbol": f"${symbol}$"} if symbol else {}))
 
 
 def mechanism(speeds: Any = (1000.0, 2000.0)) -> xr.Dataset:
@@ -74,25 +65,9 @@ def mechanism(speeds: Any = (1000.0, 2000.0)) -> xr.Dataset:
     )  # fmt: skip
 
 
-def plates(data: xr.Dataset) -> dict[str, Any]:
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
-        found = {}
-        for stem, figure in figures_of(study_of(data, {})):
-            figure.canvas.draw()
-            found[stem] = figure
-        return found
-
-
-def words(figure: Any) -> str:
-    found = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
-    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
-
-
 @pytest.fixture(scope="module")
 def found() -> dict[str, Any]:
-    return plates(mechanism())
+    return plates(mechanism(), laid_out=True)
 
 
 def test_what_is_drawn(found: dict[str, Any]) -> None:
@@ -134,12 +109,8 @@ def test_polar_diagrams_have_one_scale(found: dict[str, Any]) -> None:
     said = words(found["crank_pin_polar_tangential_radial_speed"])
     assert "Polar diagram of the load of the crank pin by speed" in said
     assert "in axes that turn with the crank; a mark every 30° of crank" in said
-
-
-def test_down_is_down(found: dict[str, Any]) -> None:
-    figure = found["piston_pin_polar_side_down"]
-    assert figure.axes[0].yaxis_inverted()
-    assert "0°" in words(figure)
+    down = found["piston_pin_polar_side_down"]
+    assert down.axes[0].yaxis_inverted() and "0°" in words(down)
 
 
 def test_the_abscissa_of_a_polar_diagram_is_the_tangential_part(found: dict[str, Any]) -> None:
@@ -233,16 +204,7 @@ def test_two_directions_are_points_without_a_line() -> None:
 
 def test_nothing_is_written_outside_a_figure(found: dict[str, Any]) -> None:
     for stem, figure in found.items():
-        renderer, page = figure.canvas.get_renderer(), figure.bbox
-        boxes = [
-            panel.get_tightbbox(renderer)
-            for panel in figure.axes
-            if panel.get_visible() and panel.axison
-        ]
-        boxes += [text.get_window_extent(renderer) for text in figure.texts]
-        for box in boxes:
-            assert box.x0 >= -1 and box.y0 >= -1, stem
-            assert box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, stem
+        assert_inside(stem, figure, apart="polar" not in stem)
 
 
 def test_more_axes_are_cut_or_faceted() -> None:

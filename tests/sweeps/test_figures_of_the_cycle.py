@@ -5,12 +5,10 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from sweeps.figures.bearing_loads import (
     bearing_load_names,
@@ -20,16 +18,12 @@ from sweeps.figures.bearing_loads import (
 )
 from sweeps.figures.friction import COMPONENTS, friction_components, friction_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
-from sweeps.figures.sheet import STYLE
 from sweeps.figures.study import Study, study_of
 from sweeps.figures.turning_moment import turning, turning_moment, turning_names
+from tests.support.figures import style, variable, words
 
 ANGLES = np.arange(-360.0, 360.0, 1.0)
 PHI = np.radians(ANGLES)
-
-
-def variable(dims: object, values: object, name: str, units: str) -> tuple[object, object, dict]:
-    return (dims, values, {"long_name": name, "units": units})
 
 
 def cycle(loads: tuple[float, ...] = (50.0, 100.0)) -> xr.Dataset:
@@ -71,15 +65,8 @@ def bearings() -> xr.Dataset:
 
 
 def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+    with style():
         return dict(kind(study, names(study.view)))  # type: ignore[operator]
-
-
-def words(figure: Figure) -> str:
-    found = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
-    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
 
 
 # --- turning-moment diagram --------------------------------------------------------------------
@@ -217,11 +204,9 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     figure = drawn(bearing_loads, bearing_load_names, study)["bearing_loads_speed"]
     lines = figure.axes[0].lines
     expected = [
-        data["crank_pin_load_max"].values,
-        data["crank_pin_load_mean"].values,
-        data["main_journal_load_max"].values[:, 1],
-        data["main_journal_load_mean"].values[:, 1],
-    ]
+        data["crank_pin_load_max"].values, data["crank_pin_load_mean"].values,
+        data["main_journal_load_max"].values[:, 1], data["main_journal_load_mean"].values[:, 1],
+    ]  # fmt: skip
     assert [list(line.get_ydata()) for line in lines] == [list(values) for values in expected]
     assert "main journal 2, the most loaded: largest load" in words(figure)
     assert figure.axes[0].get_ylim()[0] == 0.0

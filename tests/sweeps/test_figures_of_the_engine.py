@@ -10,24 +10,19 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.text import Text
 
 from sweeps.errors import SceneError
 from sweeps.figures.crank_train import directions, mechanism
 from sweeps.figures.drawing import figure
 from sweeps.figures.options import options_of
 from sweeps.figures.study import study_of
+from tests.support.figures import variable, words
 
 FOUR = {
-    "name": "in-line 4",
-    "period": 720.0,
-    "firing_angles": [0.0, 540.0, 180.0, 360.0],
-    "throws": [0.0, 180.0, 180.0, 0.0],
-    "positions": [0.0, 1.0, 2.0, 3.0],
-    "banks": [0.0] * 4,
-    "pressure_factor": [1.0] * 4,
-    "radius_factor": [1.0] * 4,
-}
+    "name": "in-line 4", "period": 720.0, "firing_angles": [0.0, 540.0, 180.0, 360.0],
+    "throws": [0.0, 180.0, 180.0, 0.0], "positions": [0.0, 1.0, 2.0, 3.0], "banks": [0.0] * 4,
+    "pressure_factor": [1.0] * 4, "radius_factor": [1.0] * 4,
+}  # fmt: skip
 TWO = FOUR | {
     "name": "in-line 2",
     "period": 360.0,
@@ -39,10 +34,6 @@ TWO = FOUR | {
     "radius_factor": [1.0] * 2,
 }
 RATIO, AREA, MASS = 0.3, 0.005, 2.0
-
-
-def variable(dims: Any, values: Any, name: str, units: str, symbol: str = "x") -> Any:
-    return (dims, values, {"long_name": name, "units": units, "symbol": f"${symbol}$"})
 
 
 def engine(described: Any = FOUR, **parameters: float) -> xr.Dataset:
@@ -91,11 +82,6 @@ def cylinder(**more: float) -> xr.Dataset:
         coords={"crank_angle": variable("crank_angle", angles, "crank angle", "degree")},
         attrs={"parameters": json.dumps({"crank_ratio": RATIO, "bore": 0.1, **more})},
     )  # fmt: skip
-
-
-def words(drawn: Figure) -> str:
-    found = [t.get_text() for t in drawn.findobj(Text) if t.get_visible() and t.get_text()]
-    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
 
 
 def bars(drawn: Figure, row: int) -> list[tuple[float, float, str]]:

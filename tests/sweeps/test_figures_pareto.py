@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.text import Text
 
 import sweeps
 from engine_dyn import status
@@ -16,10 +15,7 @@ from sweeps.figures import pareto
 from sweeps.figures.drawing import figure, figures, kinds_of
 from sweeps.figures.options import options_of
 from sweeps.figures.study import study_of
-
-
-def variable(dims: Any, values: Any, name: str, units: str) -> Any:
-    return (dims, values, {"long_name": name, "units": units})
+from tests.support.figures import variable, words
 
 
 def choices() -> xr.Dataset:
@@ -51,11 +47,6 @@ def choices() -> xr.Dataset:
 def of_front(drawn: Any) -> np.ndarray:
     line = next(one for one in drawn.axes[0].lines if one.get_drawstyle() == "steps-post")
     return np.array(line.get_data())
-
-
-def words(drawn: Any) -> str:
-    found = [t.get_text() for t in drawn.findobj(Text) if t.get_visible() and t.get_text()]
-    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
 
 
 def beaten(points: np.ndarray) -> np.ndarray:

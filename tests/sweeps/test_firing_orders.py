@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.cli.main import main
 from sweeps.dimensions import OF_ORDERS
 from sweeps.errors import SceneError
 from sweeps.figures import draw
 from sweeps.presenting.firing_orders import orders_text
+from tests.support import commands
 
 
 @pytest.fixture(scope="module")
@@ -179,15 +178,11 @@ def test_refused_in_one_line(given: tuple[str], options: dict[str, object], mess
 
 def test_command_writes_an_archive_that_others_read(tmp_path: Path) -> None:
     path = tmp_path / "six.nc"
-    done = CliRunner().invoke(
-        main,
-        ["firing-orders", "ntua", "--arrangement", "in-line 6", "--set",
-         "cylinder_spacing=0.2,speed=1000", "-o", str(path), "--limit", "5"],
-    )  # fmt: skip
-    assert done.exit_code == 0, done.output
-    assert "8 firing orders, the engine's crankshaft and its mirror image" in done.output
-    assert "the same in all of these rows" in done.output
-    assert "1-5-3-6-2-4 * <" in done.output
+    done = commands.ok("firing-orders", "ntua", "--arrangement", "in-line 6", "--set",
+                       "cylinder_spacing=0.2,speed=1000", "-o", path, "--limit", "5")  # fmt: skip
+    assert "8 firing orders, the engine's crankshaft and its mirror image" in done
+    assert "the same in all of these rows" in done
+    assert "1-5-3-6-2-4 * <" in done
     for command in (
         ["show", str(path), "--sort", "rank", "--quantities", "rank,any_main_journal_load_max"],
         ["best", str(path), "--least", "any_main_journal_load_max"],
@@ -196,13 +191,10 @@ def test_command_writes_an_archive_that_others_read(tmp_path: Path) -> None:
         ["export", str(path), "-o", str(tmp_path / "six.csv")],
         ["rerun", str(path), "-o", str(tmp_path / "again.nc")],
     ):
-        found = CliRunner().invoke(main, command)
-        assert found.exit_code == 0, (command, found.output)
-    twice = CliRunner().invoke(main, ["firing-orders", "ntua", "-o", str(path)])
-    assert twice.exit_code == 2
-    wrong = CliRunner().invoke(main, ["firing-orders", "ntua", "--set", "speed=fast"])
-    assert wrong.exit_code == 2
-    assert "--set speed=fast: must be KEY=NUMBER" in wrong.output
+        commands.ok(*command)
+    assert commands.refused("firing-orders", "ntua", "-o", path)
+    wrong = commands.refused("firing-orders", "ntua", "--set", "speed=fast")
+    assert "--set speed=fast: must be KEY=NUMBER" in wrong
 
 
 def test_figures(six: xr.Dataset, file_of_six: Path, tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES, QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.exploring.export import export
-from sweeps.planning.plan import make_plan
 from sweeps.presenting.lists import quantity_lines
 from sweeps.presenting.published import text
 from sweeps.scene.reading import read_scene
@@ -221,26 +220,6 @@ def test_a_search_may_want_the_least_of_them() -> None:
     assert best == pytest.approx([3.0], rel=1e-2)
 
 
-@pytest.mark.compiled
-def test_cut_into_blocks_they_have_the_same_bits(tmp_path: Path) -> None:
-    raw = scene(
-        ["torque_rms", "flywheel_shaft_torque_rms"],
-        axes={"speed": np.linspace(800, 1500, 60).tolist(), "load": [20, 50, 80],
-              "cylinders": [1, 4]},
-    )  # fmt: skip
-    whole = sweeps.run(raw)
-    from sweeps.planning import blocks
-    from sweeps.running.in_memory import compute
-
-    plan = make_plan(read_scene(raw))
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(blocks, "block_lengths", lambda _: {"speed": 7})
-        patched.setattr("sweeps.running.in_memory.block_lengths", lambda _: {"speed": 7})
-        pieces = compute(plan)
-    for name in ("torque_rms", "flywheel_shaft_torque_rms"):
-        np.testing.assert_array_equal(pieces[name], whole[name].values)
-
-
 def test_lists_name_them_once_and_find_them() -> None:
     every = quantity_lines()
     assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]
@@ -322,8 +301,8 @@ def test_verdicts_have_no_elasticity_and_no_band() -> None:
         scene(["rim_speed", "rim_speed_verdict"], set=limits, axes={"speed": [1200, 1600, 2000]})
     )
     assert found["rim_speed_verdict"].values.tolist() == [1.0, 0.0, 2.0]
-    table = found.dyn.table() if hasattr(found.dyn, "table") else None
-    assert table is None or list(table["rim_speed_verdict"]) == ["below", "within", "above"]
+    table = found.dyn.table()
+    assert list(table["rim_speed_verdict"]) == ["below", "within", "above"]
 
 
 @pytest.mark.compiled

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,16 +12,12 @@ from scipy.integrate import quad
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.figures import draw
+from tests.support.scenes import computed
 
 COMPONENTS = ("wall_thrust", "rod_force", "tangential_force", "radial_force")
 PRESSURES = ("piston", "wall", "rod", "tangential", "radial")
 STROKE, ROD, BORE = 0.18, 0.35, 0.14  # m, of the engine ntua
 AREA = 0.25 * math.pi * BORE**2
-
-
-def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:
-    output = {"quantities": quantities, **tables.pop("output", {})}
-    return sweeps.run({"engine": engine, "output": output, **tables})
 
 
 def apart(name: str) -> list[str]:
@@ -41,8 +36,8 @@ def test_parts_add_up_and_each_is_what_the_total_is_alone(
 ) -> None:
     asked = [name for one in COMPONENTS for name in apart(one)]
     asked += [name for one in PRESSURES for name in apart(f"{one}_pressure")]
-    found = run([*asked, *apart("reduced_torque")], engine, set=settings)
-    gas = run([*COMPONENTS], engine, set={**settings, "reciprocating_mass": 0.0})
+    found = computed([*asked, *apart("reduced_torque")], engine, set=settings)
+    gas = computed([*COMPONENTS], engine, set={**settings, "reciprocating_mass": 0.0})
     for name in (*COMPONENTS, *(f"{one}_pressure" for one in PRESSURES), "reduced_torque"):
         whole = found[name]
         error = np.abs(found[f"gas_{name}"] + found[f"inertia_{name}"] - whole).max()
@@ -54,7 +49,7 @@ def test_parts_add_up_and_each_is_what_the_total_is_alone(
 
 def test_parts_by_the_printed_formulas() -> None:
     """Kakaitsas (2.1) to (2.5) and (2.12), Rakopoulos's reduced pressures, written out."""
-    found = run(
+    found = computed(
         [*(name for one in COMPONENTS for name in apart(one)), "pressure",
          *(name for one in PRESSURES for name in apart(f"{one}_pressure")),
          *apart("reduced_torque"), "reduced_overturning_moment", *apart("overturning_moment")],
@@ -89,25 +84,12 @@ def test_parts_by_the_printed_formulas() -> None:
     np.testing.assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
 
 
-def test_weights_are_no_part_of_the_forces() -> None:
-    """What is left out is largest in slow large engines: m g over m r omega^2, told in the docs."""
-    omega = 72.0 * math.pi / 30.0
-    assert 9.80665 / (1.725 * omega**2) == pytest.approx(0.1000, abs=5e-4)
-
-
-def test_scene_of_the_two_stroke_charts() -> None:
-    found = sweeps.run("rakopoulos_two_stroke")
-    mean = float(found["tangential_pressure"].mean())
-    assert mean == pytest.approx(float(found["imep"]) / math.pi, rel=1e-5)
-    assert abs(float(found["inertia_tangential_pressure"].mean())) < 1e-12 * mean
-
-
 # Volume -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
 def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
-    found = run(["cylinder_volume", "pressure", "imep"], set={"pin_offset": offset})
+    found = computed(["cylinder_volume", "pressure", "imep"], set={"pin_offset": offset})
     volume, angle = found["cylinder_volume"], np.radians(found["crank_angle"].values)
     assert volume.attrs["units"] == "cm3"
     assert float(volume.max() / volume.min()) == pytest.approx(
@@ -134,7 +116,7 @@ def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
 
 
 def test_volume_follows_the_compression_ratio_of_an_axis() -> None:
-    found = run(
+    found = computed(
         ["cylinder_volume"], "boxer_twin_101x70", axes={"compression_ratio": [9.0, 12.0]},
         set={"load": 100},
     )  # fmt: skip
@@ -146,7 +128,7 @@ def test_volume_follows_the_compression_ratio_of_an_axis() -> None:
 
 def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as told:
-        run(["cylinder_volume"], "diesel_105x137")
+        computed(["cylinder_volume"], "diesel_105x137")
     assert str(told.value) == (
         "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (compression "
         "ratio, largest over smallest cylinder volume; in a scene, that of the modelled cycles), "
@@ -159,7 +141,7 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
         ("si_four_87x101", {}, 9.4),
         ("compressor_79x83", {}, 1.0 + 1.0 / 0.04915),
     ):
-        volume = run(["cylinder_volume"], engine, set=settings)["cylinder_volume"]
+        volume = computed(["cylinder_volume"], engine, set=settings)["cylinder_volume"]
         assert float(volume.max() / volume.min()) == pytest.approx(ratio, rel=1e-12)
     angle = np.arange(-360.0, 360.0, 2.0)
     pressure = 1.0 + 40.0 * np.exp(-((angle / 30.0) ** 2))
@@ -167,7 +149,7 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     text = "crank_angle_deg,pressure_bar\n" + "\n".join(lines)
     (tmp_path / "points.csv").write_text(text)
     table = {"file": str(tmp_path / "points.csv"), "compression_ratio": 12.0}
-    volume = run(["cylinder_volume"], indicator=table)["cylinder_volume"]
+    volume = computed(["cylinder_volume"], indicator=table)["cylinder_volume"]
     assert float(volume.max() / volume.min()) == pytest.approx(12.0, rel=1e-12)
     own = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
     before, _, after = own.read_text().partition("[[diagram]]")
@@ -175,11 +157,11 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     points = '[[diagram]]\nload = 100\nkind = "points"\nfile = "points.csv"\ncompression_ratio = {}'
     engine = tmp_path / "mine.toml"
     engine.write_text(before + points.format(14.0) + "\n\n" + rest)
-    volume = run(["cylinder_volume"], str(engine))["cylinder_volume"]
+    volume = computed(["cylinder_volume"], str(engine))["cylinder_volume"]
     assert float(volume.max() / volume.min()) == pytest.approx(14.0, rel=1e-12)
     engine.write_text(before + points.format(0.5) + "\n\n" + rest)
     with pytest.raises(SceneError, match=r"number 1 compression_ratio = 0.5: must be"):
-        run(["cylinder_volume"], str(engine))
+        computed(["cylinder_volume"], str(engine))
 
 
 # Inertia over the angle, speed at the start -------------------------------------------------------
@@ -188,7 +170,7 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
 @pytest.mark.parametrize("engine", ["ntua", "v6_96x81", "parallel_twin_270"])
 def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     """Theta(phi) omega^2/2 of the solution with variable inertia gains what the torques do."""
-    found = run(
+    found = computed(
         ["instantaneous_inertia", "instantaneous_engine_inertia", "engine_inertia", "omega",
          "gas_torque", "friction_torque", "load_torque"],
         engine, solver={"inertia_model": "variable", "tolerance": 1e-8},
@@ -209,7 +191,7 @@ def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
 
 
 def test_inertia_of_a_single_cylinder_by_hand() -> None:
-    found = run(["instantaneous_inertia", "velocity"], set={"inertia": 3.0})
+    found = computed(["instantaneous_inertia", "velocity"], set={"inertia": 3.0})
     mass = 4.97 + 6.33 * 0.094 / ROD
     ratio = 0.09 / ROD
 
@@ -225,20 +207,20 @@ def test_inertia_of_a_single_cylinder_by_hand() -> None:
 
 def test_speed_at_the_start_is_that_of_the_curve() -> None:
     solver = {"method": "thesis", "passes": 3}
-    found = run(
+    found = computed(
         ["omega_start", "omega"], axes={"inertia": [2.0, 5.0]},
         solver={**solver, "start_angle": 0.0, "start_speed": 125.6},
     )  # fmt: skip
     np.testing.assert_array_equal(found["omega_start"], found["omega"].sel(crank_angle=0.0))
-    assert float(run(["omega_start"])["omega_start"]) == float(
-        run(["omega"])["omega"].sel(crank_angle=-180.0)
+    assert float(computed(["omega_start"])["omega_start"]) == float(
+        computed(["omega"])["omega"].sel(crank_angle=-180.0)
     )
 
 
 def test_speed_at_the_start_is_not_interpolated() -> None:
     """A march that is not closed jumps at its start angle."""
     with pytest.raises(SceneError) as told:
-        run(
+        computed(
             ["omega_start"], output={"angle_step": 4.0},
             solver={"method": "thesis", "start_angle": 30.0},
         )  # fmt: skip
@@ -247,7 +229,7 @@ def test_speed_at_the_start_is_not_interpolated() -> None:
         "one of its angles, in steps of 4 degrees ([output] angle_step)"
     )
     with pytest.raises(SceneError, match=r"\[designs\] start_angle = 2: "):
-        run(
+        computed(
             ["omega_start"], output={"angle_step": 4.0}, solver={"method": "thesis"},
             designs={"start_angle": [0.0, 2.0], "inertia": [2.0, 3.0]},
         )  # fmt: skip
@@ -255,7 +237,7 @@ def test_speed_at_the_start_is_not_interpolated() -> None:
 
 def test_start_speeds_of_the_thesis() -> None:
     """Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted."""
-    found = run(
+    found = computed(
         ["omega_start"], set={"crankcase_pressure": 0.0}, solver={"method": "thesis"},
         designs={
             "cylinders": [2, 4], "passes": [20, 6], "start_speed": [125.6, 125.6],
@@ -277,7 +259,7 @@ def test_start_speeds_of_the_thesis() -> None:
     ],
 )
 def test_the_shaking_force_is_the_sum_of_its_parts(engine: str, settings: dict[str, float]) -> None:
-    found = run(
+    found = computed(
         ["reciprocating_force", "throw_force", "counterweight_force", "shaking_force"], engine,
         set=settings,
     )  # fmt: skip
@@ -311,7 +293,7 @@ def test_counterweight_of_asgari() -> None:
 
 
 def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
-    found = run(
+    found = computed(
         ["tangential_force", "gas_tangential_force", "inertia_tangential_force",
          "tangential_pressure", "gas_tangential_pressure", "rod_angle", "pressure",
          "cylinder_volume"],

@@ -12,7 +12,6 @@ import xarray as xr
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.reading.engine_files import load_engine
-from tests.support.commands import invoke
 from tests.support.scenes import BEARINGS, VALVES
 
 pytestmark = pytest.mark.compiled
@@ -280,9 +279,3 @@ def test_bearing_pressures_of_the_catalogue_are_those_of_textbooks() -> None:
 def test_a_length_in_millimetres_is_noticed() -> None:
     with pytest.warns(match="crank_pin_diameter: .* is crank_pin_diameter in inches"):
         run(FOUR, "crank_pin_pressure_max", set={"crank_pin_diameter": 2.0})
-
-
-def test_words_are_listed() -> None:
-    assert "friction_law" in invoke("list", "keys").output
-    assert "fmep_valve_train" in invoke("list", "quantities", "camshaft").output
-    assert "crank_pin_pressure_max" in invoke("list", "quantities", "specific bearing load").output

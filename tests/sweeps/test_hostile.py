@@ -53,12 +53,10 @@ unix = pytest.mark.skipif(sys.platform == "win32", reason="has no such files")
 # --- references ---------------------------------------------------------------------------------
 
 REFERENCES = {
-    "indicator": '[indicator]\nfile = "{}"\n',
-    "designs": '[designs]\nfile = "{}"\n',
-    "reference": '[reference]\nfile = "{}"\n',
-    "load_table": '[set]\nload_table = "{}"\n',
+    "indicator": '[indicator]\nfile = "{}"\n', "designs": '[designs]\nfile = "{}"\n',
+    "reference": '[reference]\nfile = "{}"\n', "load_table": '[set]\nload_table = "{}"\n',
     "engine": "",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("key", REFERENCES)

@@ -17,14 +17,14 @@ from sweeps.archive.contents import read_contents
 from sweeps.archive.netcdf import open_archive, slabs
 from sweeps.archive.partial import Partial
 from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
+from sweeps.running import limits
 from sweeps.scene.reading import read_scene
 from tests.support.archives import (
     assert_same,
     interrupted,
     of_run,
     run,
+    shards,
     sound_archive,
     stop_after,
     watch_blocks,
@@ -50,17 +50,12 @@ LONG = {
 def test_shards_make_up_the_whole(
     name: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sweeps.planning.shards import shard
-
     scene: Any = {"table": DESIGN_TABLE, "long": LONG}.get(name)
     if scene is None:
         scene = tmp_path / "scene.toml"
         scene.write_text(TO_JOIN)
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
-    whole = make_plan(read_scene(scene))
-    paths = [tmp_path / f"{number}.nc" for number in range(1, count + 1)]
-    for number, path in enumerate(paths, start=1):
-        into_archive.run(shard(whole, number, count), path, Options())
+    paths = shards(scene, count, tmp_path)
     ok("merge", *reversed(paths), "-o", tmp_path / "whole.nc")
     assert_same(tmp_path / "whole.nc", sweeps.run(scene))
     with open_archive(tmp_path / "whole.nc") as opened:

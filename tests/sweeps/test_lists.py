@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
-from sweeps.cli.main import main
 from sweeps.presenting.archives import archive_text
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, value_text
 from sweeps.presenting.quantity_search import found_quantities
 from sweeps.presenting.report.sections import assumed
+from tests.support import commands
 
 
 def listed(*words: str) -> list[str]:
-    result = CliRunner().invoke(main, ["list", *words])
-    assert result.exit_code == 0, result.output
-    return result.output.splitlines()
+    return commands.ok("list", *words).splitlines()
 
 
 def names(*words: str) -> list[str]:
@@ -86,15 +83,11 @@ def test_keys_print_names_and_defaults() -> None:
     ("word", "said"), [("quantity", "did you mean 'quantities'"), ("units", "quantities and keys")]
 )
 def test_an_unknown_list_is_refused_in_one_line(word: str, said: str) -> None:
-    result = CliRunner().invoke(main, ["list", word])
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    assert said in commands.refused("list", word)
 
 
 def test_an_engine_shows_the_words_of_its_values() -> None:
-    told = CliRunner().invoke(main, ["info", "si_four_87x101"]).output
-    assert "valve_train = dohc_roller_finger_follower [1]" in told
+    assert "valve_train = dohc_roller_finger_follower [1]" in commands.ok("info", "si_four_87x101")
 
 
 def test_an_archive_and_its_report_show_the_words_of_its_values() -> None:

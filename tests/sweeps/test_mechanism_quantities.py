@@ -14,12 +14,7 @@ from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.reading import read_scene
-
-
-def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:
-    output = {"quantities": quantities, **tables.pop("output", {})}
-    return sweeps.run({"engine": engine, "output": output, **tables})
-
+from tests.support.scenes import computed
 
 # Series -------------------------------------------------------------------------------------------
 
@@ -41,11 +36,11 @@ def test_series_need_only_what_they_depend_on() -> None:
 
 def test_shortened_forms_are_a_choice_with_a_default() -> None:
     names = ["acceleration_truncated", "velocity_truncated", "position_truncated"]
-    plain = run(names)
+    plain = computed(names)
     phi = np.radians(plain["crank_angle"].values)
     wanted = kinematic_series.truncated_acceleration(phi, 9 / 35, 2)
     assert plain["acceleration_truncated"].values == pytest.approx(wanted, abs=1e-12)
-    four = run(names, set={"truncation": 4})
+    four = computed(names, set={"truncation": 4})
     exact = slider_crank.acceleration(phi, 9 / 35)
     error = np.abs(four["acceleration_truncated"].values - exact).max()
     assert 0.0 < error < np.abs(wanted - exact).max()
@@ -64,14 +59,14 @@ def test_series_of_an_offset_mechanism_are_refused() -> None:
     for name in ("position_coefficient", "position_mean", "velocity_truncated",
                  "position_truncation_error"):  # fmt: skip
         with pytest.raises(SceneError, match=f"{name} is that of a centred mechanism"):
-            run([name], set={"pin_offset": 0.002})
+            computed([name], set={"pin_offset": 0.002})
 
 
 # Forces -------------------------------------------------------------------------------------------
 
 
 def test_forces_are_one_anothers_components() -> None:
-    found = run(
+    found = computed(
         ["piston_force", "gas_force", "inertia_force", "wall_thrust", "rod_force",
          "tangential_force", "radial_force", "gas_tangential_force", "inertia_tangential_force",
          "gas_torque", "inertia_torque", "overturning_moment", "rod_angle", "reduced_torque",
@@ -107,7 +102,7 @@ def test_forces_are_one_anothers_components() -> None:
 
 @pytest.mark.parametrize(("engine", "turns"), [("ntua", 2), ("marine_80x345", 1)])
 def test_mean_tangential_pressure_is_that_of_the_notes(engine: str, turns: int) -> None:
-    found = run(
+    found = computed(
         ["tangential_pressure_mean", "reduced_torque_mean", "imep", "tangential_pressure"],
         engine, output={"angle_step": 0.25},
     )  # fmt: skip
@@ -120,7 +115,7 @@ def test_mean_tangential_pressure_is_that_of_the_notes(engine: str, turns: int) 
 
 
 def test_kakaitsas_masses_of_the_rod() -> None:
-    found = run(
+    found = computed(
         ["two_mass_rod_inertia", "rod_inertia_excess", "rotating_force", "specific_mass",
          "inertia_pressure_order", "inertia_force", "rod_torque_error"],
         axes={"rod_inertia": [0.1, 6.33 * 0.094 * 0.256]}, set={"crankcase_pressure": 0},
@@ -145,7 +140,7 @@ def test_kakaitsas_masses_of_the_rod() -> None:
 
 
 def test_without_the_rods_inertia_two_masses_are_the_rod() -> None:
-    found = run(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
+    found = computed(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
     for name in found.data_vars:
         assert (found[name] == 0.0).all(), name
 
@@ -168,7 +163,7 @@ ORDERS = ["gas_torque", "inertia_torque", "torque", "gravity_torque"]
 )  # fmt: skip
 def test_orders_make_the_curve(engine: str, settings: dict[str, Any]) -> None:
     names = [f"{name}_{part}" for name in ORDERS for part in ("order", "phase")]
-    found = run(
+    found = computed(
         [*names, "gas_torque", "inertia_torque", "gravity_torque", "friction_torque", "torque"],
         engine, set=settings, output={"angle_step": 0.25, "highest_order": 360},
     )  # fmt: skip
@@ -186,8 +181,8 @@ def test_orders_make_the_curve(engine: str, settings: dict[str, Any]) -> None:
 def test_orders_do_not_depend_on_the_angle_step() -> None:
     names = ["torque_order", "torque_phase", "crank_pin_load_max", "crank_pin_peak_angle",
              "main_journal_load_mean"]  # fmt: skip
-    coarse = run(names, output={"angle_step": 30})
-    fine = run(names, output={"angle_step": 0.5})
+    coarse = computed(names, output={"angle_step": 30})
+    fine = computed(names, output={"angle_step": 0.5})
     for name in names:
         assert np.array_equal(coarse[name], fine[name]), name
 
@@ -206,15 +201,15 @@ def test_gas_orders_are_a_table_of_few_axes() -> None:
     assert dims["gas_torque_harmonics"] == ("crank_ratio", "load", "bore", "order")
     found = sweeps.run(scene)["torque_order"]
     assert found.dims == ("crank_ratio", "load", "bore", "reciprocating_mass", "speed", "order")
-    alone = run(["torque_order"], set={"crank_ratio": 0.3, "load": 90, "bore": 0.12,
+    alone = computed(["torque_order"], set={"crank_ratio": 0.3, "load": 90, "bore": 0.12,
                                        "reciprocating_mass": 7, "speed": 900})  # fmt: skip
     here = found.sel(crank_ratio=0.3, load=90, bore=0.12, reciprocating_mass=7, speed=900)
     assert here.values == pytest.approx(alone["torque_order"].values, rel=1e-12)
 
 
 def test_which_orders_cancel() -> None:
-    found = run(["phase_vector_sum", "torque_order", "cylinder_torque_order"], "diesel_105x137",
-                axes={"cylinders": [1, 4, 6]})  # fmt: skip
+    names = ["phase_vector_sum", "torque_order", "cylinder_torque_order"]
+    found = computed(names, "diesel_105x137", axes={"cylinders": [1, 4, 6]})
     sums = found["phase_vector_sum"]
     assert sums.sel(cylinders=6, order=[3.0, 6.0, 2.5, 1.0]).values.tolist() == pytest.approx(
         [6.0, 6.0, 0.0, 0.0]
@@ -226,7 +221,7 @@ def test_which_orders_cancel() -> None:
 
 
 def test_throws_add_up_to_the_engine() -> None:
-    found = run(
+    found = computed(
         ["throw_torque_order", "throw_torque_phase", "torque_order", "torque_phase"], "v6_96x81"
     )
 
@@ -243,7 +238,7 @@ def test_throws_add_up_to_the_engine() -> None:
 
 
 def test_journals_of_engines_of_different_length() -> None:
-    found = run(["main_journal_load_max", "main_journal_x"], "diesel_105x137",
+    found = computed(["main_journal_load_max", "main_journal_x"], "diesel_105x137",
                 axes={"cylinders": [1, 4, 6]})  # fmt: skip
     assert found["main_bearing"].values.tolist() == [1, 2, 3, 4, 5, 6, 7]
     known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
@@ -252,7 +247,7 @@ def test_journals_of_engines_of_different_length() -> None:
 
 
 def test_largest_load_is_that_of_the_curve() -> None:
-    found = run(
+    found = computed(
         ["crank_pin_load", "crank_pin_load_max", "crank_pin_load_mean", "crank_pin_peak_angle",
          "piston_pin_load", "piston_pin_load_max", "main_journal_load", "main_journal_load_max",
          "main_journal_peak_angle", "crank_pin_x", "crank_pin_y", "crank_pin_radial",
@@ -283,7 +278,7 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
     """What the frame gets from journals, wall and head is what the balance says: other code."""
     names = ["main_journal_x", "main_journal_y", "gas_force", "wall_thrust", "shaking_force",
              "gravity_torque"]  # fmt: skip
-    found = run(names, **weights)
+    found = computed(names, **weights)
     across = found["main_journal_x"].sum("main_bearing") - found["wall_thrust"]
     along = found["main_journal_y"].sum("main_bearing") + found["gas_force"]
     limit = 1e-11 * float(np.abs(found["gas_force"]).max())
@@ -291,7 +286,7 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
     assert float(np.abs(along - force.sel(direction=0)).max()) < limit
     assert float(np.abs(across - force.sel(direction=90)).max()) < limit
     # one that is not said is none, here: 0 kg, but a fraction of 0 balances all that turns
-    bare = run(["main_journal_y", "gravity_torque"])
+    bare = computed(["main_journal_y", "gravity_torque"])
     (axis,) = weights["axes"]
     first = found.isel({axis: 0})
     same = axis == "counterweight_mass"
@@ -305,7 +300,7 @@ def test_orders_of_unequal_throws_are_the_transform(radii: list[float], offset: 
     names = ["gas_torque", "inertia_torque", "gas_torque_order", "inertia_torque_order",
              "torque_order", "torque_phase", "gravity_torque", "gravity_torque_order"]  # fmt: skip
     changed = {"radius_factor": radii, "pin_offset": offset}
-    found = run(names, "diesel_105x137", set=changed, output={"angle_step": 0.5})
+    found = computed(names, "diesel_105x137", set=changed, output={"angle_step": 0.5})
     for name in ("gas_torque", "inertia_torque", "gravity_torque"):
         curve = found[name].values
         wave = 2.0 * np.abs(np.fft.rfft(curve))[1:25] / curve.size
@@ -322,19 +317,12 @@ def test_orders_of_unequal_throws_are_the_transform(radii: list[float], offset: 
         )
 
 
-def test_loads_of_a_cylinder_do_not_depend_on_the_others() -> None:
-    scene = {"engine": "diesel_105x137", "axes": {"cylinders": [1, 4]},
-             "output": {"quantities": ["crank_pin_load_max", "piston_pin_side"]}}  # fmt: skip
-    plan = make_plan(read_scene(scene))
-    assert all("cylinders" not in stage.dims for stage in plan.stages)
-
-
 @pytest.mark.parametrize("name", ["main_journal_load_max", "main_journal_x", "throw_torque_order"])
 def test_unknown_throws_are_refused_by_name(name: str) -> None:
     with pytest.raises(
         SceneError, match=rf"cylinders = 13: no firing order is known, which '{name}'"
     ):
-        run([name], axes={"cylinders": [4, 13]})
+        computed([name], axes={"cylinders": [4, 13]})
 
 
 def test_two_stroke_engines_of_other_numbers_take_two_stroke_orders() -> None:
@@ -345,22 +333,6 @@ def test_two_stroke_engines_of_other_numbers_take_two_stroke_orders() -> None:
     assert made is not None and made.firing_order == (1, 4, 3, 2, 5)
     with pytest.raises(SceneError, match=r"cylinders = 8: no firing .* of 1, 2, 3, 4, 5, 6, 7$"):
         read_scene({**asked, "set": {"cylinders": 8, "cylinder_spacing": 1.4}})
-
-
-@pytest.mark.compiled
-def test_many_designs_take_blocks() -> None:
-    names = ["crank_pin_load_max", "rod_torque_error", "torque_order", "tangential_force"]
-    axes = {"reciprocating_mass": np.linspace(4, 8, 60).tolist(),
-            "speed": np.linspace(800, 1600, 50).tolist(), "rod_inertia": [0.1, 0.12]}  # fmt: skip
-    whole = run(names[:3], axes=axes)
-    assert whole["crank_pin_load_max"].shape == (60, 50)
-    assert whole["rod_torque_error"].dims == ("reciprocating_mass", "rod_inertia")
-    some = whole.isel(reciprocating_mass=[7, 41], speed=[3, 44])
-    small = {**axes, "reciprocating_mass": some["reciprocating_mass"].values.tolist(),
-             "speed": some["speed"].values.tolist()}  # fmt: skip
-    again = run(names[:3], axes=small)
-    for name in names[:3]:
-        assert np.allclose(again[name], some[name], rtol=1e-13, atol=0.0), name
 
 
 # Built-in scenes ----------------------------------------------------------------------------------

@@ -14,28 +14,16 @@ from sweeps.reading.numbers_with_units import number_with_unit
 @pytest.mark.parametrize(
     ("raw", "unit", "value"),
     [
-        (36.4, "kW", 36.4),
-        ("36.4", "kW", 36.4),
-        (" 36.4kW ", "kW", 36.4),
-        ("3.64e4 W", "kW", 36.4),
-        ("50 hp", "kW", 50 * 0.745699872),
-        ("50 PS", "kW", 50 * 0.73549875),
-        ("2700rpm", "rpm", 2700.0),
-        ("2700/min", "rpm", 2700.0),
-        ("2700 1/min", "rpm", 2700.0),
-        ("2700 min-1", "rpm", 2700.0),
-        ("45 Hz", "rpm", 2700.0),
-        ("45/s", "rpm", 2700.0),
-        ("45 rev/s", "rpm", 2700.0),
-        ("282.7433388 rad/s", "rpm", 2700.0),
-        ("7.5 MPa", "bar", 75.0),
-        ("1087.78 psi", "bar", 75.0),
-        ("76.48 kgf/cm2", "bar", 75.0),
-        ("245 g/kWh", "g/kWh", 245.0),
-        ("245 g/kW/h", "g/kWh", 245.0),
+        (36.4, "kW", 36.4), ("36.4", "kW", 36.4), (" 36.4kW ", "kW", 36.4),
+        ("3.64e4 W", "kW", 36.4), ("50 hp", "kW", 50 * 0.745699872),
+        ("50 PS", "kW", 50 * 0.73549875), ("2700rpm", "rpm", 2700.0), ("2700/min", "rpm", 2700.0),
+        ("2700 1/min", "rpm", 2700.0), ("2700 min-1", "rpm", 2700.0), ("45 Hz", "rpm", 2700.0),
+        ("45/s", "rpm", 2700.0), ("45 rev/s", "rpm", 2700.0), ("282.7433388 rad/s", "rpm", 2700.0),
+        ("7.5 MPa", "bar", 75.0), ("1087.78 psi", "bar", 75.0), ("76.48 kgf/cm2", "bar", 75.0),
+        ("245 g/kWh", "g/kWh", 245.0), ("245 g/kW/h", "g/kWh", 245.0),
         ("0.403 lb/hp/h", "g/kWh", 245.0),
     ],
-)
+)  # fmt: skip
 def test_is_understood(raw: Any, unit: str, value: float) -> None:
     assert number_with_unit(raw, "--x", unit) == pytest.approx(value, rel=1e-3)
 

@@ -17,13 +17,10 @@ import xarray as xr
 import sweeps
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
 from sweeps.scene.toml_tables import SceneFile
+from tests.support.scenes import asking
 
 ROOT = Path(__file__).resolve().parents[2]
-TABLES = {
-    "engine": "ntua",
-    "set": {"speed": 1500.0, "load": 90.0},
-    "output": {"quantities": ["delta"]},
-}
+TABLES = asking(["delta"], set={"speed": 1500.0, "load": 90.0})
 
 
 def test_dir_has_every_name_and_each_is_there() -> None:
@@ -107,24 +104,18 @@ def test_keywords_replace_tables_of_a_named_scene(tmp_path: Path, monkeypatch) -
         (lambda: sweeps.run(), "scene = None: must be the path of a scene"),
         (lambda: sweeps.run("first", axis={}), "axis: unknown keyword; did you mean 'axes'"),
         (lambda: sweeps.run("first", thread=2), "thread: unknown keyword; did you mean 'threads'"),
-        (
-            lambda: sweeps.plan(sweeps.read_scene("first"), axes={}),
-            "axes: a Scene cannot be changed",
-        ),
-        (
-            lambda: sweeps.measured(engine="ntua", output={"quantities": ["delta"]}),
-            "scene: [measured]",
-        ),
-        (
-            lambda: sweeps.identify("first", vry=["inertia"]),
-            "vry: unknown keyword; did you mean 'v",
-        ),
+        (lambda: sweeps.plan(sweeps.read_scene("first"), axes={}),
+         "axes: a Scene cannot be changed"),
+        (lambda: sweeps.measured(engine="ntua", output={"quantities": ["delta"]}),
+         "scene: [measured]"),
+        (lambda: sweeps.identify("first", vry=["inertia"]),
+         "vry: unknown keyword; did you mean 'v"),
         (lambda: sweeps.stream("first"), "output is missing: must be the path"),
         (lambda: sweeps.stream("first", 3), "output = 3: must be the path"),
         (lambda: sweeps.stream("first", "a.nc", archive="b.nc"), "output = 'a.nc': must be the"),
         (lambda: sweeps.stream(output={}, engine="ntua"), "archive is missing"),
     ],
-)
+)  # fmt: skip
 def test_wrong_calls_name_the_key(call, said: str) -> None:
     with pytest.raises(sweeps.SceneError) as error:
         call()
@@ -200,24 +191,16 @@ def results() -> xr.Dataset:
         (lambda: sweeps.read_pressure(3), "path = 3: must be the path of a file"),
         (lambda: sweeps.calibrate(3), "engine = 3: must be the path of a file"),
         (lambda: sweeps.export(results(), 3), "path = 3: must be the path of a file"),
-        (
-            lambda: sweeps.export("a.nc", "a.csv"),
-            "archive = 'a.nc': must be a dataset, as sweeps.r",
-        ),
-        (
-            lambda: sweeps.export(results(), "a.csv", quantities=3),
-            "quantities = 3: must be a string",
-        ),
+        (lambda: sweeps.export("a.nc", "a.csv"),
+         "archive = 'a.nc': must be a dataset, as sweeps.r"),
+        (lambda: sweeps.export(results(), "a.csv", quantities=3),
+         "quantities = 3: must be a string"),
         (lambda: sweeps.best("a.nc", least="inertia"), "archive = 'a.nc': must be a dataset, as"),
-        (
-            lambda: sweeps.best(results(), least="inertia", within=3),
-            "within = 3: must be a string or",
-        ),
+        (lambda: sweeps.best(results(), least="inertia", within=3),
+         "within = 3: must be a string or"),
         (lambda: sweeps.best(results(), least=3), "'3': not in the archive. Allowed: delta"),
-        (
-            lambda: sweeps.best(results(), least="delta", at_every=3),
-            "at_every = 3: must be a string",
-        ),
+        (lambda: sweeps.best(results(), least="delta", at_every=3),
+         "at_every = 3: must be a string"),
         (lambda: sweeps.pareto(3, "inertia", "delta"), "archive = 3: must be a dataset"),
         (lambda: sweeps.nearest(3, inertia=2), "archive = 3: must be a dataset"),
         (lambda: sweeps.run("first", threads="x"), "threads = 'x': must be a whole number"),
@@ -230,7 +213,7 @@ def results() -> xr.Dataset:
         (lambda: results().dyn.plot.numbers(target=3), "target '3': must be QUANTITY=VALUE"),
         (lambda: results().dyn.plot.numbers(size=3), "size 3: must be width and height"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_named(call, said: str) -> None:
     sweeps.best  # noqa: B018  # as soon as there are datasets they have `dyn`
     with pytest.raises(sweeps.SceneError) as error:

@@ -17,14 +17,14 @@ from sweeps.errors import SceneError
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import make_plan
 from sweeps.planning.points_of_several import points_of_several
-from sweeps.planning.shards import shard
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene import engine_choices
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted
+from tests.support.archives import assert_same, interrupted, shards
 from tests.support.commands import invoke, ok
+from tests.support.scenes import asking
 
 pytestmark = pytest.mark.compiled
 
@@ -35,27 +35,21 @@ OUTPUT = {
     "highest_order": 3,
 }
 ENGINES_BESIDE: dict[str, Any] = {
-    "axes": {
-        "speed": [1300, 1500],
-        "engine": ["ntua", "v6_96x81", "marine_80x345"],
-        "inertia": [0.5, 2.0, 5.0],
-    },
+    "axes": {"speed": [1300, 1500], "engine": ["ntua", "v6_96x81", "marine_80x345"],
+        "inertia": [0.5, 2.0, 5.0]},
     "set": {"load": 50},
     "silenced_warnings": ["all"],
     "output": OUTPUT,
-}
+}  # fmt: skip
 """A one-cylinder engine, a six-cylinder engine, and a two-stroke engine of seven cylinders."""
 
 TABLE: dict[str, Any] = {
-    "designs": {
-        "case": ["A", "B", "C", "D"],
-        "engine": ["ntua", "v6_96x81", "ntua", "v6_96x81"],
+    "designs": {"case": ["A", "B", "C", "D"], "engine": ["ntua", "v6_96x81", "ntua", "v6_96x81"],
         "arrangement": ["in-line 1", V6, "in-line 2", "in-line 6"],
-        "inertia": [5.0, 0.3, 10.0, 0.5],
-    },
+        "inertia": [5.0, 0.3, 10.0, 0.5]},
     "axes": {"load": [50, 80]},
     "output": OUTPUT,
-}
+}  # fmt: skip
 
 
 def alone(raw: dict[str, Any], engine: str, **settings: Any) -> xr.Dataset:
@@ -246,10 +240,7 @@ def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
 
 
 def test_a_quantity_that_none_has_is_refused():
-    raw = {
-        "engine": ["ntua", "v6_96x81"],
-        "output": {"quantities": ["delta", "shaking_moment_max"]},
-    }
+    raw = asking(["delta", "shaking_moment_max"], ["ntua", "v6_96x81"])
     with pytest.raises(SceneError, match="needs cylinder_spacing"):
         read_scene(raw)
 
@@ -301,11 +292,7 @@ def test_blocks_and_resuming(raw, tmp_path, monkeypatch, small):
 def test_shards_merge_and_rerun(raw, tmp_path):
     whole = tmp_path / "whole.nc"
     sweeps.stream(raw, whole)
-    parts = [tmp_path / f"{i}.nc" for i in (1, 2, 3)]
-    plan = make_plan(read_scene(raw))
-    for number, path in enumerate(parts, start=1):
-        into_archive.run(shard(plan, number, 3), path, Options())
-    ok("merge", *parts, "-o", tmp_path / "merged.nc")
+    ok("merge", *shards(raw, 3, tmp_path), "-o", tmp_path / "merged.nc")
     assert "differ" not in ok("compare", whole, tmp_path / "merged.nc", "--tolerance", "0")
     ok("rerun", tmp_path / "merged.nc", "-o", tmp_path / "again.nc")
     with sweeps.open_archive(tmp_path / "again.nc") as again:

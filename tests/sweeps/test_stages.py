@@ -12,6 +12,7 @@ from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.scenes import asking
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -38,6 +39,7 @@ def plan_of(*quantities: str, **more: Any) -> Plan:
         ("torque_mean", {"crank_ratio", "load", "speed", "cylinders"}),
         ("load_coefficient", {"crank_ratio", "load", "speed", "cylinders", "load_exponent"}),
         ("torque_max", set(EVERYTHING) - {"inertia", "load_exponent"}),
+        ("crank_pin_load_max", set(EVERYTHING) - {"inertia", "load_exponent", "cylinders"}),
         ("delta", set(EVERYTHING)),
         ("status", set(EVERYTHING)),
     ],
@@ -98,19 +100,10 @@ def test_table_is_built_once_for_designs_that_share_it() -> None:
 
 def test_scene_larger_than_memory_is_refused_before_computing() -> None:
     axis = {"start": 1.0, "stop": 2.0, "num": 100000}
-    scene = {
-        "engine": "ntua",
-        "axes": {"inertia": axis, "speed": {**axis, "start": 1000, "stop": 2000}},
-        "output": {"quantities": ["delta", "omega"]},
-    }
+    scene = asking(
+        ["delta", "omega"], axes={"inertia": axis, "speed": {**axis, "start": 1000, "stop": 2000}}
+    )
     with pytest.raises(sweeps.SceneError, match=r"10000000000 designs need .* of memory"):
-        sweeps.run(scene)
-
-
-def test_throws_are_needed_along_the_shaft() -> None:
-    scene = {"engine": "ntua", "set": {"cylinders": 9},
-             "output": {"quantities": ["torque_after_throw"]}}  # fmt: skip
-    with pytest.raises(sweeps.SceneError, match=r"9"):
         sweeps.run(scene)
 
 

@@ -139,14 +139,11 @@ def test_units_are_read_by_a_unit_registry(tmp_path: Path, small: None) -> None:
 @pytest.mark.parametrize(
     ("dims", "shape", "lengths"),
     [
-        ("abc", (20, 1000, 500), {"a": 3}),
-        ("abc", (1000, 500, 200), {"a": 1, "b": 384}),
-        ("a", (10_000_001,), {"a": 499_968}),
-        ("abc", (7, 1013, 1019), {}),
-        ("abc", (3, 720, 5000), {"c": 1024}),
-        ("ab", (10, 10), {"a": 3}),
+        ("abc", (20, 1000, 500), {"a": 3}), ("abc", (1000, 500, 200), {"a": 1, "b": 384}),
+        ("a", (10_000_001,), {"a": 499_968}), ("abc", (7, 1013, 1019), {}),
+        ("abc", (3, 720, 5000), {"c": 1024}), ("ab", (10, 10), {"a": 3}),
     ],
-)
+)  # fmt: skip
 def test_blocks_are_whole_chunks_and_little_room_is_lost(
     dims: str, shape: tuple[int, ...], lengths: dict[str, int]
 ) -> None:

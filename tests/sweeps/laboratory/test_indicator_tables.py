@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import sweeps
 from engine_dyn.quantities import graph
-from sweeps.cli.main import main
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.scene.confidential import TELLING
+from tests.support.commands import invoke as command
 from tests.support.laboratory import (
     avl,
     excel_german,
@@ -25,12 +24,9 @@ from tests.support.laboratory import (
     rows,
     samples,
 )
+from tests.support.scenes import asking
 
 QUANTITIES = {"quantities": ["imep"]}
-
-
-def command(*words: object) -> Any:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def scene(folder: Path, keys: str, top: str = "") -> Path:
@@ -158,11 +154,9 @@ KEPT = ("gas_torque", "torque", "omega", "imep", "peak_pressure", "inertia_force
 def of_confidential(folder: Path, *quantities: str) -> dict[str, Any]:
     if not (folder / "avl.csv").exists():
         avl(folder / "avl.csv")
-    return {
-        "engine": "ntua",
-        "indicator": {"file": str(folder / "avl.csv"), "confidential": True},
-        "output": {"quantities": list(quantities)},
-    }
+    return asking(
+        list(quantities), indicator={"file": str(folder / "avl.csv"), "confidential": True}
+    )
 
 
 def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:

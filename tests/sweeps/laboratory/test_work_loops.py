@@ -260,13 +260,10 @@ def changed(at: int, value: float) -> list[float]:
         (TRAVEL * 0.9, {}, r"turns back at 0.9 of the stroke; must rise on to within 0.02"),
         (TRAVEL[:90], {}, r"passes 2 dead centres; must be 4 in the order of the strokes"),
         (np.full(40, 0.5), {}, r"column 'x': the piston does not move"),
-        (
-            TRAVEL,
-            {"stroke_column": 2},
-            r"line 47, column 'p_bar': '1': must be one of 1 \(intake\)",
-        ),
+        (TRAVEL, {"stroke_column": 2},
+         r"line 47, column 'p_bar': '1': must be one of 1 \(intake\)"),
     ],
-)
+)  # fmt: skip
 def test_loops_that_are_refused(
     tmp_path: Path, travel: Any, keys: dict[str, Any], message: str
 ) -> None:

@@ -19,6 +19,7 @@ from sweeps.measuring.usual_engines import KINDS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.unit_registry import unit_registry
 from tests.support.commands import invoke, ok, refused
+from tests.support.scenes import computed
 
 RPM = math.pi / 30.0
 GASOLINE = 0.97 * 44.0e6
@@ -96,12 +97,10 @@ def test_an_engine_runs_with_the_power_of_its_data_sheet(
     """Another route than the fit's: the whole chain of a scene, from the written file."""
     made = fitted(tmp_path, kind=kind, **RATED[kind], **more)
     loads = np.array([point.load for point in made.points])
-    found = sweeps.run(
-        {
-            "engine": str(tmp_path / "fitted.toml"),
-            "axes": {"load": loads.tolist()},
-            "output": {"quantities": ["brake_power", "peak_pressure", "imep", "delta"]},
-        }
+    found = computed(
+        ["brake_power", "peak_pressure", "imep", "delta"],
+        str(tmp_path / "fitted.toml"),
+        axes={"load": loads.tolist()},
     )
     goal = 1e3 * RATED[kind]["power"] * loads / 100.0
     np.testing.assert_allclose(found["brake_power"], goal, rtol=1e-4)
@@ -317,21 +316,15 @@ KW = {"power": 36.4, "speed": 2700}
         ({**KW, "peak": 3}, "peak = 3: must be between 5 and 400 bar"),
         ({**KW, "fuel_consumption": 150}, "150 g/kWh: must be between about"),
         ({**KW, "fuel_consumption": 450}, "g/kWh at this power: the air-fuel ratio would be"),
-        (
-            {**KW, "kind": "spark-ignition", "fuel_consumption": 900},
-            "900 g/kWh: must be between",
-        ),
+        ({**KW, "kind": "spark-ignition", "fuel_consumption": 900}, "900 g/kWh: must be between"),
         ({**KW, "kind": "steam"}, "kind = 'steam': unknown kind of engine. Allowed: diesel"),
         ({**KW, "loads": [0]}, "loads = 0: must be between 5 and 120 percent"),
         ({**KW, "loads": ["x"]}, "loads = 'x': must be a finite number"),
         ({**KW, "loads": []}, "must be a list of 1 to 20 percentages"),
         ({**KW, "power": 47, "loads": [120]}, "loads = 120: must be at most 10"),
-        (
-            {**KW, "power": 4, "kind": "spark-ignition"},
-            "50,75,100: load = 10: must be",
-        ),
+        ({**KW, "power": 4, "kind": "spark-ignition"}, "50,75,100: load = 10: must be"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_with_what_could(
     given: dict[str, Any], said: str, tmp_path: Path
 ) -> None:

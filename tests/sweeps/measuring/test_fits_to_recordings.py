@@ -174,24 +174,18 @@ def test_figures_of_one_parameter_and_one_recording(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (
-            ("--vary", "gap_angle", "--own", "gap_angle"),
-            "gap_angle: cannot have a separate value for each",
-        ),
+        (("--vary", "gap_angle", "--own", "gap_angle"),
+         "gap_angle: cannot have a separate value for each"),
         (("--vary", "gap_angle=0..90"), "gap_angle: found at -40"),
-        (
-            ("--vary", "inertia", "--prior", "inertia=nan+-1"),
-            "inertia: nan is not allowed as bound",
-        ),
-        (
-            ("--vary", "inertia", "--prior", "inertia=2+-inf"),
-            "standard deviation inf of the prior must be positive",
-        ),
+        (("--vary", "inertia", "--prior", "inertia=nan+-1"),
+         "inertia: nan is not allowed as bound"),
+        (("--vary", "inertia", "--prior", "inertia=2+-inf"),
+         "standard deviation inf of the prior must be positive"),
         (("--vary", "inertia", "--prior", "inertia=-2+-1"), "inertia: start -2 must lie from 0"),
         (("--vary", "inertia", "--teeth", "0"), "teeth: standard deviation 0 must be positive"),
         (("--vary", "inertia@1"), "inertia@1: must be inertia; use own"),
     ],
-)
+)  # fmt: skip
 def test_bad_options(of_teeth: Path, options: tuple[str, ...], told: str) -> None:
     assert told in refused("identify", of_teeth, *options)
 

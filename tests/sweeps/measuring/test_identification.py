@@ -190,10 +190,8 @@ def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (
-            ("--vary", "inertai"),
-            "inertai: not a parameter that can be fitted; did you mean 'inertia'",
-        ),
+        (("--vary", "inertai"),
+         "inertai: not a parameter that can be fitted; did you mean 'inertia'"),
         (("--vary", "inertia=3"), "must be KEY or KEY=LOW..HIGH"),
         (("--vary", "inertia=x..3"), "--vary inertia=x..3: x is not a number"),
         (("--vary", "inertia=3..1"), "inertia: from 3 to 1: must ascend"),
@@ -206,7 +204,7 @@ def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
         (("--vary", "inertia", "--own", "bore"), "--own bore: must be one of --vary"),
         (("--vary", "inertia", "--teeth", "good"), "--teeth good: must be estimated, perfect, or"),
     ],
-)
+)  # fmt: skip
 def test_bad_options(folder: Path, options: tuple[str, ...], told: str) -> None:
     assert told in refused("identify", folder / "scene.toml", *options)
 

@@ -100,12 +100,10 @@ def test_levels_and_samples_do_not_mix(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("head", "factor", "keys"),
     [
-        ("ToothTime\nus\n", 1e6, {}),
-        ("tooth_us\n", 1e6, {}),
-        ("interval\n", 1e3, {"unit": "ms"}),
+        ("ToothTime\nus\n", 1e6, {}), ("tooth_us\n", 1e6, {}), ("interval\n", 1e3, {"unit": "ms"}),
         ("interval [ms]\n", 1e3, {}),
     ],
-)
+)  # fmt: skip
 def test_intervals(tmp_path: Path, head: str, factor: float, keys: dict[str, Any]) -> None:
     path = tmp_path / "intervals.csv"
     steps = np.diff(times_of("36-1")) * factor

@@ -105,16 +105,12 @@ def compared(folder: Path, case: Case, true: xr.Dataset) -> xr.Dataset:
 @pytest.mark.parametrize(
     "change",
     [
-        {},
-        {"gap_angle": None},
-        {"gap_angle": GAP - 360.0},
-        {"gap_angle": GAP + 5.0, "wheel": "36-1"},
-        {"tooth_errors": "all"},
-        {"tooth_errors": "none"},
-        {"late": 4},
+        {}, {"gap_angle": None}, {"gap_angle": GAP - 360.0},
+        {"gap_angle": GAP + 5.0, "wheel": "36-1"}, {"tooth_errors": "all"},
+        {"tooth_errors": "none"}, {"late": 4},
     ],
     ids=str,
-)
+)  # fmt: skip
 def test_sound_recordings_are_not_doubted(
     tmp_path: Path, engine: tuple[str, xr.Dataset], change: dict[str, Any]
 ) -> None:

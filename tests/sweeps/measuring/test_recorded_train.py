@@ -200,26 +200,20 @@ def test_equal_cycles_need_no_jump(recorded: Recorded, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (
-            {"axes": {"crank_mass": [1.0, 2.0]}, "indicator": {"average": True}},
-            "recorded_cycle: missing",
-        ),
-        (
-            {"axes": {"recorded_cycle": [1, 2, 3], "crank_mass": [1.0, 2.0]}},
-            "also varies crank_mass",
-        ),
+        ({"axes": {"crank_mass": [1.0, 2.0]}, "indicator": {"average": True}},
+         "recorded_cycle: missing"),
+        ({"axes": {"recorded_cycle": [1, 2, 3], "crank_mass": [1.0, 2.0]}},
+         "also varies crank_mass"),
         ({"axes": {"recorded_cycle": [1, 3]}}, "consecutive numbers"),
         ({"axes": {"recorded_cycle": [2]}}, "at least 2 consecutive numbers"),
         ({"set": {"pin_offset": 0.001}}, "pin_offset and crank_offset must be 0"),
-        (
-            {"set": {"friction_boundary": 0.3, "friction_skirt": 0.7, "ring_pressure": 1}},
-            "friction over the stroke",
-        ),
+        ({"set": {"friction_boundary": 0.3, "friction_skirt": 0.7, "ring_pressure": 1}},
+         "friction over the stroke"),
         ({"set": {"load_offset": 1e4}}, "do not drive the load"),
         ({"set": {"wanted_delta": 0.05}}, "inertia must be given"),
         ({"measured": {"kind": "teeth", "wheel": "36-1"}}, "do not fit 36-1"),
     ],
-)
+)  # fmt: skip
 def test_what_does_not_fit_is_refused(
     recorded: Recorded, change: dict[str, Any], said: str
 ) -> None:

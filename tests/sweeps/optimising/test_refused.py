@@ -12,101 +12,56 @@ from sweeps.optimising import evaluation, least_inertia
 from sweeps.optimising.space import read_space
 
 BASE: dict[str, Any] = {
-    "engine": "ntua",
-    "set": {"load": 50.0},
-    "axes": {"speed": [1200.0, 1500.0]},
-    "least": "delta",
+    "engine": "ntua", "set": {"load": 50.0}, "axes": {"speed": [1200.0, 1500.0]}, "least": "delta",
     "over": "inertia = 2 to 8",
-}
+}  # fmt: skip
 
-WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "nothing wanted": ({"least": ()}, "neither least nor most is given"),
-    "unknown": ({"least": "dleta"}, "'dleta': not computed; did you mean 'delta'?"),
-    "unknown in a condition": (
-        {"within": "shaft_stress <= 1"},
-        "'shaft_stress': not computed",
-    ),
-    "a curve": (
-        {"least": "torque"},
-        "torque: not one number per design, because it varies over crank_angle, so it cannot be "
-        "minimised or limited; use torque_max",
-    ),
-    "a curve in a condition": ({"within": "omega <= 10"}, "omega: not one number per design"),
-    "an outcome": ({"least": "status"}, "status: an outcome cannot be"),
-    "twice": ({"least": ["delta", "delta"]}, "delta is given twice"),
-    "least and most": ({"most": "delta"}, "delta is given twice"),
-    "an axis": (
-        {"least": ["delta", "speed"]},
-        "speed: is an axis of the scene, at whose every value the conditions must hold; search "
-        "it instead",
-    ),
-    "not searched": (
-        {"within": "stroke <= 0.2"},
-        "stroke: this parameter is not searched; searched are inertia",
-    ),
-    "a word": (
-        {
-            "over": ["inertia = 2 to 8", "arrangement = in-line 1 | in-line 2"],
-            "least": "arrangement",
-        },
-        "arrangement: its values are words, which cannot be minimised or maximised",
-    ),
-    "changes with nothing": (
-        {"least": "imep"},
-        "imep: does not depend on any searched parameter: inertia",
-    ),
-    "what the engine lacks": (
-        {"least": "shaking_moment_max"},
-        "'shaking_moment_max' needs cylinder_",
-    ),
-    "no condition": ({"within": "delta = 1"}, "condition 'delta = 1': must be a name"),
-    "an unknown outcome": (
-        {"not_counted": "idle"},
-        "not counted: 'idle': unknown",
-    ),
-    "nothing to search": ({"over": None}, "scene: nothing to search: the scene has no [sample]"),
-    "an empty range": ({"over": "inertia = 2 to 2"}, "over inertia: low = 2 and high = 2"),
-    "reversed": ({"over": "inertia = 8 to 2"}, "over inertia: low = 8 and high = 2: low must be"),
-    "outside": ({"over": "inertia = -1 to 2"}, "over inertia low = -1: must be a finite number"),
-    "one value": ({"over": "inertia = 2"}, "over inertia = [2]: must have at least two values"),
-    "no range": ({"over": "inertia = two to 8"}, "over 'inertia = two to 8': must be 'inertia ="),
-    "an unknown key": ({"over": "inertai = 2 to 8"}, "over inertai: unknown key; did you mean"),
-    "a quantity": (
-        {"over": "delta = 1 to 2"},
-        "over delta: unknown key: this is a computed",
-    ),
-    "not in the sample": (
-        {"over": "inertia"},
-        "over 'inertia': not in [sample] of scene; give a range to search it too, such as "
-        "'inertia = 0.2 to 5'",
-    ),
-    "over twice": (
-        {"over": ["inertia = 2 to 8", "inertia = 3 to 8"]},
-        "over inertia: given twice",
-    ),
-    "over an axis": (
-        {"over": "speed = 1000 to 2000"},
-        "over speed: is an axis of the scene",
-    ),
-    "over nothing": ({"over": 3}, "over = 3: must be"),
-    "one word": (
-        {"over": "arrangement = in-line 2"},
-        "over arrangement = ['in-line 2']: must have at least two values",
-    ),
-    "designs": (
-        {"designs": {"inertia": [1.0, 2.0]}},
-        "scene: [designs]: not allowed with optimise",
-    ),
-    "few designs": ({"number": 4}, "optimise: number = 4: must be a whole number from 8"),
-    "no generation": ({"generations": 0}, "optimise: generations = 0: must be a whole number"),
-    "half a restart": ({"restarts": 1.5}, "optimise: restarts = 1.5: must be a whole number"),
-    "seed": ({"seed": -1}, "optimise: seed = -1: must be a whole number from 0"),
-    "too many": (
-        {"number": 1_000_000, "generations": 1000},
-        "optimise: number x generations x restarts = 3000000000: must be at most 16777216",
-    ),
-    "an unknown keyword": ({"wihtin": "delta <= 1"}, "wihtin: unknown keyword; did you mean"),
-}
+WRONG: list[tuple[Any, ...]] = [
+    ({"least": ()}, "neither least nor most is given"),
+    ({"least": "dleta"}, "'dleta': not computed; did you mean 'delta'?"),
+    ({"within": "shaft_stress <= 1"}, "'shaft_stress': not computed"),
+    ({"least": "torque"},
+     "torque: not one number per design, because it varies over crank_angle, so it cannot be "
+     "minimised or limited; use torque_max"),
+    ({"within": "omega <= 10"}, "omega: not one number per design"),
+    ({"least": "status"}, "status: an outcome cannot be"),
+    ({"least": ["delta", "delta"]}, "delta is given twice"),
+    ({"most": "delta"}, "delta is given twice"),
+    ({"least": ["delta", "speed"]},
+     "speed: is an axis of the scene, at whose every value the conditions must hold; search "
+     "it instead"),
+    ({"within": "stroke <= 0.2"}, "stroke: this parameter is not searched; searched are inertia"),
+    ({"over": ["inertia = 2 to 8", "arrangement = in-line 1 | in-line 2"], "least": "arrangement"},
+     "arrangement: its values are words, which cannot be minimised or maximised"),
+    ({"least": "imep"}, "imep: does not depend on any searched parameter: inertia"),
+    ({"least": "shaking_moment_max"}, "'shaking_moment_max' needs cylinder_"),
+    ({"within": "delta = 1"}, "condition 'delta = 1': must be a name"),
+    ({"not_counted": "idle"}, "not counted: 'idle': unknown"),
+    ({"over": None}, "scene: nothing to search: the scene has no [sample]"),
+    ({"over": "inertia = 2 to 2"}, "over inertia: low = 2 and high = 2"),
+    ({"over": "inertia = 8 to 2"}, "over inertia: low = 8 and high = 2: low must be"),
+    ({"over": "inertia = -1 to 2"}, "over inertia low = -1: must be a finite number"),
+    ({"over": "inertia = 2"}, "over inertia = [2]: must have at least two values"),
+    ({"over": "inertia = two to 8"}, "over 'inertia = two to 8': must be 'inertia ="),
+    ({"over": "inertai = 2 to 8"}, "over inertai: unknown key; did you mean"),
+    ({"over": "delta = 1 to 2"}, "over delta: unknown key: this is a computed"),
+    ({"over": "inertia"},
+     "over 'inertia': not in [sample] of scene; give a range to search it too, such as "
+     "'inertia = 0.2 to 5'"),
+    ({"over": ["inertia = 2 to 8", "inertia = 3 to 8"]}, "over inertia: given twice"),
+    ({"over": "speed = 1000 to 2000"}, "over speed: is an axis of the scene"),
+    ({"over": 3}, "over = 3: must be"),
+    ({"over": "arrangement = in-line 2"},
+     "over arrangement = ['in-line 2']: must have at least two values"),
+    ({"designs": {"inertia": [1.0, 2.0]}}, "scene: [designs]: not allowed with optimise"),
+    ({"number": 4}, "optimise: number = 4: must be a whole number from 8"),
+    ({"generations": 0}, "optimise: generations = 0: must be a whole number"),
+    ({"restarts": 1.5}, "optimise: restarts = 1.5: must be a whole number"),
+    ({"seed": -1}, "optimise: seed = -1: must be a whole number from 0"),
+    ({"number": 1_000_000, "generations": 1000},
+     "optimise: number x generations x restarts = 3000000000: must be at most 16777216"),
+    ({"wihtin": "delta <= 1"}, "wihtin: unknown keyword; did you mean"),
+]  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -118,9 +73,8 @@ def _nothing_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(least_inertia, "compute", never)
 
 
-@pytest.mark.parametrize("case", list(WRONG))
-def test_bad_input_is_told_in_one_line(case: str) -> None:
-    changed, expected = WRONG[case]
+@pytest.mark.parametrize(("changed", "expected"), WRONG)
+def test_bad_input_is_told_in_one_line(changed: dict[str, Any], expected: str) -> None:
     with pytest.raises(SceneError) as error:
         sweeps.optimise(**{**BASE, **changed})
     assert expected in str(error.value) and "\n" not in str(error.value)

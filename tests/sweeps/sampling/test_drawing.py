@@ -13,32 +13,20 @@ import sweeps
 from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
 from tests.support.commands import refused
+from tests.support.scenes import refusal
 
 NUMBER = 1 << 12
 
 LAWS: dict[str, tuple[str, Any, Any]] = {
     "uniform": ("inertia", {"low": 1.0, "high": 12.0}, stats.uniform(1.0, 11.0)),
-    "log": (
-        "inertia",
-        {"low": 1.0, "high": 12.0, "spacing": "log"},
-        stats.loguniform(1.0, 12.0),
-    ),
-    "triangular": (
-        "rod_length",
-        {"low": 0.3, "mode": 0.35, "high": 0.45},
-        stats.triang(1.0 / 3.0, 0.3, 0.15),
-    ),
-    "mode at the end": (
-        "rod_length",
-        {"low": 0.3, "mode": 0.45, "high": 0.45},
-        stats.triang(1.0, 0.3, 0.15),
-    ),
-    "normal": (
-        "reciprocating_mass",
-        {"mean": 6.67, "deviation": 0.8, "low": 5.0, "high": 7.0},
-        stats.truncnorm((5.0 - 6.67) / 0.8, (7.0 - 6.67) / 0.8, 6.67, 0.8),
-    ),
-}
+    "log": ("inertia", {"low": 1.0, "high": 12.0, "spacing": "log"}, stats.loguniform(1.0, 12.0)),
+    "triangular": ("rod_length", {"low": 0.3, "mode": 0.35, "high": 0.45},
+        stats.triang(1.0 / 3.0, 0.3, 0.15)),
+    "mode at the end": ("rod_length", {"low": 0.3, "mode": 0.45, "high": 0.45},
+        stats.triang(1.0, 0.3, 0.15)),
+    "normal": ("reciprocating_mass", {"mean": 6.67, "deviation": 0.8, "low": 5.0, "high": 7.0},
+        stats.truncnorm((5.0 - 6.67) / 0.8, (7.0 - 6.67) / 0.8, 6.67, 0.8)),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("law", list(LAWS))
@@ -120,150 +108,81 @@ def test_the_order_of_the_tables_is_that_of_the_dimensions() -> None:
     assert first.sample is not None and first.sample.number == 4
 
 
-WRONG: dict[str, tuple[Any, str]] = {
-    "both": (
-        scene({"number": 4, "inertia": RANGE}, designs={"inertia": [1.0]}),
-        "scene: [sample] and [designs]: only one of them is allowed",
-    ),
-    "twice": (
-        scene({"number": 4, "inertia": RANGE}, set={"inertia": 1.0}),
-        "scene: inertia is in both [set] and [sample]; give it in one place",
-    ),
-    "excluding": (
-        scene({"number": 4, "inertia": RANGE, "wanted_delta": {"low": 0.01, "high": 0.02}}),
-        "scene: wanted_delta (in [sample]) and inertia (in [sample]): the inertia follows",
-    ),
-    "a sample of one": (
-        scene({"number": 1, "inertia": RANGE}),
-        "scene: [sample] number = 1: must be a whole number from 2 to 16777216",
-    ),
-    "too many": (
-        scene({"number": 1 << 25, "inertia": RANGE}),
-        "scene: [sample] number = 33554432: must be a whole number from 2 to 16777216",
-    ),
-    "no power of two": (
-        scene({"number": 1000, "inertia": RANGE}),
-        "scene: [sample] number = 1000: must be a power of two with method = 'sobol', such as 512 "
-        "or 1024",
-    ),
-    "no number": (scene({"inertia": RANGE}), "scene: [sample]: number is missing"),
-    "nothing drawn": (scene({"number": 4}), "scene: [sample]: no parameter"),
-    "empty": (scene({}), "scene: [sample]: no parameter"),
-    "method": (
-        scene({"number": 4, "method": "halton", "inertia": RANGE}),
-        "scene: [sample] method = 'halton': must be one of sobol, latin_hypercube, saltelli",
-    ),
-    "seed": (
-        scene({"number": 4, "seed": -1, "inertia": RANGE}),
-        "scene: [sample] seed = -1: must be a whole number from 0",
-    ),
-    "unknown key": (
-        scene({"number": 4, "inertai": RANGE}),
-        "scene: [sample] inertai: unknown key; did you mean 'inertia'?",
-    ),
-    "reversed": (
-        scene({"number": 4, "inertia": {"low": 2.0, "high": 1.0}}),
-        "scene: [sample] inertia: low = 2 and high = 1: low must be below high",
-    ),
-    "empty range": (
-        scene({"number": 4, "inertia": {"low": 2.0, "high": 2.0}}),
-        "low must be below high",
-    ),
-    "outside": (
-        scene({"number": 4, "inertia": {"low": -1.0, "high": 1.0}}),
-        "scene: [sample] inertia low = -1: must be a finite number above 0 [kg m2]",
-    ),
-    "single value": (
-        scene({"number": 4, "inertia": 2.0}),
-        "scene: [sample] inertia = 2: must be a table of low and high",
-    ),
-    "one choice": (
-        scene({"number": 4, "cylinders": [4]}),
-        "scene: [sample] cylinders = [4]: must have at least two values",
-    ),
-    "choice twice": (scene({"number": 4, "cylinders": [4, 6, 4]}), "duplicate value 4"),
-    "choice outside": (
-        scene({"number": 4, "cylinders": [4, 99]}),
-        "scene: [sample] cylinders = 99: must be a whole number",
-    ),
-    "whole numbers": (
-        scene({"number": 4, "cylinders": {"low": 1.5, "high": 4}}),
-        "scene: [sample] cylinders low = 1.5: must be a whole number",
-    ),
-    "log below zero": (
-        scene({"number": 4, "load_offset": {"low": -1.0, "high": 1.0, "spacing": "log"}}),
-        "scene: [sample] load_offset: low = -1 must be above 0 with spacing = 'log'",
-    ),
-    "log of a normal": (
-        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 1.0, "spacing": "log"}}),
-        "only low and high are allowed with spacing = 'log'",
-    ),
-    "half a normal": (
-        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5}}),
-        "scene: [sample] inertia: has low, high, mean; must have low and high",
-    ),
-    "no end": (
-        scene({"number": 4, "inertia": {"mean": 1.5, "deviation": 0.1, "low": 1.0}}),
-        "scene: [sample] inertia: no high; must have",
-    ),
-    "no spread": (
-        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 0.0}}),
-        "scene: [sample] inertia deviation = 0: must be above 0",
-    ),
-    "far tail": (
-        scene({"number": 4, "inertia": {**RANGE, "mean": 9.0, "deviation": 0.5}}),
-        "is more than 6 standard deviations away from mean = 9",
-    ),
-    "mode outside": (
-        scene({"number": 4, "inertia": {**RANGE, "mode": 3.0}}),
-        "scene: [sample] inertia mode = 3: must be from 1 (low) to 2 (high)",
-    ),
-    "no table": (scene([1.0]), "sample"),
-    "numbers as words": (
-        scene({"number": 4, "arrangement": [1, 2]}),
-        "scene: [sample] arrangement = [1, 2]: must be a list of strings",
-    ),
-    "a range of words": (
-        scene({"number": 4, "arrangement": {"low": 1.0, "high": 2.0}}),
-        "scene: [sample] arrangement = {'low': 1.0, 'high': 2.0}: must be a list of strings",
-    ),
-    "one word": (
-        scene({"number": 4, "arrangement": ["in-line 1"]}),
-        "scene: [sample] arrangement = ['in-line 1']: must have at least two values",
-    ),
-    "a word twice": (
-        scene({"number": 4, "arrangement": ["in-line 1", "in-line 2", "in-line 1"]}),
-        "scene: [sample] arrangement: duplicate value in-line 1",
-    ),
-    "labels are no words": (
-        scene({"number": 4, "case": ["a", "b"], "inertia": RANGE}),
-        "scene: [sample] case: unknown key",
-    ),
-    "two engines": (
-        scene({"number": 4, "engine": ["ntua", "b112"]}),
-        "scene: engine: given at the top and in [sample]; give it once",
-    ),
-    "an unknown engine": (
-        {**scene({"number": 4, "engine": ["ntua", "ntuaa"]}), "engine": None},
-        "scene: [sample] engine, row 2 = 'ntuaa': unknown engine; did you mean 'ntua'?",
-    ),
-    "arrangement and cylinders": (
-        scene({"number": 4, "arrangement": ["in-line 1", "in-line 2"], "cylinders": [1, 2]}),
-        "scene: [sample] cylinders: not allowed here; it follows from each arrangement",
-    ),
-    "no engine": (
-        {**scene({"number": 4, "inertia": RANGE}), "engine": None},
-        "scene: engine: missing; must be",
-    ),
-}
+WRONG: list[tuple[Any, ...]] = [
+    (scene({"number": 4, "inertia": RANGE}, designs={"inertia": [1.0]}),
+     "scene: [sample] and [designs]: only one of them is allowed"),
+    (scene({"number": 4, "inertia": RANGE}, set={"inertia": 1.0}),
+     "scene: inertia is in both [set] and [sample]; give it in one place"),
+    (scene({"number": 4, "inertia": RANGE, "wanted_delta": {"low": 0.01, "high": 0.02}}),
+     "scene: wanted_delta (in [sample]) and inertia (in [sample]): the inertia follows"),
+    (scene({"number": 1, "inertia": RANGE}),
+     "scene: [sample] number = 1: must be a whole number from 2 to 16777216"),
+    (scene({"number": 1 << 25, "inertia": RANGE}),
+     "scene: [sample] number = 33554432: must be a whole number from 2 to 16777216"),
+    (scene({"number": 1000, "inertia": RANGE}),
+     "scene: [sample] number = 1000: must be a power of two with method = 'sobol', such as 512 "
+     "or 1024"),
+    (scene({"inertia": RANGE}), "scene: [sample]: number is missing"),
+    (scene({"number": 4}), "scene: [sample]: no parameter"),
+    (scene({}), "scene: [sample]: no parameter"),
+    (scene({"number": 4, "method": "halton", "inertia": RANGE}),
+     "scene: [sample] method = 'halton': must be one of sobol, latin_hypercube, saltelli"),
+    (scene({"number": 4, "seed": -1, "inertia": RANGE}),
+     "scene: [sample] seed = -1: must be a whole number from 0"),
+    (scene({"number": 4, "inertai": RANGE}),
+     "scene: [sample] inertai: unknown key; did you mean 'inertia'?"),
+    (scene({"number": 4, "inertia": {"low": 2.0, "high": 1.0}}),
+     "scene: [sample] inertia: low = 2 and high = 1: low must be below high"),
+    (scene({"number": 4, "inertia": {"low": 2.0, "high": 2.0}}), "low must be below high"),
+    (scene({"number": 4, "inertia": {"low": -1.0, "high": 1.0}}),
+     "scene: [sample] inertia low = -1: must be a finite number above 0 [kg m2]"),
+    (scene({"number": 4, "inertia": 2.0}),
+     "scene: [sample] inertia = 2: must be a table of low and high"),
+    (scene({"number": 4, "cylinders": [4]}),
+     "scene: [sample] cylinders = [4]: must have at least two values"),
+    (scene({"number": 4, "cylinders": [4, 6, 4]}), "duplicate value 4"),
+    (scene({"number": 4, "cylinders": [4, 99]}),
+     "scene: [sample] cylinders = 99: must be a whole number"),
+    (scene({"number": 4, "cylinders": {"low": 1.5, "high": 4}}),
+     "scene: [sample] cylinders low = 1.5: must be a whole number"),
+    (scene({"number": 4, "load_offset": {"low": -1.0, "high": 1.0, "spacing": "log"}}),
+     "scene: [sample] load_offset: low = -1 must be above 0 with spacing = 'log'"),
+    (scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 1.0, "spacing": "log"}}),
+     "only low and high are allowed with spacing = 'log'"),
+    (scene({"number": 4, "inertia": {**RANGE, "mean": 1.5}}),
+     "scene: [sample] inertia: has low, high, mean; must have low and high"),
+    (scene({"number": 4, "inertia": {"mean": 1.5, "deviation": 0.1, "low": 1.0}}),
+     "scene: [sample] inertia: no high; must have"),
+    (scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 0.0}}),
+     "scene: [sample] inertia deviation = 0: must be above 0"),
+    (scene({"number": 4, "inertia": {**RANGE, "mean": 9.0, "deviation": 0.5}}),
+     "is more than 6 standard deviations away from mean = 9"),
+    (scene({"number": 4, "inertia": {**RANGE, "mode": 3.0}}),
+     "scene: [sample] inertia mode = 3: must be from 1 (low) to 2 (high)"),
+    (scene([1.0]), "sample"),
+    (scene({"number": 4, "arrangement": [1, 2]}),
+     "scene: [sample] arrangement = [1, 2]: must be a list of strings"),
+    (scene({"number": 4, "arrangement": {"low": 1.0, "high": 2.0}}),
+     "scene: [sample] arrangement = {'low': 1.0, 'high': 2.0}: must be a list of strings"),
+    (scene({"number": 4, "arrangement": ["in-line 1"]}),
+     "scene: [sample] arrangement = ['in-line 1']: must have at least two values"),
+    (scene({"number": 4, "arrangement": ["in-line 1", "in-line 2", "in-line 1"]}),
+     "scene: [sample] arrangement: duplicate value in-line 1"),
+    (scene({"number": 4, "case": ["a", "b"], "inertia": RANGE}),
+     "scene: [sample] case: unknown key"),
+    (scene({"number": 4, "engine": ["ntua", "b112"]}),
+     "scene: engine: given at the top and in [sample]; give it once"),
+    ({**scene({"number": 4, "engine": ["ntua", "ntuaa"]}), "engine": None},
+     "scene: [sample] engine, row 2 = 'ntuaa': unknown engine; did you mean 'ntua'?"),
+    (scene({"number": 4, "arrangement": ["in-line 1", "in-line 2"], "cylinders": [1, 2]}),
+     "scene: [sample] cylinders: not allowed here; it follows from each arrangement"),
+    ({**scene({"number": 4, "inertia": RANGE}), "engine": None}, "scene: engine: missing; must be"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", list(WRONG))
-def test_bad_input_is_told_in_one_line(case: str) -> None:
-    raw, expected = WRONG[case]
-    with pytest.raises(SceneError) as error:
-        read_scene(raw)
-    assert expected in str(error.value) and "\n" not in str(error.value)
+@pytest.mark.parametrize(("raw", "expected"), WRONG)
+def test_bad_input_is_told_in_one_line(raw: Any, expected: str) -> None:
+    assert expected in refusal(raw)
 
 
 def test_sobol_with_too_many_parameters_is_refused() -> None:

@@ -12,17 +12,13 @@ from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Floats
-from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
-from sweeps.joining.merge import merge
 from sweeps.planning.elasticities import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
 from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive, limits
 from sweeps.running.elasticities import derivative
-from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, run
+from tests.support.archives import assert_same_in_parts
+from tests.support.scenes import computed
 
 # --- the differences alone ------------------------------------------------------------------------
 
@@ -183,13 +179,10 @@ def test_rows_of_the_load_family_have_two_sides() -> None:
         {**with_quantities("delta_elasticity"), "set": {**BASE["set"], "load": 50.0}}
     )
     here = found.sel(parameter="load")
-    near = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {k: v for k, v in BASE["set"].items() if k != "load"},
-            "axes": {"load": [49.0, 51.0]},
-            "output": {"quantities": ["delta_elasticity"]},
-        }
+    near = computed(
+        ["delta_elasticity"],
+        set={k: v for k, v in BASE["set"].items() if k != "load"},
+        axes={"load": [49.0, 51.0]},
     ).sel(parameter="load")
     assert here.delta_elasticity_kind == DIFFER
     assert here.delta_elasticity_below > 1.2 * here.delta_elasticity_above
@@ -266,19 +259,7 @@ def test_blocks_shards_and_reruns_have_the_same_bits(
         "designs": {"inertia": [1.0, 2.0, 5.0], "reciprocating_mass": [6.0, 6.7, 7.0]},
         "output": {"quantities": ["delta_elasticity", "torque_mean_elasticity"]},
     }
-    whole = tmp_path / "whole.nc"
-    run(scene, whole)
-    expected = open_archive(whole).load()
-    xr.testing.assert_equal(sweeps.run(scene), expected)
-    plan = make_plan(read_scene(scene))
-    paths = [tmp_path / "1.nc", tmp_path / "2.nc"]
-    for number, path in enumerate(paths, start=1):
-        into_archive.run(shard(plan, number, 2), path, Options())
-    merge(paths, tmp_path / "merged.nc", Options())
-    assert_same(tmp_path / "merged.nc", expected)
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e3)
-    run(scene, tmp_path / "blocks.nc")
-    assert_same(tmp_path / "blocks.nc", expected)
+    assert_same_in_parts(scene, tmp_path, monkeypatch)
 
 
 WRONG = {

@@ -16,11 +16,10 @@ from sweeps.archive.netcdf import open_archive
 from sweeps.joining.extend import extend_sample
 from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted, run, stop_after
+from tests.support.archives import assert_same, interrupted, run, shards, stop_after
 from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.compiled
@@ -83,13 +82,10 @@ def test_shards_and_resumed_runs_are_the_whole_one(
     whole = tmp_path / "whole.nc"
     run(scene(), whole)
     expected = open_archive(whole).load()
-    plan = make_plan(read_scene(scene()))
-    shards = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
-    for number, path in enumerate(shards, start=1):
-        into_archive.run(shard(plan, number, 3), path, Options())
-    merge(shards, tmp_path / "merged.nc", Options())
+    merge(shards(scene(), 3, tmp_path), tmp_path / "merged.nc", Options())
     assert_same(tmp_path / "merged.nc", expected)
 
+    plan = make_plan(read_scene(scene()))
     resumed = tmp_path / "resumed.nc"
     interrupted(plan, resumed, monkeypatch)
     into_archive.run(plan, resumed, Options(resume=True))

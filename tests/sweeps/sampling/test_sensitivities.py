@@ -14,6 +14,7 @@ import sweeps
 from engine_dyn.status import STALLED
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError
+from tests.support.scenes import computed
 
 KEYS = ("inertia", "rod_length", "bore", "stroke", "speed", "load", "piston_mass", "rod_mass")
 
@@ -149,19 +150,16 @@ def test_delta_of_two_parameters_in_closed_form() -> None:
 
     The swing dW of the energy is then that of the gas alone, and neither depends on the other.
     """
-    archive = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"load": 50.0, "reciprocating_mass": 1e-3, "load_exponent": 0.0},
-            "sample": {
-                "method": "saltelli",
-                "number": 4096,
-                "inertia": {"low": 200.0, "high": 800.0},
-                "speed": {"low": 1000.0, "high": 2500.0},
-            },
-            "silenced_warnings": ["reciprocating_mass", "inertia"],
-            "output": {"quantities": ["delta"]},
-        }
+    archive = computed(
+        ["delta"],
+        set={"load": 50.0, "reciprocating_mass": 1e-3, "load_exponent": 0.0},
+        sample={
+            "method": "saltelli",
+            "number": 4096,
+            "inertia": {"low": 200.0, "high": 800.0},
+            "speed": {"low": 1000.0, "high": 2500.0},
+        },
+        silenced_warnings=["reciprocating_mass", "inertia"],
     )
     one = archive.delta * archive.inertia * archive.speed**2
     assert float(one.std() / one.mean()) < 1e-3
@@ -174,12 +172,9 @@ def test_delta_of_two_parameters_in_closed_form() -> None:
 
 @pytest.mark.compiled
 def test_a_grid_is_exact() -> None:
-    archive = sweeps.run(
-        {
-            "engine": "ntua",
-            "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1000.0, 1300.0, 1600.0, 2000.0]},
-            "output": {"quantities": ["delta", "mean_piston_speed"]},
-        }
+    archive = computed(
+        ["delta", "mean_piston_speed"],
+        axes={"inertia": [1.0, 2.0, 4.0], "speed": [1000.0, 1300.0, 1600.0, 2000.0]},
     )
     found = sweeps.sensitivities(archive)
     logs = np.log(archive.delta.values)

@@ -16,16 +16,11 @@ pytestmark = pytest.mark.compiled
 
 SCENE = {
     "engine": "ntua",
-    "sample": {
-        "method": "saltelli",
-        "number": 256,
-        "inertia": {"low": 1.0, "high": 3.0},
-        "speed": {"low": 1000.0, "high": 1500.0},
-        "rod_length": {"low": 0.3, "high": 0.4},
-    },
+    "sample": {"method": "saltelli", "number": 256, "inertia": {"low": 1.0, "high": 3.0},
+        "speed": {"low": 1000.0, "high": 1500.0}, "rod_length": {"low": 0.3, "high": 0.4}},
     "axes": {"load": [30.0, 50.0]},
     "output": {"quantities": ["delta"]},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -8,22 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import sweeps
-from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
 from sweeps.figures.drawing import figure
-from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
 from sweeps.running.uncertainty import shares
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, run
+from tests.support.archives import assert_same_in_parts
 from tests.support.commands import ok, refused
 from tests.support.engine_files import ENGINES
+from tests.support.scenes import computed
 
 compiled = pytest.mark.compiled
 
@@ -80,13 +75,10 @@ def test_bands_are_quantiles_of_a_sample() -> None:
     """Each draw is a design that could be run by itself."""
     found = sweeps.run(scene({"number": 64, "seed": 5, **RANGES}))
     columns = sweeps.sample(RANGES, 64, seed=5)
-    alone = sweeps.run(
-        {
-            "engine": "ntua",
-            "set": {"speed": 1200.0, "load": 35.0},
-            "designs": {key: columns[key].to_numpy() for key in columns},
-            "output": {"quantities": ["delta", "torque_mean"]},
-        }
+    alone = computed(
+        ["delta", "torque_mean"],
+        set={"speed": 1200.0, "load": 35.0},
+        designs={key: columns[key].to_numpy() for key in columns},
     )
     for name in ("delta", "torque_mean"):
         low, high = np.quantile(alone[name].broadcast_like(alone.inertia), [0.025, 0.975])
@@ -128,21 +120,7 @@ def test_blocks_and_shards_have_the_same_bits(
 ) -> None:
     raw = scene({"number": 16, "friction_constant": RANGES["friction_constant"]})
     raw = {**raw, "set": {"load": 35.0}, "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1e3, 2e3]}}
-    whole = tmp_path / "whole.nc"
-    run(raw, whole)
-    expected = open_archive(whole).load()
-    xr.testing.assert_equal(sweeps.run(raw), expected)
-    plan = make_plan(read_scene(raw))
-    paths = [tmp_path / "1.nc", tmp_path / "2.nc"]
-    for number, path in enumerate(paths, start=1):
-        into_archive.run(shard(plan, number, 2), path, Options())
-    merge(paths, tmp_path / "merged.nc", Options())
-    assert_same(tmp_path / "merged.nc", expected)
-    ok("rerun", whole, "-o", tmp_path / "again.nc")
-    assert_same(tmp_path / "again.nc", expected)
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e3)
-    run(raw, tmp_path / "blocks.nc")
-    assert_same(tmp_path / "blocks.nc", expected)
+    assert_same_in_parts(raw, tmp_path, monkeypatch)
 
 
 @compiled
@@ -167,46 +145,28 @@ def test_the_command_and_its_table(tmp_path: Path) -> None:
     assert "delta_low" not in text  # stands in brackets
 
 
-WRONG: dict[str, tuple[Any, str]] = {
-    "nothing": (scene({}), "[uncertainty]: no uncertain values: the engine file of ntua"),
-    "an axis": (
-        scene(RANGES, axes={"inertia": [1.0, 2.0]}),
-        "[uncertainty] inertia: varies in [axes]; give it in one place",
-    ),
-    "method": (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
-    "number": (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
-    "a key": (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
-    "a range": (
-        scene({"inertia": {"low": 2.0, "high": 1.0}}),
-        "[uncertainty] inertia: low = 2 and high = 1: low must be below high",
-    ),
-    "no effect": (
-        scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
-        "[uncertainty]: no requested quantity depends on friction_constant",
-    ),
-    "not of this engine": (
-        {
-            **scene({"compression_ratio": {"low": 17.0, "high": 21.0}}, "brake_power"),
-            "engine": "b112",
-            "set": {},
-        },
-        "[uncertainty] compression_ratio: not allowed: engine b112 has diagrams that are not "
-        "modelled",
-    ),
-    "one draw is not possible": (
-        scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"),
-        "[uncertainty] load = ",
-    ),
-    "curves": (
-        scene(RANGES, "omega"),
-        "[uncertainty]: no quantity with one number per design is requested",
-    ),
-}
+WRONG: list[tuple[Any, ...]] = [
+    (scene({}), "[uncertainty]: no uncertain values: the engine file of ntua"),
+    (scene(RANGES, axes={"inertia": [1.0, 2.0]}),
+     "[uncertainty] inertia: varies in [axes]; give it in one place"),
+    (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
+    (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
+    (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
+    (scene({"inertia": {"low": 2.0, "high": 1.0}}),
+     "[uncertainty] inertia: low = 2 and high = 1: low must be below high"),
+    (scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
+     "[uncertainty]: no requested quantity depends on friction_constant"),
+    ({**scene({"compression_ratio": {"low": 17.0, "high": 21.0}}, "brake_power"),
+      "engine": "b112", "set": {}},
+     "[uncertainty] compression_ratio: not allowed: engine b112 has diagrams that are not "
+     "modelled"),
+    (scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"), "[uncertainty] load = "),
+    (scene(RANGES, "omega"), "[uncertainty]: no quantity with one number per design is requested"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", list(WRONG))
-def test_bad_input_is_told_in_one_line(case: str) -> None:
-    raw, expected = WRONG[case]
+@pytest.mark.parametrize(("raw", "expected"), WRONG)
+def test_bad_input_is_told_in_one_line(raw: Any, expected: str) -> None:
     with pytest.raises(SceneError) as error:
         make_plan(read_scene(raw))
     assert expected in str(error.value) and "\n" not in str(error.value)

@@ -1,0 +1,69 @@
+"""Figures that tests draw: all of an archive, what is written on them, and labelled variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from sweeps.figures.kinds import figures_of
+from sweeps.figures.sheet import STYLE
+from sweeps.figures.study import study_of
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """The style in which the package draws."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
+        yield
+
+
+def plates(data: xr.Dataset, select: Any = None, laid_out: bool = False) -> dict[str, Figure]:
+    """All figures of an archive by name, not written."""
+    with style():
+        found = dict(figures_of(study_of(data, select or {})))
+        for figure in found.values() if laid_out else ():
+            figure.canvas.draw()
+    return found
+
+
+def texts(figure: Figure) -> list[str]:
+    """Everything written on a figure."""
+    return [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
+
+
+def words(figure: Figure) -> str:
+    """The same as one text, without line breaks."""
+    return " | ".join(texts(figure)).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+def assert_inside(stem: str, figure: Figure, apart: bool = True) -> None:
+    """Nothing is written outside a figure that is laid out, nor has a legend anything in its box.
+
+    `apart` is False where panels of equal scale reach into the empty edge of the legend's box.
+    """
+    renderer, page = figure.canvas.get_renderer(), figure.bbox  # type: ignore[attr-defined]
+    panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    boxes = [panel.get_tightbbox(renderer) for panel in panels]
+    legends = [legend.get_window_extent(renderer) for legend in figure.legends]
+    titles = [text.get_window_extent(renderer) for text in figure.texts]
+    for box in (*boxes, *legends, *titles):
+        assert box.x0 >= -1 and box.y0 >= -1, stem
+        assert box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, stem
+    for legend in legends if apart else ():
+        for box in (*boxes, *titles):
+            beside = legend.x0 >= box.x1 - 1 or legend.x1 <= box.x0 + 1
+            assert beside or legend.y0 >= box.y1 - 1 or legend.y1 <= box.y0 + 1, stem
+
+
+def variable(dims: Any, values: Any, name: str, units: str, symbol: str = "") -> Any:
+    """A variable of a dataset, with its name, unit and symbol."""
+    attributes = {"long_name": name, "units": units}
+    return (dims, values, attributes | ({"symbol": f"${symbol}$"} if symbol else {}))

@@ -1,0 +1,82 @@
+"""What is not needed is not imported, with the packages or a command of theirs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sweeps
+from tests.support.scenes import asking
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Numba imports scipy itself where it is installed (scipy and its BLAS), and xarray imports cftime
+# and, by pandas, pyarrow: theirs are not counted. dask would be imported by xarray for every
+# variable that it converts: `dataset` hands over arrays as they are.
+LATE = {"matplotlib", "dask", "distributed", "netCDF4", "tqdm", "scipy.interpolate",
+        "scipy.integrate", "scipy.optimize", "h5py", "h5netcdf", "zarr"}  # fmt: skip
+
+# A package of this name that says so when it is imported, in front of an installed one.
+DECOYS = ("dask", "distributed", "matplotlib", "netCDF4", "h5netcdf", "zarr", "sparse", "cupy",
+          "pint")  # fmt: skip
+
+SCENE = asking(["delta", "omega"], axes={"inertia": [1.0, 2.0]})
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import engine_dyn",
+        "import sweeps",
+        "import sweeps.cli.main",
+        f"import sweeps; sweeps.run({SCENE})",
+        "from sweeps.cli.main import main; main(['list'], standalone_mode=False)",
+        "from sweeps.cli.main import main; main(['plan', 'first'], standalone_mode=False)",
+    ],
+)
+def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None:
+    for name in DECOYS:
+        folder = tmp_path / name
+        folder.mkdir()
+        folder.joinpath("__init__.py").write_text(f"raise SystemExit('{name} was imported')\n")
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"],
+        cwd=ROOT, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert not LATE & set(done.stdout.splitlines()[-1].split())
+
+
+COMPILER = {"numba", "llvmlite"}
+
+
+def modules_after(*words: str) -> set[str]:
+    """Modules that a command has loaded at its end."""
+    code = (
+        "from sweeps.cli.main import main\n"
+        f"main({list(words)!r}, standalone_mode=False)\n"
+        "import sys; print(*sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("command", ["list", "plan first", "info first", "schema"])
+def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
+    modules = modules_after(*command.split())
+    assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.archive.labels"}
+    assert not modules & {"scipy", "engine_dyn.speed.dispatch", *COMPILER}
+
+
+def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
+    path = tmp_path / "of_two.nc"
+    sweeps.stream(SCENE, path)
+    for command in ("show", "info"):
+        assert not modules_after(command, str(path)) & COMPILER
