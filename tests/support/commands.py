@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click.testing
 
+from engine_dyn.compilation import COMPILING
 from sweeps.cli.main import main
 
 
@@ -24,5 +25,6 @@ def refused(*arguments: str | Path) -> str:
     """The one line with which a command refuses its input."""
     result = invoke(*arguments)
     assert result.exit_code == 2, result.output
-    assert result.stderr.count("\n") == 1 and result.stderr[:-1].isprintable()
-    return result.stderr
+    told = result.stderr.replace(f"{COMPILING}\n", "")  # where this test is the first to compile
+    assert told.count("\n") == 1 and told[:-1].isprintable(), result.stderr
+    return told
