@@ -7,6 +7,8 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from sweeps.cli.calibrating import calibrate
@@ -21,12 +23,24 @@ from sweeps.cli.ordering import firing_orders
 from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best, optimise, sensitivities
+from sweeps.errors import one_line
 
 __all__ = ["main"]
 
 
 class _Commands(click.Group):
-    """Commands whose options with one value may be given once: click takes the last in silence."""
+    """Commands whose options with one value may be given once: click takes the last in silence.
+
+    What is wrong with options is said in one line, as all bad input is.
+    """
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command that is given."""
+        try:
+            return super().invoke(ctx)
+        except click.UsageError as error:
+            path = ctx.command_path if error.ctx is None else error.ctx.command_path
+            end(f"{one_line(error.format_message()).rstrip('.')}; see `{path} --help`", BAD_INPUT)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 
 from engine_dyn.engine import Engine
@@ -20,6 +21,11 @@ USUAL = {
     "friction_mean_piston_speed": "0.142    # bar s m-1",
 }
 """What an engine file may lack, and usual values, which the scene gives and says to replace."""
+
+
+INERTIA = 5e3, 8e5
+"""Usual moments of inertia over the displacement to the power 5/3 [kg m-3], where the engine file
+gives none; most of the range that the check of inertia takes for usual."""
 
 
 def starting_scene(engine: Engine | None = None, path: str = "") -> str:
@@ -60,6 +66,13 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         lines["inertia"] = (
             f'{key} = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
             f"the engine's own is {values[key]:g}"
+        )
+    elif {"bore", "stroke", "cylinders"} <= values.keys():
+        volume = math.pi / 4.0 * values["bore"] ** 2 * values["stroke"] * values["cylinders"]
+        low, high = (float(f"{each * volume ** (5.0 / 3.0):.2g}") for each in INERTIA)
+        lines["inertia"] = (
+            f'inertia = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
+            "usual for engines of its size"
         )
     text = re.sub(r"(?m)^(\w+) = .*$", lambda found: lines.get(found[1], found[0]), text)
     counts = f"{len(loads) or 1} x 25 designs"

@@ -681,3 +681,18 @@ def test_a_slice_outside_its_axis_is_refused(tmp_path: Path) -> None:
     assert invoke(
         "plot", good, "-o", tmp_path / "figures", "--select", "speed=1749", "--select", "inertia=1"
     ).exit_code == 0  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("run", "thesis"), "Missing option '-o' / '--output'"),
+        (("run", "thesis", "--ouput", "a.nc"), "No such option '--ouput'"),
+        (("run", "thesis", "-o", "a.nc", "--threads", "0"), "'--threads': 0 is not in the range"),
+        (("schema", "x"), "unexpected extra argument (x)"),
+        (("rum", "thesis"), "No such command 'rum'"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(arguments: tuple[str, ...], said: str) -> None:
+    told = refused(*arguments)
+    assert said in told and "--help`" in told

@@ -10,6 +10,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import sweeps
@@ -19,7 +20,7 @@ from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.modelled_diagrams import KINDS
 from sweeps.scene.engine_schema import engine_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.commands import ok, refused
+from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import indicator_text, points
 from tests.support.json_schemas import fits
 
@@ -103,6 +104,21 @@ def test_a_scene_names_an_engine_file_from_its_own_folder(tmp_path: Path) -> Non
     (tmp_path / "deep").mkdir()
     ok("new", tmp_path / "deep" / "study.toml", "--for", engine)
     assert read_scene(tmp_path / "deep" / "study.toml").source["engine"] == str(engine)
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
+def test_an_inertia_that_the_file_lacks_is_usual_for_its_size(size: float, tmp_path: Path) -> None:
+    text = catalogue()["ntua"].read_text("utf-8")
+    for key, value in (("bore", 0.14), ("stroke", 0.18)):
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {size * value}", text)
+    (tmp_path / "engine.toml").write_text(re.sub(r"(?m)^inertia = .*$", "", text), "utf-8")
+    ok("new", tmp_path / "study.toml", "--for", tmp_path / "engine.toml")
+    inertia = read_scene(tmp_path / "study.toml").axes["inertia"]
+    volume = np.pi / 4.0 * (size * 0.14) ** 2 * size * 0.18
+    assert (inertia > 300.0 * volume ** (5 / 3)).all() and (inertia < 1e6 * volume ** (5 / 3)).all()
+    told = invoke("plan", tmp_path / "study.toml")
+    assert told.exit_code == 0
+    assert "moment of inertia over" not in told.output
 
 
 def test_what_new_refuses(tmp_path: Path) -> None:

@@ -211,7 +211,10 @@ def test_several_recordings_stand_side_by_side(
     [
         ({"engine": "ntua"}, "cylinders = 1"),
         ({"measured": None}, r"\[measured\] is missing"),
-        ({"measured": {"kind": "speed", "wheel": None}}, "kind = 'speed': must be 'teeth'"),
+        (
+            {"measured": {"kind": "speed", "wheel": None, "gap_angle": None}},
+            "kind = 'speed': must be 'teeth'",
+        ),
         ({"set": {"misfire": 2}}, "cylinders must be equal"),
         ({"axes": {"bore": [0.08, 0.09]}}, "the scene varies bore"),
         ({"measured": {"wheel": "6-1"}}, "10 intervals a cycle; must be at least 4 for each of 4"),

@@ -17,7 +17,10 @@ import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
 from sweeps.figures import draw
+from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
+from sweeps.measuring.measured_files import records_of
 from sweeps.presenting.measured import measured_text
+from sweeps.scene.reading import read_scene
 from tests.support.teeth import TurningEngine, pulses, tooth_times
 
 ENGINE = TurningEngine(
@@ -269,6 +272,17 @@ def test_a_cam_tells_the_revolution(tmp_path: Path, turn: int) -> None:
     assert "passes once a cycle" in found.attrs["remarks"]
     away = (top_of(found) - (TOP - 360.0 * turn) + 360.0) % 720.0 - 360.0
     assert abs(away) < 6.0
+    # cylinders that fire evenly leave the revolution to the mark, too
+    table = {"file": str(path), "kind": "encoder", "wheel": "60-2", "column": "A",
+             "edge": "rising", "mark_column": "B", "mark_angle": 12.0}  # fmt: skip
+    given = read_scene(engine="ntua", output={"quantities": ["delta"]}, measured=table).measured
+    assert given is not None
+    (record,) = records_of(given, 4.0 * np.pi, "scene")
+    angle = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 720, endpoint=False)
+    speed = 94.0 + np.cos(angle)
+    row = cycles_in_a_row(record, given, angle, speed, 4.0 * np.pi, 2, "scene")
+    assert row.turn_known and row.start_from == "the mark"
+    assert row.start == pytest.approx(0.0, abs=1e-3)
 
 
 def test_names_above_units_of_which_some_are_unknown(tmp_path: Path) -> None:
