@@ -322,8 +322,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
         for column, values in scene.designs.items():
             found[column] = _of_values(DESIGN, values, PARAMETERS[column])
         for column, texts in scene.labels.items():
-            called = _called(scene, column, texts)
-            found[column] = _of_texts(DESIGN, called, _NAMES.get(column, column))
+            found[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
     for name, points in plan.points.items():
         if name in used:
             found[name] = _of_values(name, points, DIMENSIONS[name])
@@ -335,9 +334,10 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
 
 
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
-    """Texts of an axis or column; engines by their names, where no two have the same.
+    """Texts of an axis; engines by their names, where no two have the same.
 
-    A scene names some by the path of their file, which says less.
+    A scene names some by the path of their file, which says less. In a table of designs that stays,
+    because it is read back where the archive is computed again.
     """
     if name != ENGINE:
         return list(texts)

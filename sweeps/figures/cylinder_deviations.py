@@ -14,7 +14,7 @@ from sweeps.figures.scales import whole_ticks, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View, pick
-from sweeps.figures.wording import shorten
+from sweeps.figures.wording import file_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +49,7 @@ def _values(view: View, name: str, dims: int) -> Floats:
 
 
 def _label(view: View, place: int) -> str:
-    return shorten(str(np.atleast_1d(view.array("file").values)[place]))
+    return file_label(str(np.atleast_1d(view.array("file").values)[place]))
 
 
 def _over_cycles(view: View, place: int) -> Figure:

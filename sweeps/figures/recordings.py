@@ -14,7 +14,7 @@ from sweeps.figures.multiples import Multiples, multiples
 from sweeps.figures.scales import crank_axis, y_label
 from sweeps.figures.sheet import GREY, Entries, finish, new_sheet
 from sweeps.figures.views import MOST_PANELS, View, pick
-from sweeps.figures.wording import shorten, value_text
+from sweeps.figures.wording import file_label, shorten, value_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +67,7 @@ def recording_tag(view: View, place: int) -> str:
             return shorten(str(values[place]))
         if values.size == 1 or np.ptp(values) > SAME * np.abs(values).max():
             return value_text(coordinate.variable, str(key), float(values[place]))
-    return shorten(str(view.data["file"].values[place]))
+    return file_label(str(view.data["file"].values[place]))
 
 
 def closed(angle: Floats, values: Floats) -> tuple[Floats, Floats]:

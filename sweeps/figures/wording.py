@@ -134,6 +134,12 @@ def shorten(text: str, most: int = 40) -> str:
     return plain_text(f" {text}" if text.startswith("_") else text) or "(no name)"
 
 
+def file_label(path: str) -> str:
+    """What a figure calls a recording: its file, without the folder and the ending."""
+    name = path.replace("\\", "/").rpartition("/")[2]
+    return shorten(name.rpartition(".")[0] or name)
+
+
 def wrap(text: str, most: int) -> str:
     """Break lines at spaces, never inside a formula or a bracket."""
     lines: list[str] = []
