@@ -8,10 +8,9 @@ from engine_dyn.compilation.settings import (
     processor,
     processor_features,
     seconds_compiling,
-    threading_layer,
 )
 
 __all__ = [
     "COMPILING", "formula", "inlined", "kernel", "on_compiling", "processor", "processor_features",
-    "seconds_compiling", "source_hash", "threading_layer",
+    "seconds_compiling", "source_hash",
 ]  # fmt: skip

@@ -20,14 +20,16 @@ import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
+from importlib.metadata import version
 from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
-from engine_dyn.compilation.settings import not_kept, processor, processor_features, settings
+from engine_dyn.compilation.settings import not_kept, processor, processor_features
 
 __all__ = ["archive_of", "imported", "pack", "source_hash", "unpacked"]
 
+_VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
 _ROOT = Path(__file__).parents[2]
 
 # Read on import: the code of this process is that of then, whatever is edited later.
@@ -56,24 +58,15 @@ def imported(text: str) -> dict[str, str]:
 
 
 @cache
-def _versions() -> str:
-    """Versions of what compiles, as they are in this process."""
-    import llvmlite
-    import numba
-    import numpy as np
-
-    return f"numba {numba.__version__}, llvmlite {llvmlite.__version__}, numpy {np.__version__}"
-
-
-@cache
 def source_hash() -> str:
     """Hash of all sources of this package and of the versions that compile them."""
-    return hashlib.sha256(repr((_SOURCES, _versions())).encode()).hexdigest()
+    return hashlib.sha256(repr((_SOURCES, _VERSIONS)).encode()).hexdigest()
 
 
 def archive_of(function: Callable[..., Any]) -> Path:
     """Archive of a function, in a folder of this user alone: what lies there is executed."""
-    base = settings().CACHE_DIR or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    named = map(os.environ.get, ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"))
+    base = next(filter(None, named), Path.home() / ".cache")
     folder = Path(base, "engine-dyn")
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     about = folder.stat()
@@ -81,7 +74,7 @@ def archive_of(function: Callable[..., Any]) -> Path:
         raise PermissionError(f"{folder}: others may write to it")
     code = function.__code__
     text = _SOURCES.get(function.__module__) or Path(code.co_filename).read_text(encoding="utf-8")
-    machine = _versions(), sys.version, processor(), processor_features()
+    machine = _VERSIONS, sys.version, processor(), processor_features()
     key = repr((code.co_filename, code.co_firstlineno, text, imported(text), machine)).encode()
     return folder / f"{function.__qualname__}-{hashlib.sha256(key).hexdigest()[:32]}.zip"
 

@@ -10,13 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from engine_dyn.compilation.cache import archive_of, pack, unpacked
-from engine_dyn.compilation.settings import (
-    COMPILED,
-    listen_for,
-    not_kept,
-    seconds_compiling,
-    settings,
-)
+from engine_dyn.compilation.settings import COMPILED, listen_for, not_kept, seconds_compiling
 
 __all__ = ["formula", "inlined", "kernel"]
 
@@ -64,10 +58,10 @@ class _Compiled:
 
     def _made(self) -> Any:
         import numba
+        from numba.core import config
         from numba.extending import typeof_impl
 
         typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
-        config = settings()
         listen_for(self.py_func)
         # Without the second, which newer versions have, Numba might take another folder.
         ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
@@ -83,6 +77,10 @@ class _Compiled:
             return numba.njit(**OPTIONS)(self.py_func)
         finally:
             vars(config).update(before)
+
+
+if hasattr(os, "register_at_fork"):  # a fork lacks the thread that may hold the lock
+    os.register_at_fork(after_in_child=lambda: setattr(_Compiled, "_lock", threading.Lock()))
 
 
 def kernel(function: Callable[..., Any]) -> Any:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.compilation import processor, processor_features, source_hash, threading_layer
+from engine_dyn.compilation import processor, processor_features, source_hash
 from sweeps.catalogue import PACKAGE
 from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import counted, one_line, printable
@@ -226,7 +226,7 @@ def provenance(
         ),
         "git_commit": git_commit(),
         "machine": machine or machine_text(),
-        "threading_layer": threading_layer(),
+        "threading_layer": "none; kernels run on a pool of threads",
         "command_line": printable(command),
     }
     if seconds is not None:

@@ -159,6 +159,27 @@ assert twice(1j) == 2j
 """
 
 
+WHILE_COMPILING = """
+import os, signal
+from engine_dyn.compilation import kernel
+@kernel
+def twice(x):
+    return 2.0 * x
+with twice._lock:  # as another thread holds it while it imports the compiler
+    child = os.fork()
+    if not child:
+        signal.alarm(60)
+        os._exit(0 if twice(2.0) == 4.0 else 1)
+assert os.waitpid(child, 0)[1] == 0
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+def test_a_fork_does_not_wait_for_a_thread_that_it_lacks(tmp_path: Path) -> None:
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", WHILE_COMPILING], check=True, env=env)
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 def test_a_fork_works_in_a_folder_of_its_own(tmp_path: Path) -> None:
     (tmp_path / "module.py").write_text(MODULE)
