@@ -11,7 +11,6 @@ of archives by the hundred thousand.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import inspect
 import json
@@ -23,12 +22,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NoReturn
 
-from hypothesis import HealthCheck, given, seed, settings
+import hypothesis
+from hypothesis import HealthCheck, given, seed
 from hypothesis import strategies as st
 
+from benchmarks.command import ROOT, part_file, settings, write_part
 from benchmarks.fuzz.archives import archives, check_archive, check_figures
 from benchmarks.fuzz.binary_tables import binary_tables, check_binary_table
 from benchmarks.fuzz.checking import COUNTS
@@ -38,12 +38,9 @@ from benchmarks.fuzz.partials import check_partial, partials
 from benchmarks.fuzz.recordings import check_recording, recordings
 from benchmarks.fuzz.sandbox import engines, scenes
 from benchmarks.fuzz.texts import check_engine, check_scene, check_table, tables, texts
-from benchmarks.reliability_parts import part_file, write_part
 from sweeps.catalogue import PACKAGE
 
 __all__ = ["MEMORY", "TARGETS", "main"]
-
-ROOT = Path(__file__).resolve().parents[2]
 
 MEMORY = 8 << 30
 """Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
@@ -84,7 +81,7 @@ def campaign(name: str, seconds: float, number: int) -> None:
             signal.alarm(0)
             signal.setitimer(signal.ITIMER_PROF, 0)
 
-    @settings(
+    @hypothesis.settings(
         max_examples=25, deadline=None, database=None, derandomize=False,
         suppress_health_check=list(HealthCheck), print_blob=True,
     )  # fmt: skip
@@ -143,13 +140,10 @@ def _led(atheris: Any, one: Callable[[bytes], Any], seconds: float, number: int)
 
 def main() -> None:
     """Run every target in a process of its own."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=600.0, help="for all targets together")
-    parser.add_argument("--target", choices=list(TARGETS), action="append")
-    parser.add_argument("--seed", type=int, default=None)
-    parser.add_argument("--part", type=Path, default=part_file("fuzz"))
-    parser.add_argument("--here", action="store_true", help="in this process")
-    given_ = parser.parse_args()
+    given_ = settings(
+        "benchmarks.fuzz", __doc__, seconds=600.0, target=list(TARGETS), seed=int,
+        part=part_file("fuzz"), here=False,
+    )  # fmt: skip
     chosen = given_.target or list(TARGETS)
     number = random.SystemRandom().randrange(2**31) if given_.seed is None else given_.seed
     share = given_.seconds / len(chosen)

@@ -15,12 +15,11 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
+from benchmarks.command import ROOT
 from benchmarks.fuzz.archives import good_archive
 from benchmarks.fuzz.hdf5_spans import checksum, spans
 
 __all__ = ["KINDS", "Damaged", "damaged", "sound_files", "spans_of"]
-
-ROOT = Path(__file__).resolve().parents[2]
 
 STRETCH = 500
 """Bytes of a damaged stretch."""

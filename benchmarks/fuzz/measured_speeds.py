@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.changes import changed, cut_up, toml_text
+from benchmarks.fuzz.changes import changed, cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import names, sandbox
+from benchmarks.tables import toml_text
 
 __all__ = ["check_measured_speed", "measured_speeds"]
 

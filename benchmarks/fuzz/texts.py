@@ -8,9 +8,10 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.changes import changed, cut_up, toml_text
+from benchmarks.fuzz.changes import changed, cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import DESIGNS, DRIVER, LOAD, PRESSURE, PUBLISHED, names, sandbox
+from benchmarks.tables import toml_text
 from sweeps.catalogue import ENGINES
 
 __all__ = ["check_engine", "check_scene", "check_table", "tables", "texts"]
