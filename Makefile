@@ -153,7 +153,7 @@ soak: $(VENV)/.installed-test
 properties: $(VENV)/.installed-test
 	$(python) -m benchmarks.properties $(PROPERTIES)
 
-# Settings: FUZZ='--seconds 3600', and others; atheris leads it where it is installed.
+# Settings: FUZZ='--seconds 3600', and others.
 fuzz: $(VENV)/.installed-test
 	$(python) -m benchmarks.fuzz $(FUZZ)
 

@@ -126,7 +126,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
     by_threads = {}
     for name, build in scene_of.items():
         source = sized(build)
-        by_threads[name] = [(n, measure.timed_solve(source, n, runs)) for n in {1: 1, threads: 1}]
+        by_threads[name] = [(n, measure.timed_solve(source, n, runs)) for n in sorted({1, threads})]
     by_cylinders = []
     for z in (1, 4) if quick else range(1, 9):
         source = sized(partial(problem.scene, exponent=2.0, cylinders=z))

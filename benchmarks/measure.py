@@ -311,7 +311,7 @@ def _fused(x: Floats, out: Floats, repeats: int) -> None:
             out[i] = y
 
 
-def limits(threads: int, size: int = 1024, repeats: int = 30_000) -> tuple[float, float]:
+def limits(threads: int, size: int = 1024, repeats: int = 200_000) -> tuple[float, float]:
     """Fused multiplications and additions per second x 2, and bytes per second that NumPy writes.
 
     On all threads; the best of five runs each.

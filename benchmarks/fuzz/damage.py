@@ -22,18 +22,27 @@ import sys
 import tempfile
 import threading
 import time
+import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import psutil
 
 from benchmarks.command import CPUS, ROOT, part_file, settings, write_part
 from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damaged_bytes import damaged, sound_files
+from sweeps.archive.contents import part_of, plan_of, read_contents
+from sweeps.cli.files import opened
+from sweeps.figures.study import study_of
+from sweeps.reading.design_files import read_designs
+from sweeps.reading.netcdf_child import OPENING
+from sweeps.reading.netcdf_files import opened_archive
+from sweeps.reading.netcdf_whole import read_all
 
 __all__ = ["LONGEST", "campaign", "main", "read_damaged"]
 
@@ -61,8 +70,6 @@ class Reader:
 
     def read(self, number: int, seed: int) -> None:
         """Read one damaged file; what is neither taken nor refused in one line goes up."""
-        from sweeps.reading.design_files import read_designs
-
         made = damaged(number, seed)
         path = self.folder / f"{number}.nc"
         path.write_bytes(made.data)
@@ -82,10 +89,6 @@ class Reader:
 
         All of them open it by the same door; what that refuses is seldom given to the others too.
         """
-        from sweeps.archive.contents import part_of, plan_of, read_contents
-        from sweeps.cli.files import opened
-        from sweeps.figures.study import study_of
-        from sweeps.reading.netcdf_files import opened_archive
 
         def at_the_door() -> None:
             with opened_archive(path):
@@ -127,15 +130,10 @@ def read_damaged(numbers: range, seed: int, folder: Path) -> Counter[str]:
 
 def _in_forks() -> Any:
     """Read files in forks of this process, in place of the child."""
-    from unittest import mock
-
     return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_fork)
 
 
 def _read_in_fork(path: Path, whole: bool = False) -> None:
-    from sweeps.reading.netcdf_child import OPENING
-    from sweeps.reading.netcdf_whole import read_all
-
     most = psutil.Process().memory_info().rss + OPENING
     with warnings.catch_warnings():
         # Of threads that the fork lacks: the library does not wait for them.
@@ -163,8 +161,6 @@ def _read_in_fork(path: Path, whole: bool = False) -> None:
 
 def work(pipe: Any, seed: int) -> None:
     """Read the files of the ranges that come; say which, and what went wrong."""
-    import traceback
-
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None

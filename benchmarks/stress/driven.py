@@ -18,9 +18,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks import problem
-from benchmarks.command import in_processes
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
-from benchmarks.stress.findings import DEFECTS, Findings
+from benchmarks.stress.findings import DEFECTS, Findings, gathered
 from benchmarks.stress.sample import TOLERANCE
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
@@ -435,11 +434,5 @@ def compare(job: tuple[int, int]) -> Findings:
 
 def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Findings:
     """Compare groups of designs, in processes of their own."""
-    groups = -(-designs // GROUP)
-    total = Findings()
-    jobs = [(seed, number) for number in range(groups)]
-    for done, part in enumerate(in_processes(compare, jobs, processes), 1):
-        total.add(part)
-        if done % 20 == 0 or done == groups:
-            say(f"driven machines: {done} of {groups} groups, {total.wrong} wrong")
-    return total
+    jobs = [(seed, number) for number in range(-(-designs // GROUP))]
+    return gathered(compare, jobs, processes, say, "driven machines, groups")

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["DEFECTS", "Findings"]
+from benchmarks.command import in_processes
+
+__all__ = ["DEFECTS", "Findings", "gathered"]
 
 DEFECTS = ("off", "outcome")
 """Verdicts that should not be: numbers beyond the tolerance, and another outcome."""
@@ -58,3 +61,15 @@ class Findings:
         self.examples += other.examples
         for what, value in other.worst.items():
             self.note(what, value)
+
+
+def gathered(
+    work: Callable[[Any], Findings], jobs: list[Any], processes: int, say: Callable[[str], None],
+    what: str,
+) -> Findings:  # fmt: skip
+    """What all jobs have found, in processes of their own."""
+    total = Findings()
+    for done, part in enumerate(in_processes(work, jobs, processes), 1):
+        total.add(part)
+        say(f"{what}: {done} of {len(jobs)}, {total.size} designs, {total.wrong} wrong")
+    return total

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.command import in_processes
 from benchmarks.stress import draw
 from benchmarks.stress.chunks import example
-from benchmarks.stress.findings import DEFECTS, Findings
+from benchmarks.stress.findings import DEFECTS, Findings, gathered
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -138,8 +137,4 @@ def run(
         (seed, number, size, [index for _, index in group])
         for number, group in groupby(sorted(picked), key=lambda pair: pair[0])
     ]
-    total = Findings()
-    for done, part in enumerate(in_processes(compare, jobs, processes), 1):
-        total.add(part)
-        say(f"sample: {done} of {len(jobs)} chunks, {total.size} designs, {total.wrong} disagree")
-    return total
+    return gathered(compare, jobs, processes, say, "sample, chunks")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -330,33 +330,35 @@ def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple
         found = solved(one, threads)
     result.deferred += tally.deferred
     result.solved += tally.designs.total()
-    speed = speed_of(one)
+    speed, every = speed_of(one), np.arange(size)
     result.status.update(found["status"].tolist())
 
-    def note(what: str, mask: Booleans, other: dict[str, Any] | None = None) -> None:
-        for place in np.flatnonzero(mask)[:SHOWN]:
-            kept = {
-                "kind": result.kind.name,
-                "defect": what,
-                "chunk": number,
-                "index": int(place),
-                "inputs": inputs(one, place),
-                "results": inputs({"designs": found}, place),
-            }
-            if other is not None:
-                kept["other"] = inputs({"designs": other}, place)
-            result.examples.append(kept)
+    def note(
+        counts: Counter[str], what: str, mask: Booleans, index: Any, other: Any = None
+    ) -> None:
+        """Count designs at `index` that have a defect, and keep some."""
+        counts[what] += int(mask.sum())
+        answers = {"results": found} | ({} if other is None else {"other": other})
+        for place in index[mask][:SHOWN].tolist():
+            told = {name: inputs({"designs": each}, place) for name, each in answers.items()}
+            result.examples.append({
+                "kind": result.kind.name, "defect": what, "chunk": number, "index": place,
+                "inputs": inputs(one, place), **told,
+            })  # fmt: skip
+
+    def note_again(other: dict[str, Any], chosen: Any, names: Iterable[str], when: str) -> None:
+        """Count results whose bits are others when chosen designs are solved again."""
+        for name, mask in unlike_bits(other, {n: found[n][chosen] for n in names}).items():
+            note(result.unlike, f"bits of {name}{when}", mask, chosen)
 
     for name, mask in rules(one, found, speed).items():
-        result.broken[name] += int(mask.sum())
-        note(f"rule {name}", mask)
-
+        note(result.broken, f"rule {name}", mask, every)
     reference = solved_generally(one, threads)
     delta, speeds = differing(found, reference)
     verdict = judged(found, reference, speed, delta, speeds)
     result.verdicts.update(verdict.tolist())
     for name in ("off", "outcome", "gave up"):
-        note(name, verdict == name, reference)
+        note(Counter(), name, verdict == name, every, reference)
     good = (found["status"] == CONVERGED) & np.isfinite(delta)
     for name, values in (("delta", delta), ("speeds", speeds)):
         getattr(result, name).append(values[good])
@@ -364,56 +366,26 @@ def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple
         if good.any() and values[place] > result.worst.get(name, (-1.0, {}))[0]:
             result.worst[name] = float(values[place]), inputs(one, place)
 
-    again(result, one, found, random.permutation(size)[:AGAIN], note)
-    chosen = random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))]
-    estimates(result, one, found, delta, chosen, threads, note)
-    return one, found
-
-
-def again(result: Found, one: Scene, found: dict[str, Any], chosen: Any, note: Any) -> None:
-    """Solve some designs in another order, in other company and by one thread."""
-    other = solved(part_of(one, chosen), threads=1)
+    # Again in another order, in other company and by one thread.
+    chosen = random.permutation(size)[:AGAIN]
     result.compared += chosen.size
-    note_bits(result, other, found, chosen, "", note)
+    note_again(solved(part_of(one, chosen), threads=1), chosen, found, "")
 
-
-def note_bits(
-    result: Found, other: dict[str, Any], found: dict[str, Any], chosen: Any, when: str, note: Any
-) -> None:
-    """Count results of chosen designs whose bits are others when they are solved again."""
-    for name, mask in unlike_bits(other, {n: v[chosen] for n, v in found.items()}).items():
-        if mask.any():
-            result.unlike[name + when] += int(mask.sum())
-            note(f"bits of {name}{when}", at(mask, chosen, found["delta"].size))
-
-
-def estimates(
-    result: Found, one: Scene, found: dict[str, Any], delta: Floats, chosen: Any, threads: int,
-    note: Any,
-) -> None:  # fmt: skip
-    """Solve some designs with `delta_error`: it is above the true error, and no bit differs."""
+    # With `delta_error`: it is above the true error, and no bit differs.
+    chosen, when = (
+        random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))],
+        " with delta_error",
+    )
     other = solved(part_of(one, chosen, "delta_error"), threads)
-    results = {name: other[name] for name in (*RESULTS, "delta_error")}
-    size = found["status"].size
-    for name, mask in check_answers(results).items():
-        result.broken[name] += int(mask.sum())
-        note(f"rule {name} with delta_error", at(mask, chosen, size))
-    known = {name: values for name, values in found.items() if name != "status"}
-    note_bits(result, other, known, chosen, " with delta_error", note)
-    true = delta[chosen]
-    known = np.isfinite(true)
+    for name, mask in check_answers({n: other[n] for n in (*RESULTS, "delta_error")}).items():
+        note(result.broken, f"rule {name}{when}", mask, chosen)
+    note_again(other, chosen, [name for name in found if name != "status"], when)
     with np.errstate(invalid="ignore"):
-        above = true <= other["delta_error"]
+        covered, known = delta[chosen] <= other["delta_error"], np.isfinite(delta[chosen])
     result.estimated += int(known.sum())
-    result.covered += int((known & above).sum())
-    note("delta_error", at(known & ~above, chosen, size))
-
-
-def at(mask: Booleans, chosen: Any, size: int) -> Booleans:
-    """Mask of some chosen designs as one of all."""
-    every = np.zeros(size, dtype=np.bool_)
-    every[chosen[mask]] = True
-    return every
+    result.covered += int((known & covered).sum())
+    note(Counter(), "delta_error", known & ~covered, chosen)
+    return one, found
 
 
 def inputs(one: Scene, place: Any) -> dict[str, float]:

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from benchmarks.fuzz import damage
-from benchmarks.fuzz.campaign import TARGETS
+from benchmarks.fuzz.__main__ import TARGETS
 from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damage import read_damaged
 from benchmarks.fuzz.damaged_bytes import sound_files
