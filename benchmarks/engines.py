@@ -14,6 +14,7 @@ import math
 import platform
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ import numpy as np
 
 from benchmarks import page
 from benchmarks.command import ROOT, settings
+from benchmarks.measure import in_turns
 from benchmarks.problem import own_inputs, scene
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
@@ -96,17 +98,13 @@ def inputs_of(kind: Kind, size: int, exponent: float, apart: bool) -> dict[str, 
     return {**given, **more}
 
 
-def least_seconds(calls: list[dict[str, Any]]) -> list[float]:
+def least_seconds(*calls: dict[str, Any]) -> list[float]:
     """Least processor time of each of some calls of `sweep.solve`, which take turns."""
-    best = [math.inf] * len(calls)
-    for _ in range(RUNS + 1):  # the first may compile
-        for place, given in enumerate(calls):
-            began = time.process_time()
-            dispatch.solve(
-                wanted=("delta", "omega_max", "omega_min", "omega_mean"), threads=1, **given
-            )
-            best[place] = min(best[place], time.process_time() - began)
-    return best
+    wanted = ("delta", "omega_max", "omega_min", "omega_mean")
+    works = [partial(dispatch.solve, wanted=wanted, threads=1, **given) for given in calls]
+    # The first run may compile.
+    runs = [RUNS + 1] * len(works)
+    return [min(times) for times, _ in in_turns(works, runs, time.process_time)]
 
 
 def even_engines() -> dict[str, Engine]:
@@ -180,11 +178,9 @@ def even_rows(size: int) -> tuple[list[list[str]], list[float]]:
         cells = []
         for number, exponent, apart in cases_of(size):
             given = designs_of(engine, number, exponent, apart)
+            both = own_cylinders(engine), plain_cylinders(engine)
             mine, plain = least_seconds(
-                [
-                    {"cylinders_by_count": {count: cylinders}, **given}
-                    for cylinders in (own_cylinders(engine), plain_cylinders(engine))
-                ]
+                *({"cylinders_by_count": {count: cylinders}, **given} for cylinders in both)
             )
             ratios.append(mine / plain)
             cells += [
@@ -203,8 +199,7 @@ def uneven_rows(size: int) -> list[list[str]]:
         base: list[float] = []
         for kind in group:
             each = [
-                1e6 * least_seconds([inputs_of(kind, *case)])[0] / case[0]
-                for case in cases_of(size)
+                1e6 * least_seconds(inputs_of(kind, *case))[0] / case[0] for case in cases_of(size)
             ]
             base = base or each
             cells = []

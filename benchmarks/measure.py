@@ -106,17 +106,18 @@ def enough(work: Callable[[int], Any], seconds: float, most: int, least: int = 1
 
 
 def in_turns(
-    works: Sequence[Callable[[], Any]], runs: Sequence[int]
-) -> list[tuple[tuple[float, ...], Any]]:
+    works: Sequence[Callable[[], Any]], runs: Sequence[int],
+    clock: Callable[[], float] = time.perf_counter,
+) -> list[tuple[tuple[float, ...], Any]]:  # fmt: skip
     """Seconds of each run of each work, all taking turns, and what it gave last."""
     times: list[list[float]] = [[] for _ in works]
     found: list[Any] = [None for _ in works]
     for turn in range(max(runs, default=0)):
         for i, work in enumerate(works):
             if turn < runs[i]:
-                begin = time.perf_counter()
+                begin = clock()
                 found[i] = work()
-                times[i].append(time.perf_counter() - begin)
+                times[i].append(clock() - begin)
     return list(zip(map(tuple, times), found, strict=True))
 
 

@@ -113,13 +113,16 @@ def test_harmonic_balance_refuses_what_is_not_linear(exponent: float, variable: 
         peers.harmonic_balance(designs, 96)
 
 
-def test_time_at_an_error_is_interpolated() -> None:
-    def result(worst: float, seconds: float) -> measure.Result:
-        errors = measure.Errors(worst, worst, worst, 0.0, 10)
-        case = peers.Case("one", "setting", measure.own_solver(1))
-        return measure.Result(case, measure.Timing(10, (10 * seconds,)), errors, 0.0)
+def result(
+    series: str, setting: str, rate: float, worst: float = 1e-9, exponents: tuple[float, ...] = ()
+) -> measure.Result:
+    errors = measure.Errors(worst, worst, worst, 0.0, 10)
+    case = peers.Case(series, setting, measure.own_solver(1), exponents=exponents)
+    return measure.Result(case, measure.Timing(10, (10.0 / rate,)), errors, 0.0)
 
-    results = [result(1e-8, 1e-3), result(1e-4, 1e-5)]
+
+def test_time_at_an_error_is_interpolated() -> None:
+    results = [result("one", "slow", 1e3, 1e-8), result("one", "quick", 1e5, 1e-4)]
     assert report.seconds_at(results, 1e-6) == pytest.approx(1e-4)
     assert report.seconds_at(results, 1e-3) == pytest.approx(1e-5)
     assert np.isnan(report.seconds_at(results, 1e-9))
@@ -128,16 +131,11 @@ def test_time_at_an_error_is_interpolated() -> None:
 
 
 def test_peers_of_one_exponent_are_compared_on_its_designs() -> None:
-    def result(series: str, setting: str, rate: float, *exponents: float) -> measure.Result:
-        errors = measure.Errors(1e-9, 1e-9, 1e-9, 0.0, 10)
-        case = peers.Case(series, setting, measure.own_solver(1), exponents=exponents)
-        return measure.Result(case, measure.Timing(10, (10.0 / rate,)), errors, 0.0)
-
     results = [
         result("auto", "tolerance 1e-06", 100.0),
-        result("auto", "tolerance 1e-06, exponent 2", 300.0, 2.0),
-        result(report.BALANCE, "96 nodes", 50.0, 2.0),
-        result("Euler in Python", "1 degree", 50.0, 1.0, 1.6, 2.0),
+        result("auto", "tolerance 1e-06, exponent 2", 300.0, exponents=(2.0,)),
+        result(report.BALANCE, "96 nodes", 50.0, exponents=(2.0,)),
+        result("Euler in Python", "1 degree", 50.0, exponents=(1.0, 1.6, 2.0)),
     ]
     assert report.times_faster(results) == [
         [f"{report.BALANCE} (exponent 2 alone)", "6"], ["Euler in Python", "2"],
