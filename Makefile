@@ -153,7 +153,7 @@ soak: $(VENV)/.installed-test
 properties: $(VENV)/.installed-test
 	$(python) -m benchmarks.properties $(PROPERTIES)
 
-# Settings: FUZZ='--seconds 3600', and others; atheris leads it where it is installed.
+# Settings: FUZZ='--seconds 3600', and others.
 fuzz: $(VENV)/.installed-test
 	$(python) -m benchmarks.fuzz $(FUZZ)
 
@@ -229,9 +229,7 @@ $(VENV)/.installed-release: $(VENV)/.installed-test
 	@$(pip_install) --editable '.[release]'
 	@touch $@
 
-# numbalsoda is built where there is a Fortran compiler, and left out elsewhere.
 $(VENV)/.installed-bench: $(VENV)/.installed-test
 	@echo "installing what the benchmarks compare with"
 	@$(pip_install) --editable '.[bench]'
-	@$(pip_install) numbalsoda >/dev/null 2>&1 || echo "numbalsoda does not build here: left out"
 	@touch $@

@@ -10,18 +10,20 @@ catalogue and the plain in-line engine that each is compared with take turns, ru
 
 from __future__ import annotations
 
-import argparse
 import math
 import platform
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks import page
-from benchmarks.problem import family, own_inputs, scene
+from benchmarks.command import ROOT, settings
+from benchmarks.measure import in_turns
+from benchmarks.problem import own_inputs, scene
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
@@ -33,7 +35,6 @@ from sweeps.reading.engine_files import catalogue, load_engine
 
 PERIOD = 4.0 * math.pi
 RUNS = 15
-FAMILY = family()
 FRICTION = {
     "boundary_friction": 3e3, "mixed_friction": 2e3, "hydrodynamic_friction": 5e3,
     "skirt_friction": 2e3, "ring_pressure": 1.5e5,
@@ -56,55 +57,54 @@ def of(text: str, **factors: Any) -> Cylinders:
 
 def kinds() -> list[list[Kind]]:
     """Engines by number of cylinders, the even one first."""
+    two, four, offset = even_cylinders(2, PERIOD), even_cylinders(4, PERIOD), {"offset_ratio": 0.2}
     return [
         [
-            Kind("in-line 2, even", even_cylinders(2, PERIOD)),
+            Kind("in-line 2, even", two),
             Kind("parallel twin 270, uneven", of("parallel twin 270")),
-            Kind("in-line 2, offset 0.2 r", even_cylinders(2, PERIOD), {"offset_ratio": 0.2}),
-            Kind("in-line 2, friction over the stroke", even_cylinders(2, PERIOD), FRICTION),
+            Kind("in-line 2, offset 0.2 r", two, offset),
+            Kind("in-line 2, friction over the stroke", two, FRICTION),
         ],
         [
-            Kind("in-line 4, even", even_cylinders(4, PERIOD)),
+            Kind("in-line 4, even", four),
             Kind("in-line 4, mass spread", of("in-line 4", mass_factor=(1, 1.02, 0.99, 1))),
             Kind("in-line 4, unequal throws", of("in-line 4", radius_factor=(1, 0.9, 0.9, 1))),
-            Kind("in-line 4, offset 0.2 r", even_cylinders(4, PERIOD), {"offset_ratio": 0.2}),
-            Kind("in-line 4, friction over the stroke", even_cylinders(4, PERIOD), FRICTION),
+            Kind("in-line 4, offset 0.2 r", four, offset),
+            Kind("in-line 4, friction over the stroke", four, FRICTION),
         ],
         [
             Kind("V8 cross-plane, even", of("V8 cross-plane")),
-            Kind(
-                "V8 cross-plane, mass spread",
-                of("V8 cross-plane", mass_factor=(1.02, *(1.0,) * 7)),
-            ),
+            Kind("V8 cross-plane, mass spread",
+                 of("V8 cross-plane", mass_factor=(1.02, *(1.0,) * 7))),
         ],
     ]  # fmt: skip
 
 
-def seconds(kind: Kind, size: int, exponent: float, apart: bool) -> float:
-    """Processor time of `size` designs of one engine; `apart`: each with a table of its own."""
+def inputs_of(kind: Kind, size: int, exponent: float, apart: bool) -> dict[str, Any]:
+    """Arguments of `sweep.solve` for an engine; `apart`: each design with a table of its own."""
     count = kind.cylinders.count
-    given = own_inputs(scene(size, exponent, count), FAMILY)
-    if apart:
-        # As many tables as designs: crank ratios along an axis of their own.
-        given |= {"crank_ratio": np.linspace(0.2, 0.33, size), "mass": 6.0, "speed": 150.0}
-        given |= {"inertia": np.geomspace(1.5, 8.0, size), "mean_torque": 200.0}
-        if "offset_ratio" in kind.more:
-            given["offset_ratio"] = np.full(size, 0.2)
-    given = {**kind.more, **given} if apart else {**given, **kind.more}
-    return least_seconds([{"cylinders_by_count": {count: kind.cylinders}, **given}])[0]
+    given = {
+        "cylinders_by_count": {count: kind.cylinders},
+        **own_inputs(scene(size, exponent, count)),
+    }
+    if not apart:
+        return {**given, **kind.more}
+    # As many tables as designs: crank ratios along an axis of their own.
+    given |= {"crank_ratio": np.linspace(0.2, 0.33, size), "mass": 6.0, "speed": 150.0}
+    given |= {"inertia": np.geomspace(1.5, 8.0, size), "mean_torque": 200.0}
+    more = dict(kind.more)
+    if "offset_ratio" in more:
+        more["offset_ratio"] = np.full(size, 0.2)
+    return {**given, **more}
 
 
-def least_seconds(calls: list[dict[str, Any]]) -> list[float]:
+def least_seconds(*calls: dict[str, Any]) -> list[float]:
     """Least processor time of each of some calls of `sweep.solve`, which take turns."""
-    best = [math.inf] * len(calls)
-    for _ in range(RUNS + 1):  # the first may compile
-        for place, given in enumerate(calls):
-            began = time.process_time()
-            dispatch.solve(
-                wanted=("delta", "omega_max", "omega_min", "omega_mean"), threads=1, **given
-            )
-            best[place] = min(best[place], time.process_time() - began)
-    return best
+    wanted = ("delta", "omega_max", "omega_min", "omega_mean")
+    works = [partial(dispatch.solve, wanted=wanted, threads=1, **given) for given in calls]
+    # The first run may compile.
+    runs = [RUNS + 1] * len(works)
+    return [min(times) for times, _ in in_turns(works, runs, time.process_time)]
 
 
 def even_engines() -> dict[str, Engine]:
@@ -144,9 +144,9 @@ def designs_of(engine: Engine, size: int, exponent: float, apart: bool) -> dict[
     row = float(len(family.loads) - 1)
     inputs: dict[str, Any] = {
         "crank_ratio": ratio,
-        "speed": np.linspace(0.6, 1.0, len(base.speed))[:, None, None] * speed,
-        "mass": np.linspace(0.8, 1.2, len(base.mass))[:, None] * mass,
-        "inertia": np.geomspace(0.8, 3.0, len(base.inertia)) * inertia,
+        "speed": np.linspace(0.6, 1.0, base.speed.size)[:, None, None] * speed,
+        "mass": np.linspace(0.8, 1.2, base.mass.size)[:, None] * mass,
+        "inertia": np.geomspace(0.8, 3.0, base.inertia.size) * inertia,
     }
     if apart:
         inputs = {
@@ -162,15 +162,7 @@ def designs_of(engine: Engine, size: int, exponent: float, apart: bool) -> dict[
     }  # fmt: skip
 
 
-EVEN_HEAD = ["engine", "beside",
-             *(f"{what}{case}" for case in ("sharing, alpha 2", "sharing, alpha 1.6",
-                                            "own tables, alpha 2")
-               for what in ("", "plain: ", "ratio: "))]  # fmt: skip
-
-UNEVEN_HEAD = ["engine", "part of the cycle",
-               *(f"{what}{case}" for case in ("sharing, alpha 2", "sharing, alpha 1.6",
-                                              "own tables, alpha 2")
-                 for what in ("", "ratio: "))]  # fmt: skip
+CASES = ("sharing, alpha 2", "sharing, alpha 1.6", "own tables, alpha 2")
 
 
 def cases_of(size: int) -> tuple[tuple[int, float, bool], ...]:
@@ -186,15 +178,15 @@ def even_rows(size: int) -> tuple[list[list[str]], list[float]]:
         cells = []
         for number, exponent, apart in cases_of(size):
             given = designs_of(engine, number, exponent, apart)
+            both = own_cylinders(engine), plain_cylinders(engine)
             mine, plain = least_seconds(
-                [
-                    {"cylinders_by_count": {count: cylinders}, **given}
-                    for cylinders in (own_cylinders(engine), plain_cylinders(engine))
-                ]
+                *({"cylinders_by_count": {count: cylinders}, **given} for cylinders in both)
             )
             ratios.append(mine / plain)
-            cells += [f"{1e6 * mine / number:.3g}", f"{1e6 * plain / number:.3g}",
-                      f"{ratios[-1]:.2f}"]  # fmt: skip
+            cells += [
+                *(f"{1e6 * each / number:.3g}" for each in (mine, plain)),
+                f"{ratios[-1]:.2f}",
+            ]
         strokes = "two-stroke" if engine.period == TWO_STROKE else "four-stroke"
         rows.append([name, f"in-line {count}, {strokes}", *cells])
     return rows, ratios
@@ -206,7 +198,9 @@ def uneven_rows(size: int) -> list[list[str]]:
     for group in kinds():
         base: list[float] = []
         for kind in group:
-            each = [1e6 * seconds(kind, *case) / case[0] for case in cases_of(size)]
+            each = [
+                1e6 * least_seconds(inputs_of(kind, *case))[0] / case[0] for case in cases_of(size)
+            ]
             base = base or each
             cells = []
             for us, even in zip(each, base, strict=True):
@@ -218,8 +212,10 @@ def uneven_rows(size: int) -> list[list[str]]:
 def write(size: int, folder: Path) -> None:
     """Measure, and write the files and the page that names them."""
     even, ratios = even_rows(size)
-    page.save(folder, "even_engines", EVEN_HEAD, even)
-    page.save(folder, "uneven_engines", UNEVEN_HEAD, uneven_rows(size))
+    head = [f"{what}{case}" for case in CASES for what in ("", "plain: ", "ratio: ")]
+    page.save(folder, "even_engines", ["engine", "beside", *head], even)
+    head = [f"{what}{case}" for case in CASES for what in ("", "ratio: ")]
+    page.save(folder, "uneven_engines", ["engine", "part of the cycle", *head], uneven_rows(size))
     page.save_facts(folder, {
         "engines": f"{platform.machine()}, Python {platform.python_version()}",
         "engines_designs": f"{size:,}", "engines_tables": f"{size // 50:,}",
@@ -230,10 +226,7 @@ def write(size: int, folder: Path) -> None:
 
 def main() -> None:
     """Measure and write."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--designs", type=int, default=100_000)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs"), help="a folder")
-    given = parser.parse_args()
+    given = settings("benchmarks.engines", __doc__, designs=100_000, output=ROOT / "docs")
     write(given.designs, given.output)
     print(f"written: {given.output / 'benchmarks.md'}")
 

@@ -12,19 +12,19 @@ times at which teeth pass are integrals of such splines, and the noise is that o
 
 from __future__ import annotations
 
-import argparse
 import json
 import tempfile
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import sweeps
-from benchmarks.reliability_parts import write_part
+from benchmarks.command import settings, write_part
+from benchmarks.tables import rows
 from engine_dyn import ImplausibleWarning
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
@@ -35,7 +35,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
 
-__all__ = ["KINDS", "Case", "Counted", "Kind", "Truth", "count", "main", "simulated", "told"]
+__all__ = ["KINDS", "Case", "Counted", "Kind", "count", "main", "simulated", "told"]
 
 LOADS = (25.0, 50.0, 90.0)
 SPEED = 1500.0
@@ -108,8 +108,7 @@ KINDS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Truth:
+class Case(NamedTuple):
     """What a case was made with.
 
     Attributes
@@ -118,17 +117,12 @@ class Truth:
         Of all parameters; of those of single recordings by ``key@number``.
     errors : ndarray, shape (teeth,)
         Of the intervals of the wheel.
+    times : list of ndarray
+        At which the teeth pass in three recordings [s].
     """
 
     values: dict[str, float]
     errors: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """A truth, and the passing times of three recordings [s]."""
-
-    truth: Truth
     times: list[Floats]
 
 
@@ -171,20 +165,17 @@ def simulated(kind: Kind, rng: np.random.Generator) -> Case:
         values[f"pressure_factor@{number + 1}"] = (
             1.0 + rng.normal(0.0, PRIORS["pressure_factor"]) if own else 1.0
         )
-    errors, times = _times(values, kind, rng)
-    return Case(Truth(values, errors), times)
+    return recorded(values, kind, rng)
 
 
-def _times(
-    values: dict[str, float], kind: Kind, rng: np.random.Generator
-) -> tuple[Floats, list[Floats]]:
-    """Errors of the wheel, and the times at which its teeth pass in each recording."""
+def recorded(values: dict[str, float], kind: Kind, rng: np.random.Generator) -> Case:
+    """Draw errors of the wheel, and record its teeth."""
     errors = (TOOTH_DEVIATION if kind.with_teeth else 0.0) * rng.normal(size=WHEEL.teeth)
     errors -= errors @ WHEEL.width / TURN
-    return errors, [
-        _passed(_speed(values, number), values["gap_angle"] * DEGREE, errors, kind, rng)
-        for number in range(len(LOADS))
-    ]
+    gap = values["gap_angle"] * DEGREE
+    loads = range(len(LOADS))
+    times = [_passed(_speed(values, number), gap, errors, kind, rng) for number in loads]
+    return Case(values, errors, times)
 
 
 def _speed(values: dict[str, float], number: int) -> Floats:
@@ -260,11 +251,11 @@ def _write(folder: Path, recordings: Sequence[Floats]) -> None:
     """The scene, and its recordings."""
     (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
     for one, times in enumerate(recordings):
-        rows = "\n".join(f"{time:.9f}" for time in times)
-        (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{rows}\n", encoding="utf-8")
+        text = "\n".join(f"{time:.9f}" for time in times)
+        (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{text}\n", encoding="utf-8")
 
 
-def _wanted(kind: Kind, truth: Truth, rng: np.random.Generator) -> dict[str, Varied]:
+def _wanted(kind: Kind, case: Case, rng: np.random.Generator) -> dict[str, Varied]:
     """What is fitted, and what is said to be known: its error is as large as is said.
 
     A pressure factor is said to be 1, and was drawn around it.
@@ -273,7 +264,7 @@ def _wanted(kind: Kind, truth: Truth, rng: np.random.Generator) -> dict[str, Var
     for key in kind.vary:
         how = Varied(own=key == "pressure_factor")
         if key in kind.priors:
-            known = 1.0 if how.own else truth.values[key] + rng.normal(0.0, PRIORS[key])
+            known = 1.0 if how.own else case.values[key] + rng.normal(0.0, PRIORS[key])
             if key == "load_exponent":
                 known = max(known, 0.0)
             how = replace(how, prior=known, deviation=PRIORS[key])
@@ -294,7 +285,7 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
             found.cases += 1
             try:
                 fit = sweeps.identify(
-                    folder / "scene.toml", _wanted(kind, case.truth, rng), predict=False,
+                    folder / "scene.toml", _wanted(kind, case, rng), predict=False,
                     teeth="estimated" if kind.with_teeth else "perfect",
                 )  # fmt: skip
             except SceneError as error:
@@ -302,7 +293,7 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
                 continue
             found.unlikely += fit.attrs["likelihood_of_noise"] < 0.05
             for i, key in enumerate(fit.parameter.values.tolist()):
-                truth = case.truth.values[key]
+                truth = case.values[key]
                 inside = fit.value_low[i] <= truth <= fit.value_high[i]
                 found.covered[key] = found.covered.get(key, 0) + int(inside)
                 if fit.value_deviation[i] > 0.0:
@@ -318,20 +309,20 @@ def pressures() -> str:
         "dead_centre_shift": Varied(prior=0.0, deviation=1.0),
         "pegging": Varied(prior=0.0, deviation=0.3),
     }
-    lines = ["| true shift, pegging | wheel | pressures taken as exact | with priors |",
-             "| --- | --- | --- | --- |"]  # fmt: skip
+    body = []
     values = {"inertia": 2.2, "gap_angle": -40.0, "load_exponent": 1.0}
     values |= {f"pressure_factor@{number + 1}": 1.0 for number in range(len(LOADS))}
     for kind in (KINDS[1], KINDS[4]):
         for shift, pegging in ((0.0, 0.0), (1.0, 0.0), (0.0, 0.3)):
             made = values | {"dead_centre_shift": shift, "pegging": pegging}
-            times = _times(made, kind, np.random.default_rng(21))[1]
+            times = recorded(made, kind, np.random.default_rng(21)).times
             with tempfile.TemporaryDirectory() as name:
                 _write(Path(name), times)
                 said = [_interval(Path(name), vary, kind) for vary in (sure, unsure)]
             wheel = "estimated" if kind.with_teeth else "perfect"
-            lines.append(f"| {shift:g}°, {pegging:g} bar | {wheel} | {said[0]} | {said[1]} |")
-    return "\n".join(lines)
+            body.append([f"{shift:g}°, {pegging:g} bar", wheel, *said])
+    head = ["true shift, pegging", "wheel", "pressures taken as exact", "with priors"]
+    return "\n".join(rows(head, body, right=False))
 
 
 def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
@@ -349,35 +340,29 @@ def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
 def told(results: dict[str, Counted]) -> str:
     """Lines of a table: coverage in percent, a row for each kind."""
     keys = list(dict.fromkeys(key for one in results.values() for key in one.covered))
-    lines = [
-        "| case | fits | " + " | ".join(f"`{key}`" for key in keys) + " |",
-        "| --- | ---: |" + " ---: |" * len(keys),
-    ]
+    body = []
     for kind in KINDS:
         if kind.name in results:
             one = results[kind.name]
-            shares = [
+            shares = (
                 f"{100.0 * one.covered[key] / one.cases:.1f} %" if key in one.covered else ""
                 for key in keys
-            ]
-            lines.append(f"| {kind.words} | {one.cases} | {' | '.join(shares)} |")
-    return "\n".join(lines)
+            )
+            body.append([kind.words, str(one.cases), *shares])
+    return "\n".join(rows(["case", "fits", *(f"`{key}`" for key in keys)], body))
 
 
 def main(arguments: Sequence[str]) -> None:
     """Count, print, write."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks identification")
-    parser.add_argument("--cases", type=int, default=400, help="of each kind")
-    parser.add_argument("--only", nargs="+", choices=[kind.name for kind in KINDS])
-    parser.add_argument("--part", type=Path, help="write the figures there, as JSON")
-    parser.add_argument("--pressures", action="store_true", help="the table of wrong pressures")
-    parser.add_argument("--write", type=Path, help="a folder for a scene and its recordings")
-    options = parser.parse_args(arguments)
+    options = settings(
+        "benchmarks identification", __doc__, arguments, cases=400,
+        only=[kind.name for kind in KINDS], part=Path, pressures=False, write=Path,
+    )  # fmt: skip
     if options.write is not None:
         case = simulated(KINDS[0], np.random.default_rng([21, 0, 0]))
         options.write.mkdir(parents=True, exist_ok=True)
         _write(options.write, case.times)
-        print(json.dumps(case.truth.values, indent=1))
+        print(json.dumps(case.values, indent=1))
         return
     if options.pressures:
         print(pressures())

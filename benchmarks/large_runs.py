@@ -6,9 +6,7 @@ python -m benchmarks.large_runs [--designs N] [--memory SIZE] [--kills N] [--wor
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import csv
 import hashlib
 import json
 import math
@@ -20,7 +18,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +27,9 @@ import netCDF4
 import numpy as np
 import psutil
 
-from benchmarks.reliability_parts import part_file, write_part
+from benchmarks.command import ROOT, log, part_file, settings, write_part
+from benchmarks.tables import save, toml_text
 from sweeps.errors import size_text
-
-ROOT = Path(__file__).resolve().parents[1]
-
-QUANTITIES = ["delta", "omega_max", "omega_min", "omega_mean"]
 
 BLOCK = 1e6
 """Bytes of a block of the runs that are killed: many blocks of few designs."""
@@ -59,11 +55,6 @@ print(plan.designs / (time.perf_counter() - began))
 """
 
 
-def log(words: str) -> None:
-    """Say what goes on."""
-    print(f"{time.strftime('%H:%M:%S')}  {words}", file=sys.stderr, flush=True)
-
-
 def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT)}
 
@@ -74,19 +65,17 @@ def scene_text(designs: int) -> str:
     rest = max(4, designs // (ratios * loads))
     speeds = max(2, round(math.sqrt(rest / 2)))
     inertias = max(2, round(rest / speeds))
-    return f"""\
-title = "{ratios * loads * speeds * inertias} designs"
-engine = "ntua"
-
-[axes]
-crank_ratio = {{ start = 0.2, stop = 0.33, num = {ratios} }}
-load = {{ start = 5, stop = 75, num = {loads} }}
-inertia = {{ start = 1.0, stop = 12.0, num = {inertias}, spacing = "log" }}
-speed = {{ start = 1000, stop = 2000, num = {speeds} }}
-
-[output]
-quantities = {json.dumps(QUANTITIES)}
-"""
+    return toml_text({
+        "title": f"{ratios * loads * speeds * inertias} designs",
+        "engine": "ntua",
+        "axes": {
+            "crank_ratio": {"start": 0.2, "stop": 0.33, "num": ratios},
+            "load": {"start": 5, "stop": 75, "num": loads},
+            "inertia": {"start": 1.0, "stop": 12.0, "num": inertias, "spacing": "log"},
+            "speed": {"start": 1000, "stop": 2000, "num": speeds},
+        },
+        "output": {"quantities": ["delta", "omega_max", "omega_min", "omega_mean"]},
+    })  # fmt: skip
 
 
 def start(*arguments: str, folder: Path, block: float = BLOCK) -> subprocess.Popen[str]:
@@ -201,19 +190,114 @@ def measured_sweep(designs: int, memory: str, folder: Path) -> Sweep:
     )  # fmt: skip
 
 
-# --- killed runs --------------------------------------------------------------------------------
+# --- killed runs and killed workers ---------------------------------------------------------------
+
+STATES = {
+    "nothing": "nothing yet (killed while the program started)",
+    "archive": "the finished archive",
+    "both": "the finished archive, and the folder of blocks beside it",
+    "empty": "the folder of blocks, without a finished block",
+    "blocks": "the folder of blocks, with finished blocks",
+}
+
+PROCESSES = 2
 
 
 @dataclass
-class Kills:
-    """What was found after kills at random moments."""
+class Killed:
+    """What was found after kills of runs, or of workers; seconds, numbers of blocks.
+
+    `alone` and `whole` are seconds of a run by one process and of one as those that are killed.
+    """
 
     designs: int
+    alone: float
     whole: float
-    counts: dict[str, int]
-    lost: list[str]
-    blocks_kept: int = 0
-    blocks_all: int = 0
+    blocks: int = 0
+    lost: list[str] = field(default_factory=list)
+    kept: list[int] = field(default_factory=list)
+    took: list[float] = field(default_factory=list)
+    counts: Counter[str] = field(default_factory=Counter)
+
+
+class Runs:
+    """Runs of one scene in a folder."""
+
+    def __init__(self, designs: int, folder: Path, *more: str) -> None:
+        self.folder, self.more = folder, more
+        self.output, self.partial = folder / "out.nc", folder / "out.nc.partial"
+        (folder / "scene.toml").write_text(scene_text(designs))
+        self.whole()  # kernels
+        alone = self.whole()
+        self.expected = variables(self.output)
+        if more:
+            self.whole(*more)
+        with netCDF4.Dataset(self.output) as file:
+            count = int(file["delta"].size)
+        self.found = Killed(count, alone, self.whole(*more) if more else alone)
+        if variables(self.output) != self.expected:
+            self.found.lost.append("uninterrupted: other bytes in the variables")
+        self.clear()
+
+    def start(self, *more: str) -> subprocess.Popen[str]:
+        """Start a run."""
+        return start("run", "scene.toml", "-o", "out.nc", *more, folder=self.folder)
+
+    def whole(self, *more: str) -> float:
+        """Seconds of an uninterrupted run."""
+        began = time.perf_counter()
+        process = self.start("--overwrite", *more)
+        _, errors = process.communicate()
+        if process.returncode:
+            raise RuntimeError(errors)
+        return time.perf_counter() - began
+
+    def clear(self) -> None:
+        """Remove what a run has left."""
+        self.output.unlink(missing_ok=True)
+        shutil.rmtree(self.partial, ignore_errors=True)
+
+    def wait(self, process: subprocess.Popen[str], blocks: int = 0) -> None:
+        """Wait until a run shows and has so many blocks, or ends."""
+        header = self.partial / "run.json"
+        while process.poll() is None and not (header.exists() and len(self.blocks()) >= blocks):
+            time.sleep(0.002)
+
+    def blocks(self) -> dict[str, int]:
+        """Finished blocks, and when they were written."""
+        found = {}
+        for path in self.partial.glob("block-*.bin"):
+            with contextlib.suppress(OSError):  # all is done by now
+                found[path.name] = path.stat().st_mtime_ns
+        return found
+
+    def state(self) -> str:
+        """What is on disk."""
+        if self.output.exists():
+            with netCDF4.Dataset(self.output):  # readable
+                return "both" if self.partial.exists() else "archive"
+        if not self.partial.exists():
+            return "nothing"
+        return "blocks" if self.blocks() else "empty"
+
+    def completed(self, what: str, process: subprocess.Popen[str], kept: dict[str, int]) -> None:
+        """Watch a run to its end, and note what went wrong; `kept` are blocks that are finished."""
+        written = set()
+        while process.poll() is None:
+            now = self.blocks()
+            written |= {name for name, when in kept.items() if now.get(name, when) != when}
+            time.sleep(0.02)
+        _, errors = process.communicate()
+        wrong = [f"{name} was computed again" for name in sorted(written)]
+        if process.returncode:
+            wrong.append(f"not completed: {errors}")
+        elif variables(self.output) != self.expected:
+            wrong.append("other bytes in the variables")
+        if self.partial.exists():
+            wrong.append("the folder of blocks is left")
+        self.found.lost += [f"{what}: {each}" for each in wrong]
+        self.found.kept.append(len(kept))
+        self.clear()
 
 
 def variables(path: Path) -> str:
@@ -228,57 +312,31 @@ def variables(path: Path) -> str:
     return digest.hexdigest()
 
 
-def kills(designs: int, count: int, seed: int, folder: Path) -> Kills:
+def kills(designs: int, count: int, seed: int, folder: Path) -> Killed:
     """Kill runs at random moments, once or more times, resume them, and compare the archives.
 
     Of ten runs, one is killed while the program starts, nine between the first sign of a run and
     its end, evenly over the time that this takes.
     """
     chance = random.Random(seed)
-    (folder / "scene.toml").write_text(scene_text(designs))
-
-    def whole() -> float:
-        began = time.perf_counter()
-        process = start("run", "scene.toml", "-o", "whole.nc", "--overwrite", folder=folder)
-        _, errors = process.communicate()
-        if process.returncode:
-            raise RuntimeError(errors)
-        return time.perf_counter() - began
-
-    def begun() -> bool:
-        return (partial / "run.json").exists()
-
-    def started() -> float:
-        """Seconds until a run shows."""
-        began = time.perf_counter()
-        process = start("run", "scene.toml", "-o", "out.nc", folder=folder)
-        while process.poll() is None and not begun():
-            time.sleep(0.005)
-        process.kill()
-        process.communicate()
-        shutil.rmtree(partial, ignore_errors=True)
-        output.unlink(missing_ok=True)
-        return time.perf_counter() - began
-
-    output, partial = folder / "out.nc", folder / "out.nc.partial"
-    whole()  # kernels
-    took = whole()
-    loading = started()
-    expected = variables(folder / "whole.nc")
-    with netCDF4.Dataset(folder / "whole.nc") as file:
-        number = int(file["delta"].size)
-    found = Kills(number, took, dict.fromkeys(STATES, 0), [])
+    runs = Runs(designs, folder)
+    began = time.perf_counter()
+    process = runs.start()
+    runs.wait(process)
+    process.kill()
+    process.communicate()
+    loading, took = time.perf_counter() - began, runs.found.whole
+    runs.clear()
     for kill in range(count):
         if kill % 10 == 0:
             log(f"kill {kill + 1} of {count}")
         resume: list[str] = []
         # Every third run is killed again while it resumes.
         for moment in [chance.random() for _ in range(2 if kill % 3 == 2 else 1)]:
-            process = start("run", "scene.toml", "-o", "out.nc", *resume, folder=folder)
+            process = runs.start(*resume)
             wait = moment * loading
             if kill % 10:
-                while process.poll() is None and not begun():
-                    time.sleep(0.002)
+                runs.wait(process)
                 wait = moment * (took - loading)
                 # When it resumes, what was there before is no sign of it.
                 wait += loading if resume else 0.0
@@ -288,78 +346,10 @@ def kills(designs: int, count: int, seed: int, folder: Path) -> Kills:
                 process.send_signal(signal.SIGKILL)
             process.communicate()
             resume = ["--resume"]
-        found.counts[_state(output, partial)] += 1
-        kept = {p.name: p.stat().st_mtime_ns for p in partial.glob("block-*.bin")}
-        recomputed = _watched_resume(folder, partial, kept)
-        if recomputed:
-            found.lost.append(f"kill {kill}: {recomputed}")
-        elif variables(output) != expected:
-            found.lost.append(f"kill {kill}: other bytes in the variables")
-        if partial.exists():
-            found.lost.append(f"kill {kill}: the folder of blocks is left")
-        found.blocks_kept += len(kept)
-        output.unlink(missing_ok=True)
-        shutil.rmtree(partial, ignore_errors=True)
-    return found
-
-
-STATES = {
-    "nothing": "nothing yet (killed while the program started)",
-    "archive": "the finished archive",
-    "both": "the finished archive, and the folder of blocks beside it",
-    "empty": "the folder of blocks, without a finished block",
-    "blocks": "the folder of blocks, with finished blocks",
-}
-
-
-def _state(output: Path, partial: Path) -> str:
-    if output.exists():
-        with netCDF4.Dataset(output):  # readable
-            return "both" if partial.exists() else "archive"
-    if not partial.exists():
-        return "nothing"
-    return "blocks" if list(partial.glob("block-*.bin")) else "empty"
-
-
-def _watched_resume(folder: Path, partial: Path, kept: dict[str, int]) -> str:
-    """Resume; what went wrong, empty if nothing."""
-    process = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=folder)
-    written = _written_again(process, partial, kept)
-    _, errors = process.communicate()
-    return written or (f"--resume failed: {errors}" if process.returncode else "")
-
-
-def _written_again(process: subprocess.Popen[str], partial: Path, kept: dict[str, int]) -> str:
-    """Watch a run to its end: which finished block it wrote once more, if any."""
-    written = ""
-    while process.poll() is None:
-        for name, when in kept.items():
-            try:
-                if (partial / name).stat().st_mtime_ns != when:
-                    written = f"{name} was computed again"
-            except OSError:
-                pass
-        time.sleep(0.02)
-    return written
-
-
-# --- a cluster ----------------------------------------------------------------------------------
-
-
-@dataclass
-class Cluster:
-    """What was found when workers of a local cluster were killed; seconds, numbers of blocks."""
-
-    designs: int
-    blocks: int
-    local: float
-    whole: float
-    killed: list[float]
-    kept: list[int]
-    lost: list[str]
-
-
-PROCESSES = 2
+        runs.found.counts[runs.state()] += 1
+        kept = runs.blocks()
+        runs.completed(f"kill {kill}", runs.start("--resume"), kept)
+    return runs.found
 
 
 def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
@@ -370,86 +360,45 @@ def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
     return []
 
 
-def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Cluster:
+def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Killed:
     """Run a scene on processes of this machine, several times, and kill one of them each time.
 
     Each kill comes when a number of blocks is finished that is drawn evenly. A run that ended
     before its kill came is run again.
     """
     chance = random.Random(seed)
-    (folder / "scene.toml").write_text(scene_text(designs))
-    output, partial = folder / "cluster.nc", folder / "cluster.nc.partial"
-    scheduler = ["--scheduler", f"local:{PROCESSES}"]
-
-    def whole(*more: str) -> float:
-        began = time.perf_counter()
-        process = start(
-            "run", "scene.toml", "-o", "cluster.nc", "--overwrite", *more, folder=folder
-        )
-        _, errors = process.communicate()
-        if process.returncode:
-            raise RuntimeError(errors)
-        return time.perf_counter() - began
-
     log("runs of one process and of several, uninterrupted")
-    whole()  # kernels
-    local = whole()
-    expected = variables(output)
-    whole(*scheduler)
-    found = Cluster(0, 0, local, whole(*scheduler), [], [], [])
-    with netCDF4.Dataset(output) as file:
-        found.designs = int(file["delta"].size)
-    if variables(output) != expected:
-        found.lost.append("uninterrupted: other bytes in the variables")
-    tried = 0
-    while len(found.killed) < count:
-        tried += 1
-        if tried > 10 * count:
-            raise RuntimeError("runs end before a worker can be killed: give them more designs")
-        kill = len(found.killed)
-        log(f"worker {kill + 1} of {count}")
-        output.unlink(missing_ok=True)
+    scheduler = ["--scheduler", f"local:{PROCESSES}"]
+    runs = Runs(designs, folder, *scheduler)
+    for _ in range(10 * count):
+        if len(runs.found.took) == count:
+            return runs.found
+        log(f"worker {len(runs.found.took) + 1} of {count}")
         began = time.perf_counter()
-        process = start("run", "scene.toml", "-o", "cluster.nc", *scheduler, folder=folder)
-        while process.poll() is None and not (partial / "run.json").exists():
-            time.sleep(0.005)
-        found.blocks = found.blocks or json.loads((partial / "run.json").read_text())["blocks"]
-        wanted = chance.randrange(1, max(2, found.blocks - PROCESSES))
-        while process.poll() is None and len(_blocks(partial)) < wanted:
-            time.sleep(0.002)
-        kept = _blocks(partial)
+        process = runs.start(*scheduler)
+        runs.wait(process)
+        header = runs.partial / "run.json"
+        runs.found.blocks = runs.found.blocks or json.loads(header.read_text())["blocks"]
+        runs.wait(process, chance.randrange(1, max(2, runs.found.blocks - PROCESSES)))
+        kept = runs.blocks()
         try:
             chance.choice(workers_of(process)).kill()
         except (IndexError, psutil.NoSuchProcess):
             process.communicate()
+            runs.clear()
             continue
-        written = _written_again(process, partial, kept)
-        _, errors = process.communicate()
-        if process.returncode:
-            found.lost.append(f"worker {kill}: {errors}")
-        elif written:
-            found.lost.append(f"worker {kill}: {written}")
-        elif variables(output) != expected:
-            found.lost.append(f"worker {kill}: other bytes in the variables")
-        found.killed.append(time.perf_counter() - began)
-        found.kept.append(len(kept))
-    output.unlink(missing_ok=True)
-    return found
-
-
-def _blocks(partial: Path) -> dict[str, int]:
-    """Finished blocks, and when they were written."""
-    found = {}
-    for path in partial.glob("block-*.bin"):
-        with contextlib.suppress(OSError):  # all is done by now
-            found[path.name] = path.stat().st_mtime_ns
-    return found
+        runs.completed(f"worker {len(runs.found.took)}", process, kept)
+        runs.found.took.append(time.perf_counter() - began)
+    raise RuntimeError("runs end before a worker can be killed: give them more designs")
 
 
 # --- the rows ---------------------------------------------------------------------------------
 
 
-def rows(sweep: Sweep, found: Kills, cluster: Cluster) -> list[list[str]]:
+HEAD = ["part", "what", "how much"]
+
+
+def rows(sweep: Sweep, found: Killed, cluster: Killed) -> list[list[str]]:
     """Everything measured, one fact a row: part, what, how much."""
     large, killed, workers = "a sweep larger than its memory", "killed runs", "killed workers"
     return [
@@ -470,45 +419,36 @@ def rows(sweep: Sweep, found: Kills, cluster: Cluster) -> list[list[str]]:
          f"{size_text(sweep.disk)}/s, {sweep.disk_rate / 1e6:.2f} million designs/s"],
         [large, "required: half of the lesser of the last two rates",
          f"{sweep.required / 1e6:.2f} million designs/s"],
-        [killed, "runs", str(sum(found.counts.values()))],
+        [killed, "runs", str(found.counts.total())],
         [killed, "designs of each, in many small blocks", str(found.designs)],
         [killed, "a run that is not killed", f"{found.whole:.1f} s"],
         *([killed, f"on disk after the last kill: {words}", str(found.counts[name])]
           for name, words in STATES.items()),
-        [killed, "finished blocks found", str(found.blocks_kept)],
+        [killed, "finished blocks found", str(sum(found.kept))],
         [killed, "lost", "; ".join(found.lost) or "nothing"],
         [workers, f"designs, by --scheduler local:{PROCESSES} (dask.distributed, one thread each)",
          str(cluster.designs)],
         [workers, "blocks", str(cluster.blocks)],
-        [workers, "runs in which one was killed", str(len(cluster.killed))],
-        [workers, "by one process", f"{cluster.local:.1f} s"],
+        [workers, "runs in which one was killed", str(len(cluster.took))],
+        [workers, "by one process", f"{cluster.alone:.1f} s"],
         [workers, f"by {PROCESSES} workers, including their start and end",
          f"{cluster.whole:.1f} s"],
-        [workers, "with a worker killed",
-         f"{min(cluster.killed):.1f} to {max(cluster.killed):.1f} s"],
+        [workers, "with a worker killed", f"{min(cluster.took):.1f} to {max(cluster.took):.1f} s"],
         [workers, "blocks finished when it was killed",
          f"{min(cluster.kept)} to {max(cluster.kept)}"],
         [workers, "lost", "; ".join(cluster.lost) or "nothing"],
     ]  # fmt: skip
 
 
-def save(path: Path, body: list[list[str]]) -> None:
-    """Write the rows as a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerows([["part", "what", "how much"], *body])
-
-
-def figures(sweep: Sweep, found: Kills, cluster: Cluster) -> dict[str, Any]:
+def figures(sweep: Sweep, found: Killed, cluster: Killed) -> dict[str, Any]:
     """What docs/trust.md tells of these runs."""
     return {
         "designs": sweep.designs,
         "memory": sweep.memory,
         "archive_bytes": sweep.archive,
         "resident_bytes": sweep.resident,
-        "runs_killed": sum(found.counts.values()),
-        "blocks_found": found.blocks_kept,
+        "runs_killed": found.counts.total(),
+        "blocks_found": sum(found.kept),
         "lost": len(found.lost),
         "workers_killed": len(cluster.kept),
         "lost_by_workers": len(cluster.lost),
@@ -517,27 +457,20 @@ def figures(sweep: Sweep, found: Kills, cluster: Cluster) -> dict[str, Any]:
 
 def main() -> None:
     """Run all of it."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.large_runs")
-    parser.add_argument("--designs", type=int, default=100_000_000)
-    parser.add_argument("--memory", default="500MB")
-    parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--kill-designs", type=int, default=500_000)
-    parser.add_argument("--workers-killed", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--folder", type=Path, help="where runs are written; a temporary folder")
-    parser.add_argument(
-        "-o", "--output", type=Path, default=part_file("large_runs").with_suffix(".csv")
-    )
-    parser.add_argument("--part", type=Path, default=part_file("large_runs"))
-    options: Any = parser.parse_args()
-    with tempfile.TemporaryDirectory(dir=options.folder) as name:
+    part = part_file("large_runs")
+    given = settings(
+        "benchmarks.large_runs", __doc__, designs=100_000_000, memory="500MB", kills=100,
+        kill_designs=500_000, workers_killed=10, seed=1, folder=Path,
+        output=part.with_suffix(".csv"), part=part,
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory(dir=given.folder) as name:
         folder = Path(name)
-        sweep = measured_sweep(options.designs, options.memory, folder)
-        found = kills(options.kill_designs, options.kills, options.seed, folder)
-        cluster = killed_workers(options.kill_designs, options.workers_killed, options.seed, folder)
-    save(options.output, rows(sweep, found, cluster))
-    write_part(options.part, figures(sweep, found, cluster))
-    print(options.output)
+        sweep = measured_sweep(given.designs, given.memory, folder)
+        found = kills(given.kill_designs, given.kills, given.seed, folder)
+        cluster = killed_workers(given.kill_designs, given.workers_killed, given.seed, folder)
+    save(given.output, HEAD, rows(sweep, found, cluster))
+    write_part(given.part, figures(sweep, found, cluster))
+    print(given.output)
     if found.lost or cluster.lost:
         sys.exit(1)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -13,23 +12,22 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 import sweeps
-from benchmarks import own
-from benchmarks.peers import Case
-from benchmarks.problem import Designs, Scene, diagram, own_inputs, reference, scene
+from benchmarks.command import PROGRAM, ROOT, processor
+from benchmarks.peers import Case, Solver
+from benchmarks.problem import Designs, answer, diagram, own_inputs, reference, scene
+from benchmarks.tables import toml_text
 from engine_dyn import compilation, periodic_speed
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats
 
 contracted: Any = numba.njit(nogil=True, fastmath={"contract"}, error_model="numpy")
-ROOT = Path(__file__).resolve().parents[1]
 
 
 @dataclass(frozen=True)
@@ -83,13 +81,8 @@ def errors_of(delta: Floats, exact: Floats) -> Errors:
     answered = error[np.isfinite(error)]
     if answered.size == 0:
         return Errors(np.nan, np.nan, np.nan, 1.0, count)
-    return Errors(
-        float(np.median(answered)),
-        float(np.quantile(answered, 0.99)),
-        float(answered.max()),
-        1.0 - answered.size / count,
-        count,
-    )
+    median, most, worst = np.quantile(answered, (0.5, 0.99, 1.0)).tolist()
+    return Errors(median, most, worst, 1.0 - answered.size / count, count)
 
 
 def seconds_of(work: Callable[..., Any], *arguments: Any, **options: Any) -> float:
@@ -112,48 +105,84 @@ def enough(work: Callable[[int], Any], seconds: float, most: int, least: int = 1
     return max(min(least, most), min(most, int(count * min(1.0, seconds / took))))
 
 
+def in_turns(
+    works: Sequence[Callable[[], Any]], runs: Sequence[int],
+    clock: Callable[[], float] = time.perf_counter,
+) -> list[tuple[tuple[float, ...], Any]]:  # fmt: skip
+    """Seconds of each run of each work, all taking turns, and what it gave last."""
+    times: list[list[float]] = [[] for _ in works]
+    found: list[Any] = [None for _ in works]
+    for turn in range(max(runs, default=0)):
+        for i, work in enumerate(works):
+            if turn < runs[i]:
+                begin = clock()
+                found[i] = work()
+                times[i].append(clock() - begin)
+    return list(zip(map(tuple, times), found, strict=True))
+
+
+def own_solver(threads: int, **options: Any) -> Solver:
+    """Delta of a table of designs by this project."""
+    return lambda designs: np.asarray(answer(designs, threads, **options)["delta"])
+
+
+def own_cases(threads: int, quick: bool) -> list[Case]:
+    """Every method of this project, at several tolerances and node counts."""
+    one = partial(own_solver, threads)
+    auto = (1e-6,) if quick else (1e-4, 1e-6, 1e-8, 1e-10)
+    found = [Case("auto", f"tolerance {t:.0e}", one(tolerance=t)) for t in auto]
+    for n in () if quick else (2, 4):
+        found.append(Case("auto", f"tolerance 1e-06, nodes x {n}", one(finer=n)))
+    for n in (1,) if quick else (1, 2, 4):
+        found.append(Case("newton", f"nodes x {n}", one(method="newton", finer=n)))
+    return [
+        *found,
+        # What peers that solve exponent 2 alone are compared with.
+        Case("auto", "tolerance 1e-06, exponent 2", one(tolerance=1e-6), exponents=(2.0,)),
+        Case("closed", "exponents 0 and 2", one(method="closed"), exponents=(0.0, 2.0)),
+        # Repeating cycles takes hundreds of them: few runs. Euler never closes at 0.
+        Case("thesis", "Euler, 1 degree", one(method="thesis"), 3, exponents=(1.0, 1.6, 2.0)),
+    ]
+
+
+def by_cylinders(case: Case) -> Case:
+    """A peer that solves the designs of one number of cylinders after the other."""
+
+    def solve(designs: Designs) -> Floats:
+        delta = np.empty(len(designs))
+        for count in np.unique(designs.cylinders).tolist():
+            index = np.flatnonzero(designs.cylinders == count)
+            delta[index] = case.solve(replace(designs.take(index), cylinders=count))
+        return delta
+
+    return replace(case, solve=solve)
+
+
 def compare(cases: Sequence[Case], designs: Designs, exact: Floats, seconds: float) -> list[Result]:
     """Time every case on the same designs, all cases taking turns run by run.
 
     Each case solves as many of the first designs as take about `seconds`.
     """
-    sources = []
+    indices, works, firsts = [], [], []
     for case in cases:
-        chosen = np.arange(len(designs))
+        index = np.arange(len(designs))
         if case.exponents:
-            chosen = np.flatnonzero(np.isin(designs.exponent, case.exponents))
-        sources.append(chosen)
+            index = np.flatnonzero(np.isin(designs.exponent, case.exponents))
 
-    def solve(i: int, count: int) -> Floats:
-        return cases[i].solve(designs.take(sources[i][:count]))
+        def solve(count: int, case: Case = case, index: Any = index) -> Floats:
+            return case.solve(designs.take(index[:count]))
 
-    firsts, counts = [], []
-    for i, case in enumerate(cases):
-        firsts.append(seconds_of(solve, i, 8))
-        counts.append(
-            enough(partial(solve, i), seconds, min(case.most, sources[i].size), case.least)
-        )
-    times: list[list[float]] = [[] for _ in cases]
-    found: list[Floats] = [np.zeros(0) for _ in cases]
-    for run in range(max(case.runs for case in cases)):
-        for i, case in enumerate(cases):
-            if run < case.runs:
-                part = designs.take(sources[i][: counts[i]])
-                begin = time.perf_counter()
-                found[i] = case.solve(part)
-                times[i].append(time.perf_counter() - begin)
+        firsts.append(seconds_of(solve, 8))
+        count = enough(solve, seconds, min(case.most, index.size), case.least)
+        indices.append(index[:count])
+        works.append(partial(case.solve, designs.take(index[:count])))
     results = []
-    for i, case in enumerate(cases):
-        index = sources[i][: counts[i]]
+    for case, first, index, (times, delta) in zip(
+        cases, firsts, indices, in_turns(works, [case.runs for case in cases]), strict=True
+    ):
         known = index < exact.size
-        results.append(
-            Result(
-                case,
-                Timing(counts[i], tuple(times[i])),
-                errors_of(found[i][known], exact[index[known]]),
-                firsts[i],
-            )
-        )
+        errors = errors_of(delta[known], exact[index[known]])
+        results.append(Result(case, Timing(index.size, times), errors, first))
     return results
 
 
@@ -164,7 +193,7 @@ def compare(cases: Sequence[Case], designs: Designs, exact: Floats, seconds: flo
 class SceneResult:
     """A factorial scene: this project (the default first), and peers on some of its designs."""
 
-    scene: Scene
+    scene: Designs
     ours: list[Result]
     peers: list[Result]
 
@@ -175,90 +204,68 @@ class SceneResult:
         return f"factorial, alpha {self.scene.exponent:g}, Z {self.scene.cylinders}{variable}"
 
 
-DEFAULT = ("tolerance 1e-06", {"tolerance": 1e-6})
-
-
 def in_scene(
-    build: Callable[[int], Scene], peers: Sequence[Case], threads: int, seconds: float, runs: int,
-    settings: Sequence[tuple[str, dict[str, Any]]] = (DEFAULT,), most: int = 10_000_000,
+    build: Callable[[int], Designs], peers: Sequence[Case], threads: int, seconds: float, runs: int,
+    tolerances: Sequence[float] = (1e-6,), most: int = 10_000_000,
 ) -> SceneResult:  # fmt: skip
-    """Time this project on whole scenes and the peers on designs drawn from the first, in turns.
+    """Time this project on whole scenes, the peers on designs drawn from the first.
 
-    Every setting gets a scene as large as keeps it busy; the first is the default.
+    Every tolerance gets a scene as large as keeps it busy; the first is the default.
     """
-    wholes, indices, exacts = [], [], []
-    for _, options in settings:
-
-        def trial(size: int, options: dict[str, Any] = options) -> None:
-            own.answer(build(size), threads, **options)
-
-        whole = build(enough(trial, seconds, most, 1000))
-        index = np.random.default_rng(2).permutation(whole.size)[:200_000]
-        wholes.append(whole)
-        indices.append(index)
-        exacts.append(reference(whole.designs(index[:200])))
-    designs = wholes[0].designs(indices[0])
-    times: list[list[float]] = [[] for _ in settings]
-    errors: list[Errors] = []
-    theirs: list[Result] = []
-    groups = [peers[i : i + 4] for i in range(0, len(peers), 4)]
-    for turn in range(max(runs, len(groups))):
-        for i, (_, options) in enumerate(settings):
-            begin = time.perf_counter()
-            delta = own.answer(wholes[i], threads, **options)["delta"]
-            times[i].append(time.perf_counter() - begin)
-            if turn == 0:
-                errors.append(errors_of(delta.ravel()[indices[i]], exacts[i]))
-        if turn < len(groups):
-            few = [replace(case, runs=min(case.runs, 3)) for case in groups[turn]]
-            theirs += compare(few, designs, exacts[0], seconds)
-    ours = [
-        Result(
-            Case("auto", setting, own.own(threads, **options)),
-            Timing(wholes[i].size, tuple(times[i])),
-            errors[i],
-            np.nan,
-        )
-        for i, (setting, options) in enumerate(settings)
+    ours: list[Result] = []
+    sources = []
+    for tolerance in tolerances:
+        count = enough(
+            lambda size, tolerance=tolerance: answer(build(size), threads, tolerance=tolerance),  # type: ignore[misc]
+            seconds, most, 1000,
+        )  # fmt: skip
+        sources.append(build(count))
+    works = [
+        partial(answer, source, threads, tolerance=tolerance)
+        for source, tolerance in zip(sources, tolerances, strict=True)
     ]
-    return SceneResult(wholes[0], ours, theirs)
+    drawn = [np.random.default_rng(2).permutation(len(source))[:200_000] for source in sources]
+    exacts = [
+        reference(source.take(index[:200])) for source, index in zip(sources, drawn, strict=True)
+    ]
+    for i, (times, found) in enumerate(in_turns(works, [runs] * len(works))):
+        case = Case("auto", f"tolerance {tolerances[i]:.0e}", own_solver(threads))
+        errors = errors_of(found["delta"].ravel()[drawn[i]], exacts[i])
+        ours.append(Result(case, Timing(len(sources[i]), times), errors, np.nan))
+    few = [replace(case, runs=min(case.runs, 3)) for case in peers]
+    theirs = compare(few, sources[0].take(drawn[0]), exacts[0], seconds)
+    return SceneResult(sources[0], ours, theirs)
 
 
-def timed_solve(source: Scene | Designs, threads: int, runs: int, **options: Any) -> Timing:
+def timed_solve(source: Designs, threads: int, runs: int) -> Timing:
     """Warm times of this project on a scene or a table."""
-    count = source.size if isinstance(source, Scene) else len(source)
-    own.answer(source, threads, **options)
-    times = [seconds_of(own.answer, source, threads, **options) for _ in range(runs)]
-    return Timing(count, tuple(times))
+    answer(source, threads)
+    return Timing(
+        len(source), tuple(seconds_of(answer, source, threads) for _ in range(runs))
+    )  # fmt: skip
 
 
 def timed_alone(designs: Designs, threads: int, runs: int) -> Timing:
     """Warm times of `sweep.solve` on a table, the mean torque being given."""
-    inputs = own_inputs(designs, own.FAMILY)
-    solve = partial(dispatch.solve, wanted=("delta",), threads=threads, **inputs)
+    solve = partial(dispatch.solve, wanted=("delta",), threads=threads, **own_inputs(designs))
     return Timing(len(designs), tuple(seconds_of(solve) for _ in range(runs)))
 
 
 def against_number(
-    sizes: Sequence[int], build: Callable[[int], Scene | Designs], threads: int, patience: float
+    sizes: Sequence[int], build: Callable[[int], Designs], threads: int, patience: float
 ) -> list[Timing]:
     """Throughput against the number of designs; sizes expected beyond `patience` s are left out."""
     found: list[Timing] = []
     for size in sizes:
         source = build(size)
-        count = source.size if isinstance(source, Scene) else len(source)
-        if found and count / found[-1].rate > patience:
+        expected = len(source) / found[-1].rate if found else 0.0
+        if expected > patience:
             break
-        runs = 5 if not found or count / found[-1].rate < 1.0 else 2
-        if size < 10_000_000:
-            own.answer(source, threads)
-        times = [seconds_of(own.answer, source, threads) for _ in range(runs)]
-        found.append(Timing(count, tuple(times)))
+        found.append(timed_solve(source, threads, 5 if expected < 1.0 else 2))
     return found
 
 
-@dataclass(frozen=True)
-class Traces:
+class Traces(NamedTuple):
     """Seconds of a run that stores omega, and of NumPy writing an array of the same size."""
 
     designs: int
@@ -277,10 +284,10 @@ def traces(threads: int, designs: int, runs: int, angles: int = 720) -> Traces:
     """Omega over crank angle of a scene (alpha 2, Z 1)."""
     source = scene(designs, 2.0)
     phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, angles, endpoint=False)
-    shape = (source.size, angles)
-    times: list[tuple[float, float, float]] = []
-    solve = partial(own.answer, source, threads, ("omega",), crank_angle=phi)
+    shape = (len(source), angles)
+    solve = partial(answer, source, threads, ("omega",), crank_angle=phi)
     solve()
+    times = []
     for _ in range(runs):
         solving = seconds_of(solve)
         begin = time.perf_counter()
@@ -288,12 +295,10 @@ def traces(threads: int, designs: int, runs: int, angles: int = 720) -> Traces:
         fresh = time.perf_counter() - begin
         times.append((solving, fresh, seconds_of(array.fill, 2.5)))
         del array
-    return Traces(
-        source.size, angles, *(statistics.median(column) for column in zip(*times, strict=True))
-    )
+    return Traces(len(source), angles, *map(statistics.median, zip(*times, strict=True)))
 
 
-# Limits of the machine ----------------------------------------------------------------------------
+# The machine --------------------------------------------------------------------------------------
 
 
 @contracted
@@ -307,39 +312,35 @@ def _fused(x: Floats, out: Floats, repeats: int) -> None:
             out[i] = y
 
 
-def peak_flops(threads: int, seconds: float = 0.3) -> float:
-    """Fused multiplications and additions per second x 2, on `threads` threads, best of five."""
-    size = 1024
-    arrays = [(np.full(size, 0.5), np.full(size, 0.5)) for _ in range(threads)]
-    _fused(*arrays[0], 1)
-    repeats = 100
-    while seconds_of(_fused, *arrays[0], repeats) < 0.2 * seconds:
-        repeats *= 2
-    best = np.inf
+def limits(threads: int, size: int = 1024, repeats: int = 200_000) -> tuple[float, float]:
+    """Fused multiplications and additions per second x 2, and bytes per second that NumPy writes.
+
+    On all threads; the best of five runs each.
+    """
+    pairs = [(np.full(size, 0.5), np.full(size, 0.5)) for _ in range(threads)]
+    arrays = [np.zeros((1 << 25) // threads) for _ in range(threads)]
+    _fused(*pairs[0], 1)
     with ThreadPoolExecutor(threads) as pool:
-        for _ in range(5):
-            begin = time.perf_counter()
-            list(pool.map(lambda pair: _fused(*pair, repeats), arrays))
-            best = min(best, time.perf_counter() - begin)
-    return 2.0 * 16.0 * size * repeats * threads / best
+        flops = min(
+            seconds_of(lambda: list(pool.map(lambda pair: _fused(*pair, repeats), pairs)))
+            for _ in range(5)
+        )
+        writing = min(
+            seconds_of(lambda: list(pool.map(lambda array: array.fill(1.0), arrays)))
+            for _ in range(5)
+        )
+    return 32.0 * size * repeats * threads / flops, 8.0 * arrays[0].size * threads / writing
 
 
-def peak_writing(threads: int, size: int = 1 << 25) -> float:
-    """Bytes per second written by NumPy into memory that is in use, on `threads` threads."""
-    arrays = [np.zeros(size // threads) for _ in range(threads)]
-    best = np.inf
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in range(5):
-            begin = time.perf_counter()
-            list(pool.map(lambda array: array.fill(1.0), arrays))
-            best = min(best, time.perf_counter() - begin)
-    return 8.0 * (size // threads) * threads / best
+def machine(threads: int) -> str:
+    """Name of the processor, the generation that kernels are compiled for, width of its vectors."""
+    from llvmlite import binding
 
-
-def limits(threads: int) -> tuple[float, float, float]:
-    """Flops with all threads and with one, bytes per second written."""
-    one = peak_flops(1)
-    return max(one, peak_flops(threads)), one, peak_writing(threads)
+    features = binding.get_host_cpu_features()
+    widths = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
+    lanes = [words for name, words in widths.items() if features.get(name)]
+    generation = f"{processor()} ({compilation.processor()})"
+    return f"{generation}, {threads} threads, {[*lanes, 'no vector unit known'][0]}"
 
 
 # From outside -------------------------------------------------------------------------------------
@@ -349,50 +350,32 @@ FIRST_RUNS = 3
 """Runs of the command that compile, each into a cache of its own."""
 
 ONE_DESIGN = {"engine": "ntua", "output": {"quantities": ["delta"]}}
-ONE_SCENE = 'engine = "ntua"\n\n[output]\nquantities = ["delta"]\n'
 
 
-def _child(code: str, environment: dict[str, str] | None = None) -> str:
-    """What a fresh Python prints."""
+def _child(code: str) -> list[float]:
+    """Numbers that a fresh Python prints."""
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT,
-        env={**os.environ, **(environment or {})},
-    )  # fmt: skip
-    return done.stdout
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    return [float(word) for word in done.stdout.split()]
 
 
-def _command(scene_file: Path, output: Path, environment: dict[str, str]) -> float:
-    command = Path(sys.executable).with_name("engine-dyn")
-    begin = time.perf_counter()
-    subprocess.run(
-        [command, "run", scene_file, "-o", output, "--overwrite"], check=True, capture_output=True,
+def _command(scene: dict[str, Any], folder: Path, **environment: str) -> float:
+    """Seconds of `engine-dyn run` of a scene."""
+    (folder / "scene.toml").write_text(toml_text(scene), encoding="utf-8")
+    words = [PROGRAM, "run", "scene.toml", "-o", "out.nc", "--overwrite"]
+    return seconds_of(
+        subprocess.run, words, check=True, capture_output=True, cwd=folder,
         env={**os.environ, **environment},
     )  # fmt: skip
-    return time.perf_counter() - begin
-
-
-@dataclass(frozen=True)
-class Latencies:
-    """Seconds."""
-
-    periodic_speed: float
-    run: float
-    command: float
-    first_command: float
-    import_numba: float
-    import_own: float
 
 
 def one_design(runs: int) -> tuple[float, float]:
     """Seconds of one design in this process, warm: by `periodic_speed`, by `sweeps.run`."""
-    one = diagram()
-
-    def single() -> Any:
-        return periodic_speed(
-            one, bore=0.14, stroke=0.18, crank_ratio=0.2571, reciprocating_mass=6.67,
-            inertia=2.0, speed=125.66, friction_torque=30.0,
-        )  # fmt: skip
-
+    single = partial(
+        periodic_speed, diagram(), bore=0.14, stroke=0.18, crank_ratio=0.2571,
+        reciprocating_mass=6.67, inertia=2.0, speed=125.66, friction_torque=30.0,
+    )  # fmt: skip
     single(), sweeps.run(ONE_DESIGN)
     return (
         statistics.median(seconds_of(single) for _ in range(20 * runs)),
@@ -400,33 +383,37 @@ def one_design(runs: int) -> tuple[float, float]:
     )
 
 
-def latencies(runs: int, fresh: bool) -> Latencies:
-    """One design: in a process warm, and as a command with a cold (if `fresh`) and a warm cache.
+def latencies(runs: int, fresh: bool) -> dict[str, float]:
+    """Seconds of one design, in a process warm, and as a command with a cold and a warm cache.
 
-    Processes of their own: the threads of peers that ran in this one would be measured along.
-    Seconds that were not measured are NaN.
+    Processes of their own: the threads of peers that ran in this one would be measured along. The
+    cold cache only where `fresh`; seconds that were not measured are NaN.
     """
-    asked = f"from benchmarks.measure import one_design; print(*one_design({runs}))"
-    of_single, of_run = (float(word) for word in _child(asked).split())
-    with tempfile.TemporaryDirectory() as folder:
-        file, output = Path(folder) / "one.toml", Path(folder) / "one.nc"
-        file.write_text(ONE_SCENE, encoding="utf-8")
-        caches = [{"NUMBA_CACHE_DIR": str(Path(folder) / f"cache{i}")} for i in range(FIRST_RUNS)]
-        first = [_command(file, output, cache) for cache in caches] if fresh else [np.nan]
-        warm = [_command(file, output, caches[0] if fresh else {}) for _ in range(runs)]
+    single, run = _child(f"from benchmarks.measure import one_design; print(*one_design({runs}))")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        caches = [str(folder / f"cache{i}") for i in range(FIRST_RUNS)] if fresh else []
+        cold = [_command(ONE_DESIGN, folder, NUMBA_CACHE_DIR=cache) for cache in caches]
+        given = {"NUMBA_CACHE_DIR": caches[0]} if fresh else {}
+        warm = statistics.median(_command(ONE_DESIGN, folder, **given) for _ in range(runs))
+    first = statistics.median(cold) if cold else np.nan
     code = (
         "import time; a = time.perf_counter(); import numba; b = time.perf_counter();"
         "import engine_dyn; print(b - a, time.perf_counter() - b)"
     )
-    imports = [[float(word) for word in _child(code).split()] for _ in range(runs)]
-    return Latencies(
-        of_single, of_run, statistics.median(warm), statistics.median(first),
-        statistics.median(row[0] for row in imports), statistics.median(row[1] for row in imports),
-    )  # fmt: skip
+    of_numba, own = map(statistics.median, zip(*(_child(code) for _ in range(runs)), strict=True))
+    return {
+        "engine_dyn.periodic_speed, warm": single,
+        "sweeps.run(dict), warm": run,
+        "engine-dyn run, one design, new process, cache warm": warm,
+        "engine-dyn run, one design, first ever (compiles), of three": first,
+        "compiling, the difference": first - warm,
+        "import numba": of_numba,
+        "import engine_dyn after it": own,
+    }
 
 
-@dataclass(frozen=True)
-class Memory:
+class Memory(NamedTuple):
     """Bytes: what a run adds to a process warmed with one design, and its results."""
 
     what: str
@@ -434,55 +421,37 @@ class Memory:
     added: int
     results: int
 
-    @property
-    def overhead(self) -> int:
-        """Beyond the results."""
-        return self.added - self.results
+
+def factorial(size: int) -> dict[str, Any]:
+    """Scene of about so many designs, four quantities."""
+    side = round(size ** (1.0 / 3.0))
+    return {
+        "engine": "ntua",
+        "axes": {
+            "inertia": {"start": 1.5, "stop": 8.0, "num": side, "spacing": "log"},
+            "speed": {"start": 1000, "stop": 2000, "num": side},
+            "reciprocating_mass": {"start": 3.0, "stop": 9.0, "num": max(1, size // side**2)},
+        },
+        "output": {"quantities": ["delta", "omega_max", "omega_min", "omega_mean"]},
+    }
 
 
 PEAK = """
 import gc
+import sweeps
 from pathlib import Path
+from benchmarks.measure import answer, factorial, scene
 def peak():
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * int(next(line for line in lines if line.startswith("VmHWM")).split()[1])
-{prepare}
+def work(size):
+    return {work}
+work(8)
 gc.collect()
 Path("/proc/self/clear_refs").write_text("5")  # the peak so far is forgotten
 before = peak()
 result = work({size})
-print(peak() - before, count(result), held(result))
-"""
-
-SOLVING = """
-from benchmarks import own
-from benchmarks.problem import scene
-def work(size):
-    return own.answer(scene(size, 2.0), {threads})
-def count(result):
-    return result["delta"].size
-def held(result):
-    return sum(a.nbytes for a in result.values())
-work(1)
-"""
-
-RUNNING = """
-import numpy as np
-import sweeps
-def work(size):
-    side = round(size ** (1 / 3))
-    return sweeps.run({{
-        "engine": "ntua",
-        "axes": {{"inertia": np.geomspace(1.5, 8.0, side).tolist(),
-                 "speed": np.linspace(1000.0, 2000.0, side).tolist(),
-                 "reciprocating_mass": np.linspace(3.0, 9.0, size // side**2).tolist()}},
-        "output": {{"quantities": ["delta", "omega_max", "omega_min", "omega_mean"]}},
-    }}, threads={threads})
-def count(result):
-    return result["delta"].size
-def held(result):
-    return sum(v.nbytes for v in result.variables.values())
-work(1)
+print(peak() - before, result["delta"].size, sum(v.nbytes for v in dict({variables}).values()))
 """
 
 
@@ -491,15 +460,17 @@ def memory(threads: int, size: int) -> list[Memory]:
     if not Path("/proc/self/clear_refs").exists():
         return []
     found = []
-    for what, prepare in (("sweep.solve", SOLVING), ("sweeps.run", RUNNING)):
-        text = PEAK.format(prepare=prepare.format(threads=threads), size=size)
-        added, count, held = (int(word) for word in _child(text).split())
+    for what, work, variables in (
+        ("sweep.solve", f"answer(scene(size, 2.0), {threads})", "result"),
+        ("sweeps.run", f"sweeps.run(factorial(size), threads={threads})", "result.variables"),
+    ):
+        code = PEAK.format(work=work, size=size, variables=variables)
+        added, count, held = map(int, _child(code))
         found.append(Memory(what, count, added, held))
     return found
 
 
-@dataclass(frozen=True)
-class BigRun:
+class BigRun(NamedTuple):
     """A scene run by the command, and the same computed only; seconds and bytes."""
 
     designs: int
@@ -510,77 +481,15 @@ class BigRun:
 
 def big_run(threads: int, most: int, patience: float) -> BigRun:
     """`engine-dyn run` of up to `most` designs, four quantities; fewer if it would take long."""
-
-    def axes(size: int) -> dict[str, Any]:
-        side = round(size ** (1.0 / 3.0))
-        return {
-            "inertia": {"start": 1.5, "stop": 8.0, "num": side, "spacing": "log"},
-            "speed": {"start": 1000, "stop": 2000, "num": side},
-            "reciprocating_mass": {"start": 3.0, "stop": 9.0, "num": max(1, size // side**2)},
-        }
-
-    quantities = ["delta", "omega_max", "omega_min", "omega_mean"]
-
-    def compute(size: int) -> int:
-        whole = sweeps.run(
-            {"engine": "ntua", "axes": axes(size), "output": {"quantities": quantities}},
-            threads=threads,
-        )
-        return int(whole["delta"].size)
-
     small = most // 100
-    took = min(seconds_of(lambda: compute(small)) for _ in range(2))
+    compute = partial(sweeps.run, threads=threads)
+    took = min(seconds_of(compute, factorial(small)) for _ in range(2))
     size = max(small, min(most, int(small * patience / max(took, 1e-3))))
     if size > most // 2:
         size = most
-    begin = time.perf_counter()
-    designs = compute(size)
-    computing = time.perf_counter() - begin
-    lines = ['engine = "ntua"', "", "[axes]"]
-    for name, values in axes(size).items():
-        inner = ", ".join(
-            f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {v}" for k, v in values.items()
-        )
-        lines.append(f"{name} = {{ {inner} }}")
-    lines += ["", "[output]", f"quantities = {quantities}".replace("'", '"'), ""]
-    with tempfile.TemporaryDirectory() as folder:
-        file, output = Path(folder) / "big.toml", Path(folder) / "big.nc"
-        file.write_text("\n".join(lines), encoding="utf-8")
-        command = _command(file, output, {})
-        return BigRun(designs, command, computing, output.stat().st_size)
-
-
-# The machine --------------------------------------------------------------------------------------
-
-
-def processor() -> str:
-    """Name of the processor, and the generation that kernels are compiled for."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        name = platform.processor() or platform.machine()
-    return f"{name} ({compilation.processor()})"
-
-
-def lanes() -> str:
-    """Width of a vector register as compiled code uses it here."""
-    from llvmlite import binding
-
-    features = binding.get_host_cpu_features()
-    for name, words in (("avx512f", "AVX-512"), ("avx2", "AVX2"), ("neon", "NEON")):
-        if features.get(name):
-            return words
-    return "no vector unit known"
-
-
-def versions() -> list[tuple[str, str]]:
-    """Of Python and the packages compared, as installed."""
-    found = [("Python", platform.python_version())]
-    for name in ("engine-dyn", "numpy", "numba", "scipy", "xarray", "netCDF4", "jax", "diffrax",
-                 "heyoka", "numbalsoda"):  # fmt: skip
-        try:
-            found.append((name, version(name)))
-        except PackageNotFoundError:
-            continue
-    return found
+    asked = factorial(size)
+    computing = seconds_of(compute, asked)
+    designs = int(np.prod([axis["num"] for axis in asked["axes"].values()]))
+    with tempfile.TemporaryDirectory() as name:
+        command = _command(asked, Path(name))
+        return BigRun(designs, command, computing, (Path(name) / "out.nc").stat().st_size)

@@ -5,10 +5,9 @@ nothing but engine size and pressure diagram. The pressure is a closed form (`or
 analytic and periodic: solvers that need points get it every half degree, as a file would have it;
 the others evaluate the formula.
 
-The reference shares no line with the kernels: Fourier series of the formula, integrated term by
-term, and the load by fixed-point iteration. Where the torque is analytic its error falls
-exponentially with the number of samples, so that rounding is what remains; `agreement` compares it
-with the adaptive integration of `oracle` on a few designs.
+The reference shares no line with the kernels: collocation by `oracle/spline.py`, with the formula
+in the place of a spline. `agreement` compares it with the adaptive integration of `oracle` on a few
+designs.
 """
 
 from __future__ import annotations
@@ -16,21 +15,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
 from engine_dyn.pressure.family import ROW_STEP
+from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Floats
+from oracle import spline
 from oracle.designs import SmoothPressure
 from oracle.designs import table as points_of
 from oracle.solution import Design, solve
-
-Complexes = npt.NDArray[Any]
 
 CYCLE = 4.0 * math.pi
 BORE, STROKE, CRANKCASE = 0.14, 0.18, 1.0e5
@@ -49,117 +47,83 @@ MOTORED = replace(PRESSURE, burn=0.0, after=0.0)
 LEAST_HEAT = 0.4
 """Smallest factor on the combustion's part of the pressure; the largest is 1, full load."""
 
+MOST_CYLINDERS = 8
+"""Of sampled designs."""
+
+FINE = np.arange(2880) * CYCLE / 2880
+"""Equal steps integrate a smooth periodic torque to rounding."""
+
+KNOTS = np.radians(np.arange(-360.0, 360.0, 0.5))
+"""Pieces of the reference."""
+
 EXPONENTS = (0.0, 1.0, 1.6, 2.0)
 """Load exponents mixed in the table."""
-
-SAMPLES = 1024
-"""Of the reference over a period; `agreement` shows that they suffice."""
 
 
 @dataclass(frozen=True)
 class Designs:
-    """Columns of designs, each of one length: SI units, speed in rad/s.
+    """Columns of designs, which broadcast: SI units, speed in rad/s.
 
     `heat` is the factor on the combustion's part of the pressure, 1 at full load; `friction` is
-    the torque of the whole engine.
+    the torque of the whole engine. `cylinders` is one number for all, or a column.
     """
 
-    ratio: Floats
-    mass: Floats
-    speed: Floats
-    inertia: Floats
-    friction: Floats
-    exponent: Floats
-    heat: Floats
-    cylinders: int = 1
+    ratio: Any
+    mass: Any
+    speed: Any
+    inertia: Any
+    friction: Any
+    exponent: Any
+    heat: Any = 1.0
+    cylinders: Any = 1
     variable: bool = False
 
     COLUMNS = ("ratio", "mass", "speed", "inertia", "friction", "exponent", "heat")
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Designs along each axis of a product."""
+        return np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in self.COLUMNS))
+
     def __len__(self) -> int:
-        return self.ratio.size
-
-    def take(self, index: Any) -> Designs:
-        """The designs at `index`."""
-        columns: dict[str, Any] = {
-            name: np.ascontiguousarray(getattr(self, name)[index]) for name in self.COLUMNS
-        }
-        return replace(self, **columns)
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A full factorial: inertia x speed x mass at one crank ratio and load exponent."""
-
-    inertia: Floats
-    speed: Floats
-    mass: Floats
-    exponent: float
-    cylinders: int = 1
-    variable: bool = False
-    ratio: float = 0.2571
-    friction: float = 30.0  # N m of a cylinder
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """Designs along each axis."""
-        return self.inertia.size, self.speed.size, self.mass.size
-
-    @property
-    def size(self) -> int:
-        """Number of designs."""
         return math.prod(self.shape)
 
-    def designs(self, index: Integers) -> Designs:
-        """Chosen designs of the product as columns, for solvers that know no product."""
-        inertia, speed, mass = np.unravel_index(index, self.shape)
-        alike = np.ones(index.size)
-        return Designs(
-            ratio=self.ratio * alike,
-            mass=self.mass[mass],
-            speed=self.speed[speed],
-            inertia=self.inertia[inertia],
-            friction=self.cylinders * self.friction * alike,
-            exponent=self.exponent * alike,
-            heat=alike,
-            cylinders=self.cylinders,
-            variable=self.variable,
-        )
-
-    def inputs(self) -> dict[str, Any]:
-        """Arguments of `sweep.solve`, shaped as a product."""
-        friction = self.cylinders * self.friction
-        return {
-            "crank_ratio": self.ratio,
-            "mass": self.mass[None, None, :],
-            "speed": self.speed[None, :, None],
-            "inertia": self.inertia[:, None, None],
-            "exponent": self.exponent,
-            "friction_torque": friction,
-            "cylinders": self.cylinders,
-            "inertia_model": "variable" if self.variable else "constant",
+    def take(self, index: Any) -> Designs:
+        """The designs at `index`, as columns of one length."""
+        shape = self.shape
+        places = np.unravel_index(np.arange(len(self))[index], shape) if len(shape) > 1 else index
+        names = [*self.COLUMNS, "cylinders"] if np.ndim(self.cylinders) else self.COLUMNS
+        columns: dict[str, Any] = {
+            name: np.ascontiguousarray(np.broadcast_to(getattr(self, name), shape)[places])
+            for name in names
         }
+        return replace(self, **columns)
 
 
 def _divisor(number: int, most: int) -> int:
     return next(d for d in range(most, 0, -1) if number % d == 0)
 
 
-def scene(size: int, exponent: float, cylinders: int = 1, variable: bool = False) -> Scene:
+def scene(size: int, exponent: float, cylinders: int = 1, variable: bool = False) -> Designs:
     """A factorial scene of `size` designs, of which two digits count so that it has divisors."""
     digits = max(0, len(str(size)) - 2)
     size = size // 10**digits * 10**digits
     speeds = _divisor(size, round(size ** (1.0 / 3.0)))
     masses = _divisor(size // speeds, math.isqrt(size // speeds))
-    inertias = size // (speeds * masses)
-    return Scene(
-        inertia=np.geomspace(1.5, 8.0, inertias),
-        speed=np.linspace(100.0, 220.0, speeds),
-        mass=np.linspace(3.0, 9.0, masses),
-        exponent=exponent,
-        cylinders=cylinders,
-        variable=variable,
-    )
+    inertia = np.geomspace(1.5, 8.0, size // (speeds * masses))
+    speed, mass = np.linspace(100.0, 220.0, speeds), np.linspace(3.0, 9.0, masses)
+    return product(inertia, speed, mass, 0.2571, 30.0, exponent, cylinders, variable)
+
+
+def product(
+    inertia: Floats, speed: Floats, mass: Floats, ratio: float, friction: float, exponent: float,
+    cylinders: int, variable: bool,
+) -> Designs:  # fmt: skip
+    """A full factorial at one crank ratio, friction of a cylinder [N m] and load exponent."""
+    return Designs(
+        ratio, mass, speed[:, None], inertia[:, None, None], cylinders * friction, exponent, 1.0,
+        cylinders, variable,
+    )  # fmt: skip
 
 
 def table(size: int, exponents: Sequence[float] = EXPONENTS, seed: int = 1) -> Designs:
@@ -176,10 +140,11 @@ def table(size: int, exponents: Sequence[float] = EXPONENTS, seed: int = 1) -> D
     )
 
 
-def sampled(size: int, cylinders: int, seed: int = 3) -> Designs:
-    """Random designs of one number of cylinders at any load, exponent 2."""
-    designs = table(size, (2.0,), seed=1000 * seed + cylinders)
-    heat = np.random.default_rng(1000 * seed + cylinders + 500).uniform(LEAST_HEAT, 1.0, size)
+def sampled(size: int, seed: int = 3) -> Designs:
+    """Random designs of one to eight cylinders in turn, at any load, exponent 2."""
+    designs = table(size, (2.0,), seed)
+    heat = np.random.default_rng(seed + 500).uniform(LEAST_HEAT, 1.0, size)
+    cylinders = 1 + np.arange(size) % MOST_CYLINDERS
     return replace(
         designs, heat=heat, friction=cylinders * designs.friction, cylinders=cylinders,
         inertia=cylinders * designs.inertia,
@@ -207,40 +172,40 @@ def diagram(heat: float = 1.0) -> Diagram:
     return diagram_from_points(np.radians(degrees), bar * 1e5, CYCLE)
 
 
+@cache
 def family() -> Family:
     """The diagram alone, as a family of one."""
     return family_from_diagrams([0.0], [diagram()])
 
 
+@cache
 def family_of_loads() -> Family:
     """The diagrams of least and full heat, so near in load that all between are their sums."""
     return family_from_diagrams([0.0, ROW_STEP], [diagram(LEAST_HEAT), diagram()])
 
 
-def own_inputs(source: Scene | Designs, one: Family) -> dict[str, Any]:
+def own_inputs(source: Designs) -> dict[str, Any]:
     """Arguments of `sweep.solve`; the mean torque is computed here, as every peer does it too."""
-    if isinstance(source, Scene):
-        inputs = source.inputs()
-    else:
-        inputs = {
-            "crank_ratio": source.ratio,
-            "mass": source.mass,
-            "speed": source.speed,
-            "inertia": source.inertia,
-            "exponent": source.exponent,
-            "friction_torque": source.friction,
-            "cylinders": source.cylinders,
-            "inertia_model": "variable" if source.variable else "constant",
-        }
+    one = family()
     row: Any = 0.0
-    if isinstance(source, Designs) and one.row_count > 1:
-        row = (source.heat - LEAST_HEAT) / (1.0 - LEAST_HEAT)
-    gas = mean_gas_torque(inputs["crank_ratio"], row, one)
+    if np.any(source.heat != 1.0):
+        one, row = family_of_loads(), (source.heat - LEAST_HEAT) / (1.0 - LEAST_HEAT)
+    gas = mean_gas_torque(source.ratio, row, one)
     return {
         "family": one, "row": row, "scale": 1.0, "crankcase_pressure": CRANKCASE, "bore": BORE,
-        "double_radius": STROKE, "offset": 0.0,
-        "mean_torque": source.cylinders * LEVER * gas - inputs["friction_torque"], **inputs,
+        "double_radius": STROKE, "offset": 0.0, "crank_ratio": source.ratio, "mass": source.mass,
+        "speed": source.speed, "inertia": source.inertia, "exponent": source.exponent,
+        "friction_torque": source.friction, "cylinders": source.cylinders,
+        "inertia_model": "variable" if source.variable else "constant",
+        "mean_torque": source.cylinders * LEVER * gas - source.friction,
     }  # fmt: skip
+
+
+def answer(
+    source: Designs, threads: int, wanted: tuple[str, ...] = ("delta",), **options: Any
+) -> dict[str, Any]:
+    """Results of `sweep.solve`, called as `sweeps` calls it."""
+    return dispatch.solve(wanted=wanted, threads=threads, **own_inputs(source), **options)
 
 
 # Reference ----------------------------------------------------------------------------------------
@@ -255,81 +220,23 @@ def kinematics(phi: Floats, ratio: Floats) -> tuple[Floats, Floats]:
     return v, b
 
 
-def reference(designs: Designs, samples: int = SAMPLES) -> Floats:
-    """Delta of every design, to rounding."""
-    blocks = [designs.take(slice(i, i + 64)) for i in range(0, len(designs), 64)]
-    return np.concatenate([_reference(block, samples) for block in blocks])
-
-
-def _reference(designs: Designs, samples: int) -> Floats:
-    period = CYCLE / designs.cylinders
-    phi = np.arange(samples) * period / samples
-    gas = np.zeros((len(designs), samples))
-    shape, square = np.zeros_like(gas), np.zeros_like(gas)
-    for cylinder in range(designs.cylinders):
-        angle = phi + cylinder * period
-        v, b = kinematics(angle, designs.ratio[:, None])
-        gas += LEVER * (pressure_of(angle, designs.heat[:, None]) - CRANKCASE) * v
-        shape += b * v
-        square += v * v
-    column = {name: getattr(designs, name)[:, None] for name in designs.COLUMNS}
-    scale = 2.0 / (column["inertia"] * column["speed"] ** 2)
-    throw = column["mass"] * RADIUS**2
-    drive = scale * (gas - column["friction"])
-    theta = np.ones_like(gas)
-    if designs.variable:
-        theta += throw / column["inertia"] * (square - square.mean(axis=1, keepdims=True))
-    else:
-        drive -= scale * throw * column["speed"] ** 2 * shape
-    half = 0.5 * column["exponent"]
-    kappa = drive.mean(axis=1, keepdims=True)  # scaled load, the power mean being the nominal speed
-    wave: Complexes = 2j * math.pi / period * np.arange(samples // 2 + 1)
-    inverse = np.zeros(wave.size, dtype=complex)
-    inverse[1:-1] = 1.0 / wave[1:-1]
-
-    def integral(curve: Floats) -> Floats:
-        return np.asarray(np.fft.irfft(inverse * np.fft.rfft(curve), samples))
-
-    work = integral(drive)
-    level, load = np.ones_like(kappa), np.zeros_like(work)
-    torque_load = half == 0.0
-    for _ in range(200):
-        before = load
-        for _ in range(50):  # Newton for the level at which the power mean is the nominal speed
-            u = (level + work - kappa * load) / theta
-            power = u**half
-            closing = np.where(torque_load, np.log(u), power - 1.0).mean(axis=1, keepdims=True)
-            slope = np.where(torque_load, 1.0, half * power) / (u * theta)
-            step = closing / slope.mean(axis=1, keepdims=True)
-            level = level - step
-            if np.abs(step).max() < 1e-15:
-                break
-        u = (level + work - kappa * load) / theta
-        load = integral(u**half)
-        if np.abs(load - before).max() < 1e-15:
-            break
-    else:
-        raise RuntimeError("the load's iteration did not settle")
-    u = (level + work - kappa * load) / theta
-    if u.min() <= 0.0:
+def reference(designs: Designs) -> Floats:
+    """Delta of every design, to rounding: `oracle/spline.py` with the formula of the pressure."""
+    gas = np.array([
+        np.mean(pressure_of(FINE, heat) * kinematics(FINE, ratio)[0])
+        for heat, ratio in zip(designs.heat, designs.ratio, strict=True)
+    ])  # fmt: skip
+    batch = spline.Designs.of(
+        row=(designs.heat - LEAST_HEAT) / (1.0 - LEAST_HEAT), scale=1.0, crankcase=CRANKCASE,
+        crank_ratio=designs.ratio, bore=BORE, stroke=STROKE, mass=designs.mass,
+        inertia=designs.inertia, speed=designs.speed, exponent=designs.exponent,
+        surplus=designs.cylinders * LEVER * gas - designs.friction, cylinders=designs.cylinders,
+        variable=designs.variable, cycle_time=False,
+    )  # fmt: skip
+    found = spline.solve(batch, lambda row, phi: pressure_of(phi, (LEAST_HEAT, 1.0)[row]), KNOTS)
+    if np.any(found.status != spline.CONVERGED):
         raise RuntimeError("a design of the benchmark stalls")
-    high, low = _extreme(u, wave, 1.0), _extreme(u, wave, -1.0)
-    return np.asarray((np.sqrt(high) - np.sqrt(low)) / np.sqrt(u).mean(axis=1))
-
-
-def _extreme(curve: Floats, wave: Complexes, sign: float) -> Floats:
-    """Largest (or smallest) value of the trigonometric interpolant of each row."""
-    samples = curve.shape[1]
-    waves = np.fft.rfft(curve) / samples
-    waves[:, 1:] *= 2.0
-    fine = np.fft.irfft(np.fft.rfft(curve), 8 * samples)
-    period = 2.0 * math.pi / wave[1].imag
-    at = np.argmax(sign * fine, axis=1)[:, None] * period / fine.shape[1]
-    for _ in range(6):
-        term = waves * np.exp(wave * at)
-        slope = (wave * term).sum(axis=1, keepdims=True).real
-        at = at - slope / (wave * wave * term).sum(axis=1, keepdims=True).real
-    return np.asarray((waves * np.exp(wave * at)).sum(axis=1).real)
+    return found.delta
 
 
 def agreement(designs: Designs, delta: Floats) -> float:
@@ -341,7 +248,7 @@ def agreement(designs: Designs, delta: Floats) -> float:
             pressure=partial(pressure_of, heat=float(one.heat[0])), bore=BORE, stroke=STROKE,
             crank_ratio=float(one.ratio[0]),
             reciprocating_mass=float(one.mass[0]), inertia=float(one.inertia[0]),
-            speed_rpm=float(one.speed[0]) * 30.0 / math.pi, cylinders=one.cylinders,
+            speed_rpm=float(one.speed[0]) * 30.0 / math.pi, cylinders=int(np.max(one.cylinders)),
             load_exponent=float(one.exponent[0]), friction_torque=float(one.friction[0]),
             crankcase_pressure=CRANKCASE,
             inertia_model="variable" if one.variable else "constant",

@@ -8,17 +8,13 @@ Exit status 1 where one failed; pytest then shows the smallest scene that it fai
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import re
 import subprocess
 import sys
-from pathlib import Path
 
-from benchmarks.reliability_parts import part_file, write_part
-
-ROOT = Path(__file__).resolve().parents[1]
+from benchmarks.command import ROOT, part_file, settings, write_part
 
 _TEST = re.compile(r"test_any_scene\.py::(\w+):$")
 _COUNT = re.compile(r"(\d+) passing, (\d+) failing(?:, and (\d+) invalid)?|"
@@ -42,11 +38,10 @@ def counts(statistics: str) -> dict[str, dict[str, int]]:
 
 def main() -> None:
     """Run the tests with many examples."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.properties")
-    parser.add_argument("--scenes", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=random.randrange(1 << 30))
-    parser.add_argument("-o", "--output", type=Path, default=part_file("properties"))
-    options = parser.parse_args()
+    options = settings(
+        "benchmarks.properties", __doc__, scenes=500, seed=random.randrange(1 << 30),
+        output=part_file("properties"),
+    )  # fmt: skip
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "tests/sweeps/test_any_scene.py",
          "--hypothesis-profile=many", f"--hypothesis-seed={options.seed}",

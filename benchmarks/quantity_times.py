@@ -9,25 +9,25 @@ load or amplitude and phase of an order, one stands for all unless `--all` is gi
 
 from __future__ import annotations
 
-import argparse
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import sweeps
 from benchmarks import measure, peers, problem
+from benchmarks.command import CPUS, settings
 from benchmarks.measure import Timing
-from benchmarks.studies import RANGES, SIX, Scene, columns, ranges_of
+from benchmarks.studies import FOUR, OF_CYCLE, OF_V6, RANGES, Scene, columns
 from benchmarks.study_times import LOOP_STEPS
-from benchmarks.wording import number, rows
+from benchmarks.tables import number, read, rows
 from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
 
-__all__ = ["BEFORE", "KINDS", "Kind", "Rate", "Rates", "measured", "scene_of", "table"]
+__all__ = ["BEFORE", "KINDS", "Kind", "Rate", "Rates", "measured", "scene_of"]
 
 MOST = 1_000_000
 """Designs of a run, at most."""
@@ -59,11 +59,7 @@ SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 """What balance and flywheel need to be known; the shafts stand in the forces."""
 
-OF_V6 = {"inertia": (0.15, 0.6), "speed": (2500.0, 6400.0), "load": (30.0, 100.0),
-         "crank_ratio": (0.22, 0.33), "misfire": (0, 6)}  # fmt: skip
-
-OF_CYCLE = {"combustion_start": (-35.0, -15.0), "compression_ratio": (8.5, 10.5),
-            "heat": (14.0, 32.0)}  # fmt: skip
+OF_MISFIRE = {**OF_V6, "crank_ratio": (0.22, 0.33), "misfire": (0, 6)}
 
 SHARE = {"characteristic_share": (0.3, 0.9)}
 
@@ -97,10 +93,10 @@ class Kind:
 KINDS = (
     Kind("sampled", "`ntua`, the six sampled", "ntua", RANGES),
     Kind("offset", "`ntua`, the six and the pin's offset sampled", "ntua",
-         {**ranges_of(*SIX), "pin_offset": (-0.018, 0.018)}),
-    Kind("misfire", "`v6_96x81`, misfire and load sampled", "v6_96x81", OF_V6),
+         {**RANGES, "pin_offset": (-0.018, 0.018)}),
+    Kind("misfire", "`v6_96x81`, misfire and load sampled", "v6_96x81", OF_MISFIRE),
     Kind("characteristic", "`ntua`, share of a characteristic sampled", "ntua",
-         {name: RANGES[name] for name in SIX[:4]} | SHARE, AIM, ("diesel", 20e3, 2000.0)),
+         FOUR | SHARE, AIM, ("diesel", 20e3, 2000.0)),
     Kind("modelled", "`si_four_87x101`, modelled cycles", "si_four_87x101", OF_CYCLE,
          CURVES_NEEDED),
     Kind("modelled_load", "`si_four_87x101`, modelled cycles and load sampled", "si_four_87x101",
@@ -111,33 +107,12 @@ KINDS = (
          ("spark ignition", 120e3, 5500.0)),
 )  # fmt: skip
 
-BEFORE: Mapping[str, Mapping[str, float]] = {
-    "sampled": {
-        "engine_inertia": 18_500, "torque_max": 46_500, "energy_swing": 46_900,
-        "inertia_required": 49_000, "gas_torque_order": 4_120, "torque_order": 3_860,
-        "cylinder_torque_order": 8_380, "throw_torque_order": 419, "crank_pin_load_max": 2_060,
-        "piston_pin_load_max": 3_130, "main_journal_load_max": 300, "shaking_force_max": 5_190,
-        "shaking_force_rms": 8_570, "shaking_moment_max": 6_170, "shaking_force_major": 68_300,
-        "best_fraction_rms": 6_250, "best_fraction_peak": 2_780, "rod_torque_error": 11_800,
-        "rod_thrust_error": 13_200, "velocity_truncation_error": 75_200,
-    },
-    "offset": {"shaking_force_major": 257, "rod_torque_error": 4_320},
-    "misfire": {
-        "crank_pin_load_max": 2_740, "main_journal_load_max": 256, "gas_torque_order": 304,
-        "cylinder_torque_order": 492, "throw_torque_order": 30, "shaking_force_max": 5_030,
-        "shaking_force_rms": 8_100, "best_fraction_rms": 7_180, "best_fraction_peak": 2_790,
-        "energy_swing": 6_590,
-    },
-    "characteristic": {"characteristic_load": 42_400},
-    "modelled": {
-        "imep": 5_260, "torque_max": 4_510, "gas_torque_order": 3_090, "torque_order": 2_180,
-        "throw_torque_order": 3_410, "crank_pin_load_max": 3_090, "main_journal_load_max": 2_320,
-        "piston_pin_load_max": 4_050, "inertia_required": 2_590,
-    },
-    "modelled_characteristic": {"characteristic_load": 255},
-}  # fmt: skip
-"""Designs a second of one core before kernels took over, measured once (2026-11-23, beside other
-work), so that the tables show what changed."""
+BEFORE = {
+    (row["kind"], row["quantity"]): float(row["designs/s"])
+    for row in read(Path(__file__).with_name("rates_before.csv"))
+}
+"""Designs a second of one core before kernels took over, by kind and quantity, measured once
+(2026-11-23, beside other work), so that the tables show what changed."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +128,6 @@ class Rate:
 class Rates:
     """All of one run, and the rate of the loop that they are compared with."""
 
-    threads: int
     rows: tuple[Rate, ...]
     loop: Timing
 
@@ -216,7 +190,7 @@ def measured(
             times = tuple(measure.seconds_of(run) for _ in range(runs))
             found.append(Rate(kind, quantity, Timing(count, times)))
             log(f"{kind.name:<24}{quantity:<28}{found[-1].timing.rate:>14,.0f} designs/s")
-    return Rates(threads, tuple(found), Timing(len(designs), tuple(of_loop)))
+    return Rates(tuple(found), Timing(len(designs), tuple(of_loop)))
 
 
 HEAD = ["quantity", "designs/s", "aim", "over the loop", "before", "designs"]
@@ -226,7 +200,7 @@ def body(found: Rates) -> list[list[str]]:
     """One row a quantity and kind; rates below their aim are bold."""
     lines = []
     for row in found.rows:
-        rate, before = row.timing.rate, BEFORE.get(row.kind.name, {}).get(row.quantity)
+        rate, before = row.timing.rate, BEFORE.get((row.kind.name, row.quantity))
         shown = number(rate) if rate >= row.kind.aim else f"**{number(rate)}**"
         lines.append([
             f"{row.kind.words}: `{row.quantity}`", shown,
@@ -236,25 +210,15 @@ def body(found: Rates) -> list[list[str]]:
     return lines
 
 
-def table(found: Rates) -> list[str]:
-    """The rows in Markdown."""
-    return rows(HEAD, body(found))
-
-
 def main(arguments: Sequence[str]) -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks quantities", description=__doc__)
-    parser.add_argument("--all", action="store_true", help="every quantity that is no curve")
-    parser.add_argument("--kinds", nargs="+", choices=[kind.name for kind in KINDS])
-    parser.add_argument("--only", nargs="+", choices=sorted(QUANTITIES), metavar="NAME")
-    parser.add_argument("--seconds", type=float, default=1.0, help="of a run (1)")
-    parser.add_argument("--quick", action="store_true", help="short runs, one each")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
-    options = parser.parse_args(arguments)
-    chosen = options.only or CHOSEN
-    if options.all:
+    given = settings(
+        "benchmarks quantities", __doc__, arguments, all=False, kinds=[kind.name for kind in KINDS],
+        only=sorted(QUANTITIES), seconds=1.0, quick=False, threads=CPUS,
+    )  # fmt: skip
+    chosen = given.only or CHOSEN
+    if given.all:
         chosen = [name for name, node in QUANTITIES.items() if node.kind != "curve"]
-    kinds = [kind for kind in KINDS if options.kinds is None or kind.name in options.kinds]
-    seconds, runs = (0.05, 1) if options.quick else (options.seconds, 3)
-    found = measured(kinds, chosen, options.threads, seconds, runs)
-    print("\n".join(table(found)))
+    kinds = [kind for kind in KINDS if given.kinds is None or kind.name in given.kinds]
+    seconds, runs = (0.05, 1) if given.quick else (given.seconds, 3)
+    print("\n".join(rows(HEAD, body(measured(kinds, chosen, given.threads, seconds, runs)))))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,19 +15,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from benchmarks import page, quantity_times, study_report
-from benchmarks.measure import (
-    BigRun,
-    Latencies,
-    Memory,
-    Result,
-    SceneResult,
-    Timing,
-    Traces,
-)
-from benchmarks.quantity_times import Rates
-from benchmarks.study_times import LOOP_STEPS, Studies
-from benchmarks.wording import number, small, span
+from benchmarks import page, quantity_times, study_times
+from benchmarks.command import versions
+from benchmarks.measure import BigRun, Memory, Result, SceneResult, Timing, Traces
+from benchmarks.tables import number, small, span
 from engine_dyn.compilation import source_hash
 from sweeps.figures.sheet import STYLE
 
@@ -36,17 +27,17 @@ AIM = 1e-6  # relative error of delta that the ratios are at
 LOOP, SHARING = "Numba loop", "Numba loop, shared tables"
 BALANCE = "Harmonic balance"
 
+Rows = list[list[str]]
+
 
 @dataclass(frozen=True)
 class Measured:
     """One run of the benchmark."""
 
     date: str
-    processor: str
-    lanes: str
+    machine: str
     threads: int
     quick: bool
-    versions: list[tuple[str, str]]
     absent: list[str]
     agreement: float
     agreed: int
@@ -57,29 +48,15 @@ class Measured:
     numbers: dict[str, list[Timing]]
     by_threads: dict[str, list[tuple[int, Timing]]]
     by_cylinders: list[tuple[int, Timing]]
-    traces: tuple[Traces, ...]  # the larger array last
+    traces: list[Traces]  # the larger array last
     flops: float
-    flops_one: float
     writing: float
-    latencies: Latencies
+    latencies: dict[str, float]
     memory: list[Memory]
     big: BigRun
-    studies: Studies
-    quantities: Rates
+    studies: study_times.Studies
+    quantities: quantity_times.Rates
     took: float
-
-
-@dataclass(frozen=True)
-class Reached:
-    """One aim in the last run on one machine, a row of machines.csv."""
-
-    machine: str
-    run: str
-    code: str
-    what: str
-    aim: str
-    measured: str
-    reached: str
 
 
 # Comparisons --------------------------------------------------------------------------------------
@@ -140,96 +117,92 @@ def loop_ratio(ours: Result, peers: Sequence[Result], series: str, error: float)
     return seconds_at(of_series(peers, series), error) * ours.timing.rate
 
 
+def at_equal_error(ours: Result, peers: Sequence[Result], series: str) -> float:
+    """The same with the error that `ours` has."""
+    return loop_ratio(ours, peers, series, max(ours.errors.worst, 1e-10))
+
+
 # Aims ---------------------------------------------------------------------------------------------
 
 
 def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
     """What is aimed at: words, aim, measured, reached."""
-    plain = [s for s in m.scenes if not s.scene.variable and s.scene.exponent in (0.0, 1.0, 2.0)]
-    variable = [s for s in m.scenes if s.scene.variable]
-    real = [s for s in m.scenes if not s.scene.variable and s.scene.exponent not in (0.0, 1.0, 2.0)]
+    plain: list[Timing] = []
+    variable, real = plain.copy(), plain.copy()
+    for one in m.scenes:
+        exact = one.scene.exponent in (0.0, 1.0, 2.0)
+        (variable if one.scene.variable else plain if exact else real).append(one.ours[0].timing)
+    ours, most = default_of(m.table), m.numbers["table"][-1]
+    worst = max(ours.errors.worst, *(one.ours[0].errors.worst for one in m.scenes))
+    ratios = [at_equal_error(one.ours[0], one.peers, LOOP) for one in m.scenes]
     found: list[tuple[str, str, str, bool]] = []
-
-    def rate(words: str, aim: float, timings: list[Timing]) -> None:
+    for words, aim, timings in (
+        ("factorial scenes, constant inertia, alpha 0, 1, 2 (slowest)", 1e7, plain),
+        ("factorial scenes, variable inertia (slowest)", 3e6, variable),
+        ("factorial scenes, any real alpha (slowest)", 1e6, real),
+        (f"table of designs that share nothing, {number(most.count)} at a time", 1e6, [most]),
+    ):
         if timings:
             least = min(t.rate for t in timings)
             found.append((words, f"{number(aim)} designs/s", number(least), least >= aim))
-
-    def under(words: str, aim: float, value: float) -> None:
-        if math.isfinite(value):
-            found.append((words, f"below {span(aim)}", span(value), value < aim))
-
-    rate("factorial scenes, constant inertia, alpha 0, 1, 2 (slowest)", 1e7,
-         [s.ours[0].timing for s in plain])  # fmt: skip
-    rate("factorial scenes, variable inertia (slowest)", 3e6, [s.ours[0].timing for s in variable])
-    rate("factorial scenes, any real alpha (slowest)", 1e6, [s.ours[0].timing for s in real])
-    most = m.numbers["table"][-1]
-    rate(f"table of designs that share nothing, {number(most.count)} at a time", 1e6, [most])
-    worst = max(default_of(m.table).errors.worst, *(s.ours[0].errors.worst for s in m.scenes))
     found.append(("largest error of delta in all of these", small(AIM), small(worst), worst <= AIM))
-    for words, aim, scenes in (("factorial scenes", 100.0, m.scenes), ("table", 10.0, [])):
-        ratios = [
-            loop_ratio(s.ours[0], s.peers, LOOP, max(s.ours[0].errors.worst, 1e-10)) for s in scenes
-        ]
-        if words == "table":
-            ours = default_of(m.table)
-            ratios = [loop_ratio(ours, m.table, LOOP, max(ours.errors.worst, 1e-10))]
-        finite = [r for r in ratios if math.isfinite(r)]
-        least = min(finite, default=math.nan)
-        found.append((
-            f"times the Numba loop's rate at equal error, {words} (least)", number(aim),
-            number(least), least >= aim,
-        ))  # fmt: skip
+    for words, aim, of_loop in (
+        ("factorial scenes", 100.0, [ratio for ratio in ratios if math.isfinite(ratio)]),
+        ("table", 10.0, [at_equal_error(ours, m.table, LOOP)]),
+    ):
+        least = min(of_loop, default=math.nan)
+        what = f"times the Numba loop's rate at equal error, {words} (least)"
+        found.append((what, number(aim), number(least), least >= aim))
     # The first, smaller array has the words of runs on other machines, which had only that.
     for t, size in zip(m.traces, ("", f" ({m.traces[-1].size / 1e6:.0f} MB)"), strict=True):
         words = f"traces{size}: time over that of NumPy writing the array"
-        ratio = t.solving / t.fresh
-        found.append((words, "2", f"{ratio:.2g}", ratio <= 2.0))
-    under("`engine_dyn.periodic_speed`, one design, warm", 1e-3, m.latencies.periodic_speed)
-    under("`sweeps.run(dict)`, one design, warm", 20e-3, m.latencies.run)
-    under("`engine-dyn run`, one design, cache warm", 2.5, m.latencies.command)
-    under("`engine-dyn run`, one design, first ever", 20.0, m.latencies.first_command)
-    under("`import engine_dyn` after Numba", 0.3, m.latencies.import_own)
+        found.append((words, "2", f"{t.solving / t.fresh:.2g}", t.solving / t.fresh <= 2.0))
+    times = list(m.latencies.values())
+    for words, aim, value in (
+        ("`engine_dyn.periodic_speed`, one design, warm", 1e-3, times[0]),
+        ("`sweeps.run(dict)`, one design, warm", 20e-3, times[1]),
+        ("`engine-dyn run`, one design, cache warm", 2.5, times[2]),
+        ("`engine-dyn run`, one design, first ever", 20.0, times[3]),
+        ("`import engine_dyn` after Numba", 0.3, times[-1]),
+    ):
+        if math.isfinite(value):
+            found.append((words, f"below {span(aim)}", span(value), value < aim))
     for each in m.memory:
-        found.append((
-            f"memory beyond the results, `{each.what}`, {number(each.designs)} designs",
-            "150 MB", f"{each.overhead / 1e6:.0f} MB", each.overhead <= 150_000_000,
-        ))  # fmt: skip
+        beyond = each.added - each.results
+        words = f"memory beyond the results, `{each.what}`, {number(each.designs)} designs"
+        found.append((words, "150 MB", f"{beyond / 1e6:.0f} MB", beyond <= 150_000_000))
     return found
 
 
-def reached_here(m: Measured) -> list[Reached]:
+MACHINES = ["machine", "run", "code", "what", "aim", "measured", "reached"]
+
+
+def reached_here(m: Measured) -> Rows:
     """The aims of this run, as they are kept."""
-    machine = f"{m.processor}, {m.threads} threads, {m.lanes}"
     run = f"{m.flops / 1e9:.0f} Gflop/s, {m.writing / 1e9:.1f} GB/s; {m.date}"
-    code = source_hash()[:8]
     return [
-        Reached(machine, run, code, what, aim, measured, "yes" if ok else "no")
+        [m.machine, run, source_hash()[:8], what, aim, measured, "yes" if ok else "no"]
         for what, aim, measured, ok in targets(m)
     ]
 
 
-def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[Reached]:
-    """Aims of this run, which is written down to `keep` it, and of those on other machines."""
-    kept = [Reached(**row) for row in page.read(folder, "machines")]
-    found = [*here, *(each for each in kept if each.machine != here[0].machine)]
-    if keep:
-        head = [field.name for field in fields(Reached)]
-        page.save(folder, "machines", head, [list(asdict(each).values()) for each in found])
-    return found
+def save_machines(here: Rows, folder: Path) -> None:
+    """Keep the aims of this run beside those of the last ones on other machines."""
+    kept = [list(row.values()) for row in page.read(folder, "machines")]
+    page.save(folder, "machines", MACHINES, [*here, *(k for k in kept if k[0] != here[0][0])])
 
 
 def facts_of_run(m: Measured) -> dict[str, str]:
     """Single numbers and words, which the page names."""
     ours = default_of(m.table)
-    equal = loop_ratio(ours, m.table, LOOP, max(ours.errors.worst, 1e-10))
     aims = [ok for *_, ok in targets(m)]
     checked = [row.errors.designs for row in m.studies.rows]
     big = m.big
     return {
-        "machine": f"{m.processor}, {m.threads} threads, {m.lanes}",
+        "machine": m.machine,
         "date": m.date,
-        "versions": ", ".join(f"{name} {version}" for name, version in m.versions),
+        "versions": versions("engine-dyn", "numpy", "numba", "scipy", "xarray", "netCDF4", "jax",
+                             "diffrax", "heyoka"),
         "quick": "yes" if m.quick else "no",
         "absent": "; ".join(m.absent),
         "aims": str(len(aims)),
@@ -238,8 +211,8 @@ def facts_of_run(m: Measured) -> dict[str, str]:
         "agreement": small(m.agreement),
         "agreed": str(m.agreed),
         "worst": small(ours.errors.worst),
-        "loop_equal": number(equal),
-        "loop_steps": str(LOOP_STEPS),
+        "loop_equal": number(at_equal_error(ours, m.table, LOOP)),
+        "loop_steps": str(study_times.LOOP_STEPS),
         "loop_rate": number(m.studies.loop.rate),
         "loop_error": small(m.studies.loop_errors.worst),
         "checked": f"{min(checked, default=0)} to {max(checked, default=0)}",
@@ -251,7 +224,8 @@ def facts_of_run(m: Measured) -> dict[str, str]:
         f"four results: {span(big.computing)} of it for computing, the rest for starting and for "
         f"writing {big.size / 1e6:.0f} MB",
         "minutes": f"{m.took / 60.0:.0f}",
-    }
+        "widest_scene": widest(m).name,
+    }  # fmt: skip
 
 
 def times_faster(results: Sequence[Result]) -> list[list[str]]:
@@ -275,36 +249,13 @@ def times_faster(results: Sequence[Result]) -> list[list[str]]:
 
 # Tables -------------------------------------------------------------------------------------------
 
-Rows = list[list[str]]
-
 HEAD = ["method", "designs/s", "of auto", "median error", "99 %", "worst", "no answer",
         "first call", "designs x runs", "spread"]  # fmt: skip
 
 
-def peers_rows(m: Measured) -> Rows:
-    """How many times faster than each peer, apart and sampled."""
-    sampled = dict(times_faster(m.sampled))
-    return [[peer, times, sampled.get(peer.partition(" (")[0], "-")]
-            for peer, times in times_faster(m.table)]  # fmt: skip
-
-
-def loop_rows(m: Measured) -> Rows:
-    """How many times faster than the loop in each factorial scene, and in the table."""
-    ours, body = default_of(m.table), []
-    for one in m.scenes:
-        auto = one.ours[0]
-        equal = max(auto.errors.worst, 1e-10)
-        body.append([
-            one.name,
-            *(number(loop_ratio(auto, one.peers, series, error))
-              for series in (LOOP, SHARING, BALANCE) for error in (equal, AIM)),
-        ])  # fmt: skip
-    equal = max(ours.errors.worst, 1e-10)
-    body.append([
-        "table",
-        *(number(loop_ratio(ours, m.table, LOOP, error)) for error in (equal, AIM)), *["-"] * 4,
-    ])  # fmt: skip
-    return body
+def widest(m: Measured) -> SceneResult:
+    """The scene with most peers."""
+    return max(m.scenes, key=lambda one: len(series_of(one.peers)))
 
 
 def result_row(r: Result, ours: Result) -> list[str]:
@@ -319,25 +270,23 @@ def result_row(r: Result, ours: Result) -> list[str]:
     ]  # fmt: skip
 
 
-def factorial_rows(m: Measured) -> Rows:
-    """Factorial scenes, one row each."""
-    body = []
-    for one in m.scenes:
-        auto = one.ours[0]
-        row = [
-            one.name,
-            number(auto.timing.rate),
-            number(auto.timing.count),
-            small(auto.errors.median),
-            small(auto.errors.worst),
-            f"{auto.timing.spread:.1f}",
-        ]
-        for series in (LOOP, SHARING):
-            good = [r for r in of_series(one.peers, series) if r.errors.worst <= AIM]
-            best = max(good, key=lambda r: r.timing.rate, default=None)
-            row.append(f"{number(best.timing.rate)} ({best.case.setting})" if best else "-")
-        body.append(row)
-    return body
+def loop_row(name: str, auto: Result, peers: Sequence[Result], *more: str) -> list[str]:
+    """How many times faster than the loops and harmonic balance, at equal error and at `AIM`."""
+    equal = max(auto.errors.worst, 1e-10)
+    return [name, *(number(loop_ratio(auto, peers, series, error))
+                    for series in (LOOP, *more) for error in (equal, AIM))]  # fmt: skip
+
+
+def factorial_row(one: SceneResult) -> list[str]:
+    """A factorial scene."""
+    auto = one.ours[0]
+    row = [one.name, number(auto.timing.rate), number(auto.timing.count), small(auto.errors.median),
+           small(auto.errors.worst), f"{auto.timing.spread:.1f}"]  # fmt: skip
+    for series in (LOOP, SHARING):
+        good = [r for r in of_series(one.peers, series) if r.errors.worst <= AIM]
+        best = max(good, key=lambda r: r.timing.rate, default=None)
+        row.append(f"{number(best.timing.rate)} ({best.case.setting})" if best else "-")
+    return row
 
 
 def number_rows(m: Measured) -> Rows:
@@ -355,101 +304,41 @@ def number_rows(m: Measured) -> Rows:
 def write_tables(m: Measured, folder: Path) -> None:
     """Everything that was measured, as files beside the page."""
     save = partial(page.save, folder)
-    save("peers", ["peer", "share nothing", "sampled"], peers_rows(m))
-    save(
-        "loop",
-        [
-            "designs",
-            "at equal error",
-            "at 1e-6",
-            "shared tables, equal error",
-            "shared, at 1e-6",
-            "harmonic balance, equal error",
-            "harmonic balance, at 1e-6",
-        ],
-        loop_rows(m),
-    )
-    save("studies", study_report.HEAD, study_report.body(m.studies))
+    ours, wide, sampled = default_of(m.table), widest(m), dict(times_faster(m.sampled))
+    save("peers", ["peer", "share nothing", "sampled"],
+         [[peer, times, sampled.get(peer.partition(" (")[0], "-")]
+          for peer, times in times_faster(m.table)])  # fmt: skip
+    save("loop", ["designs", "at equal error", "at 1e-6", "shared tables, equal error",
+                  "shared, at 1e-6", "harmonic balance, equal error", "harmonic balance, at 1e-6"],
+         [*(loop_row(one.name, one.ours[0], one.peers, SHARING, BALANCE) for one in m.scenes),
+          [*loop_row("table", ours, m.table), *["-"] * 4]])  # fmt: skip
+    save("studies", study_times.HEAD, study_times.body(m.studies))
     save("quantities", quantity_times.HEAD, quantity_times.body(m.quantities))
-    save("apart", HEAD, [result_row(r, default_of(m.table)) for r in m.table])
+    save("apart", HEAD, [result_row(r, ours) for r in m.table])
     save("sampled", HEAD, [result_row(r, default_of(m.sampled)) for r in m.sampled])
-    save(
-        "factorial",
-        [
-            "scene",
-            "auto, designs/s",
-            "designs",
-            "median error",
-            "worst",
-            "spread",
-            "Numba loop, designs/s",
-            "shared tables, designs/s",
-        ],
-        factorial_rows(m),
-    )
-    widest = next((s for s in m.scenes if len(series_of(s.peers)) > 2), None)
-    if widest:
-        save(
-            "factorial_all",
-            HEAD,
-            [result_row(r, widest.ours[0]) for r in [*widest.ours, *widest.peers]],
-        )
-        page.save_facts(folder, {"widest_scene": widest.name})
+    save("factorial", ["scene", "auto, designs/s", "designs", "median error", "worst", "spread",
+                       "Numba loop, designs/s", "shared tables, designs/s"],
+         [factorial_row(one) for one in m.scenes])  # fmt: skip
+    save("factorial_all", HEAD, [result_row(r, wide.ours[0]) for r in [*wide.ours, *wide.peers]])
     save("numbers", ["designs", *(f"{name}, designs/s" for name in m.numbers)], number_rows(m))
     counts = [count for count, _ in next(iter(m.by_threads.values()))]
-    save(
-        "threads",
-        ["designs", *(f"{n} thread{'s'[: n > 1]}, designs/s" for n in counts), "ratio"],
-        [
-            [
-                name,
-                *(number(t.rate) for _, t in found),
-                f"{found[-1][1].rate / found[0][1].rate:.2f}",
-            ]
-            for name, found in m.by_threads.items()
-        ],
-    )
-    save(
-        "cylinders",
-        ["cylinders", "designs/s"],
-        [[str(z), number(t.rate)] for z, t in m.by_cylinders],
-    )
-    save(
-        "traces",
-        ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time", "array in use"],
-        [
-            [
-                number(t.designs, 3),
-                f"{t.size / 1e6:.0f}",
-                span(t.solving),
-                f"{t.size / t.solving / 1e9:.2g}",
-                span(t.fresh),
-                f"{t.solving / t.fresh:.2g}",
-                span(t.again),
-            ]
-            for t in m.traces
-        ],
-    )
-    one = m.latencies
-    save(
-        "single",
-        ["what", "time"],
-        [
-            ["engine_dyn.periodic_speed, warm", span(one.periodic_speed)],
-            ["sweeps.run(dict), warm", span(one.run)],
-            ["engine-dyn run, one design, new process, cache warm", span(one.command)],
-            [
-                "engine-dyn run, one design, first ever (compiles), of three",
-                span(one.first_command),
-            ],
-            ["compiling, the difference", span(max(one.first_command - one.command, 0.0))],
-            ["import numba", span(one.import_numba)],
-            ["import engine_dyn after it", span(one.import_own)],
-        ],
-    )
+    save("threads",
+         ["designs", *(f"{n} thread{'s'[: n > 1]}, designs/s" for n in counts), "ratio"],
+         [[name, *(number(t.rate) for _, t in found),
+           f"{found[-1][1].rate / found[0][1].rate:.2f}"]
+          for name, found in m.by_threads.items()])  # fmt: skip
+    save("cylinders", ["cylinders", "designs/s"],
+         [[str(z), number(t.rate)] for z, t in m.by_cylinders])  # fmt: skip
+    save("traces", ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time",
+                    "array in use"],
+         [[number(t.designs, 3), f"{t.size / 1e6:.0f}", span(t.solving),
+           f"{t.size / t.solving / 1e9:.2g}", span(t.fresh), f"{t.solving / t.fresh:.2g}",
+           span(t.again)] for t in m.traces])  # fmt: skip
+    save("single", ["what", "time"], [[what, span(s)] for what, s in m.latencies.items()])
     save("memory", ["what", "designs", "added", "results", "beyond the results"],
-         [[e.what, number(e.designs, 3), f"{e.added / 1e6:.0f} MB", f"{e.results / 1e6:.0f} MB",
-           f"{e.overhead / 1e6:.0f} MB"] for e in m.memory])  # fmt: skip
+         [[e.what, number(e.designs, 3),
+           *(f"{size / 1e6:.0f} MB" for size in (e.added, e.results, e.added - e.results))]
+          for e in m.memory])  # fmt: skip
 
 
 # Figures ------------------------------------------------------------------------------------------
@@ -467,7 +356,6 @@ LOOKS: dict[str, tuple[str, str]] = {
     "JAX scan": ("#117733", "h"),
     "Diffrax": ("#44AA99", "*"),
     "heyoka": ("#332288", "<"),
-    "numbalsoda": ("#999933", ">"),
     "SciPy solve_ivp": ("#555555", "d"),
     "SciPy solve_bvp": ("#999999", "p"),
     "Euler in Python": ("#000000", "x"),
@@ -476,12 +364,11 @@ LOOKS: dict[str, tuple[str, str]] = {
 
 def work_precision(m: Measured) -> Figure:
     """Time for a design against error."""
-    wide = [s for s in m.scenes if len(series_of(s.peers)) > 2] or m.scenes
-    panels = [("a  Designs that share nothing", m.table), ("b  Sampled designs", m.sampled)]
-    if wide:
-        panels.append(
-            (f"c  Factorial, α = {wide[0].scene.exponent:g}", [*wide[0].ours, *wide[0].peers])
-        )
+    wide = widest(m)
+    panels = [
+        ("a  Designs that share nothing", m.table), ("b  Sampled designs", m.sampled),
+        (f"c  Factorial, α = {wide.scene.exponent:g}", [*wide.ours, *wide.peers]),
+    ]  # fmt: skip
     figure = Figure(figsize=(3.4 * len(panels), 4.4), layout="constrained")
     axes = figure.subplots(1, len(panels), sharex=True, sharey=True)
     drawn: dict[str, Any] = {}
@@ -543,7 +430,8 @@ def throughput(m: Measured) -> Figure:
 def write(m: Measured, folder: Path) -> None:
     """Page, files and figures below `folder`."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    on_all_machines(reached_here(m), folder, keep=not m.quick)
+    if not m.quick:
+        save_machines(reached_here(m), folder)
     page.save_facts(folder, facts_of_run(m))
     write_tables(m, folder)
     page.write(folder)

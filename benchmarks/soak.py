@@ -9,12 +9,10 @@ one. The summary is written to docs/reliability/soak.json; exit status 1 where s
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import gc
 import itertools
 import json
-import multiprocessing
 import os
 import sys
 import tempfile
@@ -30,7 +28,7 @@ import numpy as np
 import psutil
 
 import sweeps
-from benchmarks.reliability_parts import part_file, write_part
+from benchmarks.command import in_processes, part_file, settings, write_part
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
@@ -206,54 +204,48 @@ def many_threads(rounds: int, folder: Path) -> list[str]:
     return wrong
 
 
-def _in_process(number: int, rounds: int, folder: str, own: bool, queue: Any) -> None:
+def _in_process(job: tuple[int, int, Path, bool]) -> tuple[list[str], int]:
     """Write archives, each process its own or all the same one; says what fell."""
+    number, rounds, folder, own = job
     limits.LARGEST_BLOCK = BLOCK
     wrong: list[str] = []
     refused = 0
-    try:
-        alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
-        output = Path(folder) / (f"process {number}.nc" if own else "one for all.nc")
-        for turn in range(rounds):
-            name = list(SCENES)[(turn + number) % len(SCENES)] if own else "scalars"
-            try:
-                sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
-            except sweeps.SceneError as error:
-                if own or "another run is writing to it" not in str(error):
-                    wrong.append(f"process {number}: {error}")
-                refused += 1
-                continue
-            with sweeps.open(output) as found:
-                if results(found) != alone[name]:
-                    wrong.append(f"process {number}, {name}: another result than alone")
-    except Exception as error:
-        wrong.append(f"process {number}: {type(error).__name__}: {error}")
-    queue.put((wrong, refused))
+    alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
+    output = folder / (f"process {number}.nc" if own else "one for all.nc")
+    for turn in range(rounds):
+        name = list(SCENES)[(turn + number) % len(SCENES)] if own else "scalars"
+        try:
+            sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
+        except sweeps.SceneError as error:
+            if own or "another run is writing to it" not in str(error):
+                wrong.append(f"process {number}: {error}")
+            refused += 1
+            continue
+        with sweeps.open(output) as found:
+            if results(found) != alone[name]:
+                wrong.append(f"process {number}, {name}: another result than alone")
+    return wrong, refused
 
 
 def many_processes(rounds: int, folder: Path, *, own: bool) -> tuple[list[str], int]:
     """Write archives from several processes; what fell, and how often one was refused."""
-    context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    processes = [
-        context.Process(target=_in_process, args=(n, rounds, str(folder), own, queue))
-        for n in range(PROCESSES)
-    ]
-    wrong, refused = _gathered(processes, queue)
+    jobs = [(number, rounds, folder, own) for number in range(PROCESSES)]
+    wrong, refused = _gathered(in_processes(_in_process, jobs, PROCESSES))
     left = [p.name for p in folder.iterdir() if p.suffix == ".partial"]
-    return wrong + [f"left: {name}" for name in left], sum(refused)
+    return wrong + [f"left: {name}" for name in left], refused
 
 
-def _gathered(processes: list[Any], queue: Any) -> tuple[list[str], list[int]]:
-    """Start processes and wait for what they say."""
-    for process in processes:
-        process.start()
-    said = [queue.get(timeout=1800.0) for _ in processes]
-    for process in processes:
-        process.join()
-    wrong = [line for lines, _ in said for line in lines]
-    wrong += [f"a process ended with {p.exitcode}" for p in processes if p.exitcode]
-    return wrong, [count for _, count in said]
+def _gathered(said: Iterator[tuple[list[str], int]]) -> tuple[list[str], int]:
+    """What processes say: lines, and a sum."""
+    wrong: list[str] = []
+    total = 0
+    try:
+        for lines, count in said:
+            wrong += lines
+            total += count
+    except Exception as error:  # of a process, or that it has ended
+        wrong.append(f"a process: {type(error).__name__}: {error}")
+    return wrong, total
 
 
 # --- readers beside a writer --------------------------------------------------------------------
@@ -264,59 +256,47 @@ FEW_READS = 20
 """So few reads of a slow reader may all find the same archive."""
 
 
-def _read(output: str, ready: Any, ends: Any, queue: Any) -> None:
+def _read(job: tuple[int, Path]) -> tuple[list[str], int]:
     """Read an archive again and again; each must be the old one or the new one."""
+    number, folder = job
     wrong: list[str] = []
-    reads = 0
-    try:
-        known = {json.dumps(sorted(results(sweeps.run(s)).items()), default=repr): n
-                 for n, s in enumerate((OLD, NEW))}  # fmt: skip
-        seen: set[int] = set()
-        ready.release()
-        while not ends.is_set() or not reads:
-            with sweeps.open(output) as found:
-                text = json.dumps(sorted(results(found).items()), default=repr)
-                load = found.attrs["scene"]
-            reads += 1
-            if text not in known:
-                wrong.append("a reader saw neither the old archive nor the new one")
-                continue
-            seen.add(known[text])
-            if ('"load"' in load) != bool(known[text]):
-                wrong.append("a reader saw the scene of one archive with results of the other")
-        if len(seen) < 2 and reads >= FEW_READS:
-            wrong.append("a reader saw only one of the two archives")
-    except Exception as error:
-        wrong.append(f"a reader: {type(error).__name__}: {error}")
-    queue.put((wrong, reads))
+    reads, seen = 0, set()
+    known = [results(sweeps.run(scene)) for scene in (OLD, NEW)]
+    (folder / f"ready {number}").touch()
+    while not (folder / "ends").exists() or not reads:
+        with sweeps.open(folder / "read.nc") as found:
+            values, new = results(found), '"load"' in found.attrs["scene"]
+        reads += 1
+        if values not in known:
+            wrong.append("a reader saw neither the old archive nor the new one")
+        elif values != known[new]:
+            wrong.append("a reader saw the scene of one archive with results of the other")
+        seen.add(new)
+    if len(seen) < 2 and reads >= FEW_READS:
+        wrong.append("a reader saw only one of the two archives")
+    return wrong, reads
 
 
 def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str], int]:
     """Replace an archive again and again while others read it; what fell, and how many reads."""
-    output = folder / "read.nc"
+    output, readers = folder / "read.nc", PROCESSES - 1
     sweeps.stream(OLD, output)
-    context = multiprocessing.get_context("spawn")
-    queue, ready, ends = context.Queue(), context.Semaphore(0), context.Event()
-    readers = [
-        context.Process(target=_read, args=(str(output), ready, ends, queue))
-        for _ in range(PROCESSES - 1)
-    ]
 
     def write() -> None:
-        for _ in readers:
-            ready.acquire(timeout=600.0)
+        until = time.monotonic() + 600.0
+        while len(list(folder.glob("ready *"))) < readers and time.monotonic() < until:
+            time.sleep(0.1)
         for number in range(replacements):
             sweeps.stream((NEW, OLD)[number % 2], output, overwrite=True, threads=1)
-        ends.set()
+        (folder / "ends").touch()
 
     writer = threading.Thread(target=write)
     writer.start()
     try:
-        wrong, reads = _gathered(readers, queue)
+        return _gathered(in_processes(_read, [(n, folder) for n in range(readers)], readers))
     finally:
-        ends.set()
+        (folder / "ends").touch()
         writer.join()
-    return wrong, sum(reads)
 
 
 # --- all of it ----------------------------------------------------------------------------------
@@ -359,12 +339,10 @@ def soak(runs: int, rounds: int, replacements: int, folder: Path) -> dict[str, A
 
 def main() -> None:
     """Run all of it."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak")
-    parser.add_argument("--runs", type=int, default=2000)
-    parser.add_argument("--rounds", type=int, default=60)
-    parser.add_argument("--replacements", type=int, default=400)
-    parser.add_argument("-o", "--output", type=Path, default=part_file("soak"))
-    options = parser.parse_args()
+    options = settings(
+        "benchmarks.soak", __doc__, runs=2000, rounds=60, replacements=400,
+        output=part_file("soak"),
+    )  # fmt: skip
     with tempfile.TemporaryDirectory(prefix="soak-") as name:
         # All temporary files of these runs, and no others', are here.
         temporary, tempfile.tempdir = tempfile.tempdir, f"{name}/temporary"

@@ -7,7 +7,7 @@ measures them; `benchmarks/tests/test_studies.py` counts the calls of Python of 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -15,9 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.tables import save
+
 __all__ = ["LOOP", "ONE_TABLE", "STUDIES", "Aim", "Study", "study"]
 
 Scene = dict[str, Any]
+Ranges = Mapping[str, tuple[float, float]]
+Build = Callable[[int], Scene]
 
 SCALARS = ["delta", "omega_max", "omega_min", "omega_mean"]
 
@@ -34,7 +38,24 @@ RANGES = {
 }  # fmt: skip
 """Of the engine `ntua`; kg, kg m2, 1, rpm, percent."""
 
-SIX, FOUR = tuple(RANGES), tuple(RANGES)[:4]
+FOUR = {name: RANGES[name] for name in list(RANGES)[:4]}
+"""Without load and cylinders."""
+
+STROKE_FRICTION = tuple(
+    f"friction_{part}" for part in ("boundary", "mixed", "hydrodynamic", "skirt")
+)
+
+OF_WANTED = {**{name: FOUR[name] for name in FOUR if name != "inertia"},
+             "wanted_delta": (0.01, 0.05)}  # fmt: skip
+"""The inertia follows."""
+
+OF_V6 = {"inertia": (0.15, 0.6), "speed": (2500.0, 6400.0), "load": (30.0, 100.0)}
+
+OF_COMPRESSOR = {"flywheel_inertia": (0.04, 0.2), "crank_ratio": (0.25, 0.32),
+                 "piston_mass": (0.35, 0.6), "speed": (1200.0, 1800.0)}  # fmt: skip
+
+OF_CYCLE = {"combustion_start": (-35.0, -15.0), "compression_ratio": (8.5, 10.5),
+            "heat": (14.0, 32.0)}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -74,7 +95,7 @@ class Study:
 
     name: str
     words: str
-    build: Callable[[int], Scene]
+    build: Build
     designs: int
     aim: Aim | None = None
     modelled: bool = False
@@ -85,21 +106,19 @@ def by_rate(wanted: float, hoped_for: float | None = None) -> Aim:
     return Aim(LOOP, wanted / LOOP_RATE, None if hoped_for is None else hoped_for / LOOP_RATE)
 
 
-def scene(engine: str = "ntua", **tables: Any) -> Scene:
-    """Scene with four scalar results."""
-    return {"engine": engine, "output": {"quantities": SCALARS}, **tables}
+def scene(engine: str = "ntua", quantities: Sequence[str] = (), **tables: Any) -> Scene:
+    """Scene with four scalar results, and others."""
+    return {"engine": engine, "output": {"quantities": [*SCALARS, *quantities]}, **tables}
 
 
-def grid(size: int, exponent: float, more: tuple[str, ...] = ()) -> Scene:
+def grid(size: int, exponent: float, quantities: Sequence[str] = ()) -> Scene:
     """Six axes: equally many values of five parameters, and one to eight cylinders."""
     each = max(2, round((size / 8) ** 0.2))
     axes: dict[str, Any] = {
         name: {"start": low, "stop": high, "num": each} for name, (low, high) in RANGES.items()
     }
     axes["cylinders"] = list(range(1, 9))
-    found = scene(axes=axes, set={"load_exponent": exponent})
-    found["output"] = {"quantities": [*SCALARS, *more]}
-    return found
+    return scene(quantities=quantities, axes=axes, set={"load_exponent": exponent})
 
 
 def one_table(size: int) -> Scene:
@@ -110,7 +129,7 @@ def one_table(size: int) -> Scene:
     return scene(axes=axes, set={"load_exponent": 2})
 
 
-def columns(size: int, ranges: Mapping[str, tuple[float, float]], seed: int = 1) -> dict[str, Any]:
+def columns(size: int, ranges: Ranges, seed: int = 1) -> dict[str, Any]:
     """Columns of designs drawn at random, each evenly from its range."""
     random = np.random.default_rng(seed)
     return {
@@ -121,79 +140,32 @@ def columns(size: int, ranges: Mapping[str, tuple[float, float]], seed: int = 1)
     }
 
 
-def ranges_of(*names: str) -> dict[str, tuple[float, float]]:
-    """Some of `RANGES`."""
-    return {name: RANGES[name] for name in names}
-
-
-def sampled(size: int, names: tuple[str, ...], **tables: Any) -> Scene:
-    """Engine `ntua`, some of `RANGES` drawn at random."""
-    return scene(designs=columns(size, ranges_of(*names)), **tables)
-
-
-def any_exponent(size: int) -> Scene:
-    """Four parameters and the load exponent."""
-    return scene(designs=columns(size, {**ranges_of(*FOUR), "load_exponent": (0.5, 3.0)}))
-
-
-def pin_offset(size: int) -> Scene:
-    """Four parameters and the offset of the piston pin, up to a fifth of the crank radius."""
-    return scene(designs=columns(size, {**ranges_of(*FOUR), "pin_offset": (-0.018, 0.018)}))
-
-
-def stroke_friction(size: int) -> Scene:
-    """Four parameters and how friction is spread over the stroke."""
-    parts = dict.fromkeys(
-        ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt"),
-        (0.0, 0.25),
-    )  # fmt: skip
-    return scene(designs=columns(size, {**ranges_of(*FOUR), **parts}), set={"ring_pressure": 1.5})
-
-
-def v6(size: int, **more: tuple[float, float]) -> Scene:
-    """A V6 at any load."""
-    of_engine = {
-        "inertia": (0.15, 0.6), "speed": (2500.0, 6400.0), "load": (30.0, 100.0), **more
-    }  # fmt: skip
-    return scene("v6_96x81", designs=columns(size, of_engine))
-
-
-def compressor(size: int) -> Scene:
-    """A compressor with an induction motor."""
-    of_engine = {"flywheel_inertia": (0.04, 0.2), "crank_ratio": (0.25, 0.32),
-                 "piston_mass": (0.35, 0.6), "speed": (1200.0, 1800.0)}  # fmt: skip
-    return scene("compressor_79x83", designs=columns(size, of_engine))
+def sampled(size: int, ranges: Ranges, engine: str = "ntua", seed: int = 1, **more: Any) -> Scene:
+    """Parameters drawn at random."""
+    return scene(engine, designs=columns(size, ranges, seed), **more)
 
 
 @cache
 def pump_torque() -> str:
     """Path of a table of torque over the angle of a made-up pump with three pistons."""
-    folder = Path(tempfile.mkdtemp(prefix="studies"))
+    path = Path(tempfile.mkdtemp(prefix="studies")) / "pump.csv"
     angle = np.arange(0, 360, 2)
     torque = 30.0 + 12.0 * np.cos(np.radians(3 * angle)) + 4.0 * np.sin(np.radians(6 * angle))
-    lines = ["load_angle_deg,torque_Nm", *(f"{a},{t:.9g}" for a, t in zip(angle, torque))]  # noqa: B905
-    (folder / "pump.csv").write_text("\n".join(lines), encoding="utf-8")
-    return str(folder / "pump.csv")
+    body = [[str(a), f"{t:.9g}"] for a, t in zip(angle, torque, strict=True)]
+    save(path, ["load_angle_deg", "torque_Nm"], body)
+    return str(path)
 
 
-def angle_load(size: int) -> Scene:
-    """Four parameters, and a load over the angle of its own shaft."""
-    return sampled(size, FOUR, set={"load_table": pump_torque()})
+def angle_load(size: int, ranges: Ranges, seed: int = 1) -> Scene:
+    """Parameters drawn at random, and a load over the angle of its own shaft."""
+    return sampled(size, ranges, seed=seed, set={"load_table": pump_torque()})
 
 
-def inverse(size: int) -> Scene:
-    """The inertia for a wanted delta."""
-    names = [name for name in FOUR if name != "inertia"]
-    found = scene(designs=columns(size, {**ranges_of(*names), "wanted_delta": (0.01, 0.05)}))
-    found["output"] = {"quantities": [*SCALARS, "inertia_required"]}
-    return found
-
-
-def modelled(size: int) -> Scene:
-    """A modelled cycle of each design."""
-    of_cycle = {"combustion_start": (-35.0, -15.0), "compression_ratio": (8.5, 10.5),
-                "heat": (14.0, 32.0)}  # fmt: skip
-    return scene("si_four_87x101", designs=columns(size, of_cycle))
+def of(*, engine: str = "ntua", more: Ranges | None = None, **options: Any) -> Build:
+    """Samples of four parameters and more, or of those of another engine."""
+    base = {"ntua": FOUR, "v6_96x81": OF_V6, "compressor_79x83": OF_COMPRESSOR,
+            "si_four_87x101": OF_CYCLE}[engine]  # fmt: skip
+    return partial(sampled, ranges={**base, **(more or {})}, engine=engine, **options)
 
 
 STUDIES = (
@@ -206,32 +178,35 @@ STUDIES = (
     ),
     Study("small_grid", "the same with 6 values each, alpha 2", partial(grid, exponent=2.0),
           62_208, Aim(ONE_TABLE, 0.4)),
-    Study("sampled", "the six sampled at random", partial(sampled, names=SIX), 1_000_000,
+    Study("sampled", "the six sampled at random", partial(sampled, ranges=RANGES), 1_000_000,
           Aim(LOOP, 8.0, 20.0)),
-    Study("sampled_four", "sampled without load and cylinders", partial(sampled, names=FOUR),
-          1_000_000, by_rate(2_000_000)),
-    Study("any_exponent", "sampled, any exponent", any_exponent, 500_000, by_rate(1_500_000)),
-    Study("variable", "sampled, variable inertia",
-          partial(sampled, names=FOUR, solver={"inertia_model": "variable"}), 500_000,
+    Study("sampled_four", "sampled without load and cylinders", of(), 1_000_000,
+          by_rate(2_000_000)),
+    Study("any_exponent", "sampled, any exponent", of(more={"load_exponent": (0.5, 3.0)}), 500_000,
           by_rate(1_500_000)),
-    Study("cycle_time", "sampled, closure cycle_time",
-          partial(sampled, names=FOUR, solver={"closure": "cycle_time"}), 50_000,
-          by_rate(500_000)),
-    Study("pin_offset", "pin offset sampled", pin_offset, 50_000, by_rate(200_000, 1_000_000)),
-    Study("stroke_friction", "friction over the stroke sampled", stroke_friction, 50_000,
+    Study("variable", "sampled, variable inertia", of(solver={"inertia_model": "variable"}),
+          500_000, by_rate(1_500_000)),
+    Study("cycle_time", "sampled, closure cycle_time", of(solver={"closure": "cycle_time"}),
+          50_000, by_rate(500_000)),
+    Study("pin_offset", "pin offset sampled", of(more={"pin_offset": (-0.018, 0.018)}), 50_000,
           by_rate(200_000, 1_000_000)),
-    Study("v6_load", "V6, load sampled", v6, 100_000, by_rate(500_000)),
-    Study("v6_misfire", "V6, misfire and load sampled", partial(v6, misfire=(0, 6)), 10_000,
-          by_rate(200_000)),
-    Study("driven", "compressor with its motor, sampled", compressor, 50_000,
+    Study("stroke_friction", "friction over the stroke sampled",
+          of(more=dict.fromkeys(STROKE_FRICTION, (0.0, 0.25)), set={"ring_pressure": 1.5}), 50_000,
+          by_rate(200_000, 1_000_000)),
+    Study("v6_load", "V6, load sampled", of(engine="v6_96x81"), 100_000, by_rate(500_000)),
+    Study("v6_misfire", "V6, misfire and load sampled",
+          of(engine="v6_96x81", more={"misfire": (0, 6)}), 10_000, by_rate(200_000)),
+    Study("driven", "compressor with its motor, sampled", of(engine="compressor_79x83"), 50_000,
           by_rate(150_000, 500_000)),
-    Study("angle_load", "a load over angle, sampled", angle_load, 50_000,
+    Study("angle_load", "a load over angle, sampled", partial(angle_load, ranges=FOUR), 50_000,
           by_rate(150_000, 500_000)),
-    Study("wanted_delta", "wanted delta, sampled", inverse, 50_000, by_rate(300_000)),
+    Study("wanted_delta", "wanted delta, sampled",
+          partial(sampled, ranges=OF_WANTED, quantities=("inertia_required",)), 50_000,
+          by_rate(300_000)),
     Study("modelled", "spark ignition: combustion start, compression ratio, heat sampled",
-          modelled, 5000, by_rate(5_000, 20_000), modelled=True),
+          of(engine="si_four_87x101"), 5000, by_rate(5_000, 20_000), modelled=True),
     Study("grid_errors", "grid, alpha 2, with delta_error",
-          partial(grid, exponent=2.0, more=("delta_error",)), 800_000,
+          partial(grid, exponent=2.0, quantities=("delta_error",)), 800_000,
           Aim("grid_alpha_2", 0.4, 0.5)),
 )  # fmt: skip
 """Every row of the table of studies, in its order."""

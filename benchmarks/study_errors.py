@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.stress.driven import motor_law
 from benchmarks.studies import Scene
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, blend
@@ -149,23 +150,11 @@ def with_load(problem: Problem, values: dict[str, Any]) -> Problem:
 
 
 def with_driver(problem: Problem, values: dict[str, Any]) -> Problem:
-    """The equation with a motor, where the scene has one: Kloss's formula and its slope."""
+    """The equation with a motor, where the scene has one."""
     if not values["driven"].motor:
         return problem
-    nominal, slip = problem.omega_n, float(values["motor_breakdown_slip"])
     synchronous = float(values["motor_synchronous_speed"]) / float(values["motor_gear_ratio"])
-
-    def torque(omega: float) -> float:
-        s = 1.0 - omega / synchronous
-        return 2.0 * s * slip / (s * s + slip * slip)
-
-    def law(u: float) -> tuple[float, float]:
-        omega = nominal * math.sqrt(u)
-        s = 1.0 - omega / synchronous
-        slope = -2.0 * slip * (slip**2 - s**2) / (s**2 + slip**2) ** 2 / synchronous
-        at = torque(nominal)
-        return torque(omega) / at, slope / at * omega / (2.0 * u)
-
+    law = motor_law(synchronous / problem.omega_n, float(values["motor_breakdown_slip"]))
     return replace(problem, law=law, sign=-1.0)
 
 

@@ -10,8 +10,6 @@ writes `sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,6 +21,8 @@ import numpy as np
 from scipy.optimize import nnls
 
 import sweeps
+from benchmarks import tables
+from benchmarks.command import settings
 from benchmarks.studies import STUDIES, Scene, study
 from engine_dyn.pressure import memory
 from sweeps.planning import rates
@@ -51,18 +51,10 @@ class Recorded(NamedTuple):
 
 def recorded_times() -> list[Recorded]:
     """What the seconds were fitted to."""
-    with TIMES.open(encoding="utf-8", newline="") as stream:
-        return [
-            Recorded(row["study"], int(row["designs"]), int(row["cores"]), float(row["seconds"]))
-            for row in csv.DictReader(stream)
-        ]
-
-
-def _write_times(recorded: Sequence[Recorded]) -> None:
-    with TIMES.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(Recorded._fields)
-        writer.writerows((r.study, r.designs, r.cores, f"{r.seconds:.4g}") for r in recorded)
+    return [
+        Recorded(row["study"], int(row["designs"]), int(row["cores"]), float(row["seconds"]))
+        for row in tables.read(TIMES)
+    ]
 
 
 def plan_of(recorded: Recorded) -> Plan:
@@ -131,15 +123,12 @@ def written(text: str, seconds: Mapping[str, float]) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Measure, fit, write, and print what the fit makes of the measurements."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks rates", description=__doc__)
-    parser.add_argument("--part", type=float, default=1.0, help="of the designs of each study")
-    parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("-o", "--output", type=Path, default=FILE)
-    options = parser.parse_args(arguments)
-    recorded = timed(options.runs, options.part)
+    given = settings("benchmarks rates", __doc__, arguments, part=1.0, runs=3, output=FILE)
+    recorded = timed(given.runs, given.part)
     seconds = fitted(recorded)
-    _write_times(recorded)
-    options.output.write_text(written(FILE.read_text(encoding="utf-8"), seconds), encoding="utf-8")
+    body = [(r.study, str(r.designs), str(r.cores), f"{r.seconds:.4g}") for r in recorded]
+    tables.save(TIMES, Recorded._fields, body)
+    given.output.write_text(written(FILE.read_text(encoding="utf-8"), seconds), encoding="utf-8")
     rates.SECONDS.update(seconds)
     for each in recorded:
         estimated = seconds_of_computing(plan_of(each), each.cores)

@@ -7,24 +7,25 @@ prints the table; `python -m benchmarks` writes it into docs/benchmarks/studies.
 
 from __future__ import annotations
 
-import argparse
-import os
-import time
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 import sweeps
 from benchmarks import measure, peers, problem
+from benchmarks.command import CPUS, settings
 from benchmarks.measure import Errors, Timing
 from benchmarks.studies import LOOP, ONE_TABLE, STUDIES, Study, study
 from benchmarks.study_errors import Differences, differences
-from engine_dyn.speed.mechanisms import Tally, counted
+from benchmarks.tables import number, rows, small, span
+from engine_dyn.speed.mechanisms import BATCH, Tally, counted
 from engine_dyn.status import CONVERGED
 
-__all__ = ["Measurement", "Studies", "measured", "ratio_of"]
+__all__ = ["HEAD", "Measurement", "Studies", "body", "measured", "ratio_of"]
 
 LOOP_STEPS = 180
 """Steps of the loop that studies are compared with: its worst error is 1.6e-6 then."""
@@ -64,7 +65,6 @@ class Measurement:
 class Studies:
     """All studies of one run, and the rate and errors of the loop that they are compared with."""
 
-    threads: int
     rows: tuple[Measurement, ...]
     loop: Timing
     loop_errors: Errors
@@ -112,47 +112,74 @@ def measured(
         first, second = (measure.seconds_of(sweeps.run, small, threads=threads) for _ in range(2))
         compiling.append(max(0.0, first - second))
         scenes.append(one.build(max(FIRST, int(one.designs * share))))
-    times: list[list[float]] = [[] for _ in chosen]
-    of_loop: list[float] = []
-    tallies = [Tally() for _ in chosen]
-    archives: list[Any] = [None] * len(chosen)
-    for turn in range(runs + 1):  # the first is not timed
-        if turn:
-            of_loop.append(measure.seconds_of(loop, designs))
-        for i, scene in enumerate(scenes):
-            with counted() as tally:
-                begin = time.perf_counter()
-                found = sweeps.run(scene, threads=threads)
-                took = time.perf_counter() - begin
-            if turn:
-                times[i].append(took)
-                continue
-            log(f"study {chosen[i].name}: {found['delta'].size} designs, {took:.2f} s")
-            tallies[i], archives[i] = tally, found
-    rows = []
-    for i, one in enumerate(chosen):
+    found = []
+    for one, scene in zip(chosen, scenes, strict=True):
         log(f"study {one.name}: errors")
-        archive: Any = archives[i]
+        with counted() as tally:
+            archive = sweeps.run(scene, threads=threads)
         status = archive["status"].values.reshape(-1)
         index = np.random.default_rng(7).permutation(status.size)
-        rows.append(
-            Measurement(
-                one, Timing(status.size, tuple(times[i])), compiling[i],
-                float(np.mean(status == CONVERGED)), tallies[i],
-                differences(scenes[i], archive, index, checked),
-            )
-        )  # fmt: skip
-    return Studies(threads, tuple(rows), Timing(len(designs), tuple(of_loop)), errors)
+        errors_of_study = differences(scene, archive, index, checked)
+        found.append((status.size, float(np.mean(status == CONVERGED)), tally, errors_of_study))
+    log("warm runs")
+    works: list[Callable[[], Any]] = [
+        partial(loop, designs),
+        *(partial(sweeps.run, s, threads=threads) for s in scenes),
+    ]
+    of_loop, *times = (seconds for seconds, _ in measure.in_turns(works, [runs] * len(works)))
+    measured_rows = [
+        Measurement(one, Timing(size, seconds), first, converged, tally, of_study)
+        for one, seconds, first, (size, converged, tally, of_study) in zip(
+            chosen, times, compiling, found, strict=True
+        )
+    ]
+    return Studies(tuple(measured_rows), Timing(len(designs), of_loop), errors)
 
 
-def main(arguments: Sequence[str], table: Callable[[Studies], Sequence[str]]) -> None:
-    """Measure and print what `table` makes of it."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks studies", description=__doc__)
-    parser.add_argument("--only", nargs="+", type=study, metavar="NAME", help="some studies")
-    parser.add_argument("--quick", action="store_true", help="small numbers of designs")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--runs", type=int, help="warm runs of each (5; 2 if quick)")
-    options = parser.parse_args(arguments)
-    runs = options.runs or (2 if options.quick else 5)
-    size, checked = (0.01, 4) if options.quick else (1.0, 24)
-    print("\n".join(table(measured(options.only or STUDIES, options.threads, runs, size, checked))))
+# The table ----------------------------------------------------------------------------------------
+
+HEAD = ["study", "ratio", "aim", "long-term aim", "over", "designs/s", "designs", "deferred",
+        "general", "error of delta", "of speeds", "delta_error covers", "status 0",
+        "compiling"]  # fmt: skip
+
+
+def body(found: Studies) -> list[list[str]]:
+    """One row a study; ratios below their aim are bold."""
+    return [_row(found, row) for row in found.rows]
+
+
+def _row(found: Studies, row: Measurement) -> list[str]:
+    aim = row.study.aim
+    ratio, wanted, hoped_for, to = math.nan, "-", "-", "-"
+    if aim is not None:
+        ratio, wanted, to = ratio_of(found, row), f"{aim.wanted:.2g}", aim.of
+        hoped_for = "-" if aim.hoped_for is None else f"{aim.hoped_for:.2g}"
+    reached = aim is None or not math.isfinite(ratio) or ratio >= aim.wanted
+    shown = "-" if not math.isfinite(ratio) else f"{ratio:.2g}"
+    tally, errors = row.tally, row.errors
+    left = tally.deferred / (tally.designs[BATCH] or math.nan)
+    return [
+        row.study.words, shown if reached else f"**{shown}**", wanted, hoped_for, to,
+        number(row.timing.rate), number(row.timing.count, 6), _percent(left),
+        _percent(tally.general_share), small(errors.delta), small(errors.speeds),
+        _percent(errors.honest), _percent(row.converged),
+        "-" if row.compiling < 0.05 else span(row.compiling),
+    ]  # fmt: skip
+
+
+def _percent(share: float) -> str:
+    """A share, with two digits where it is small."""
+    return "-" if math.isnan(share) else f"{100.0 * share:.3g} %"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure and print."""
+    given = settings(
+        "benchmarks studies", __doc__, arguments, only=[one.name for one in STUDIES], quick=False,
+        threads=CPUS, runs=int,
+    )  # fmt: skip
+    runs = given.runs or (2 if given.quick else 5)
+    chosen = [study(name) for name in given.only] if given.only else STUDIES
+    size, checked = (0.01, 4) if given.quick else (1.0, 24)
+    found = measured(chosen, given.threads, runs, size, checked)
+    print("\n".join(rows(HEAD, body(found))))

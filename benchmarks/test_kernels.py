@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import sweeps
-from benchmarks import own, problem
+from benchmarks import problem
+from benchmarks.problem import answer
 from benchmarks.studies import STUDIES, Study
 from engine_dyn import periodic_speed
 from engine_dyn.speed.mean_gas import mean_gas_torque
@@ -27,24 +28,24 @@ SIZE = 8000
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
 def test_factorial(benchmark: Any, exponent: float, cylinders: int, variable: bool) -> None:
     source = problem.scene(SIZE, exponent, cylinders, variable)
-    own.answer(source, THREADS)
-    delta = benchmark(own.answer, source, THREADS)["delta"]
-    benchmark.extra_info["designs"] = source.size
+    answer(source, THREADS)
+    delta = benchmark(answer, source, THREADS)["delta"]
+    benchmark.extra_info["designs"] = len(source)
     assert np.isfinite(delta).all()
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
 def test_table(benchmark: Any, exponent: float) -> None:
     source = problem.table(500, (exponent,))
-    own.answer(source, THREADS)
-    assert np.isfinite(benchmark(own.answer, source, THREADS)["delta"]).all()
+    answer(source, THREADS)
+    assert np.isfinite(benchmark(answer, source, THREADS)["delta"]).all()
 
 
 @pytest.mark.parametrize("method", ["newton", "thesis"])
 def test_method(benchmark: Any, method: str) -> None:
     source = problem.table(4, (1.0, 2.0))  # thesis repeats hundreds of cycles
-    own.answer(source, THREADS, method=method)
-    assert np.isfinite(benchmark(own.answer, source, THREADS, method=method)["delta"]).all()
+    answer(source, THREADS, method=method)
+    assert np.isfinite(benchmark(answer, source, THREADS, method=method)["delta"]).all()
 
 
 @pytest.mark.parametrize("one", STUDIES, ids=lambda one: one.name)
@@ -59,18 +60,18 @@ def test_study(benchmark: Any, one: Study) -> None:
 
 def test_traces(benchmark: Any) -> None:
     source, phi = problem.scene(1000, 2.0), np.linspace(0.0, 4.0 * np.pi, 720, endpoint=False)
-    omega = benchmark(own.answer, source, THREADS, ("omega",), crank_angle=phi)["omega"]
+    omega = benchmark(answer, source, THREADS, ("omega",), crank_angle=phi)["omega"]
     assert np.isfinite(omega).all()
 
 
 def test_mean_gas_torque(benchmark: Any) -> None:
     ratio = np.linspace(0.2, 0.33, 1000)
-    assert np.isfinite(benchmark(mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
+    assert np.isfinite(benchmark(mean_gas_torque, ratio, 0.0, problem.family())).all()
 
 
 def test_torque_extremes(benchmark: Any) -> None:
     source = problem.scene(1000, 2.0)
-    given = problem.own_inputs(source, own.FAMILY)
+    given = problem.own_inputs(source)
     for name in ("exponent", "offset", "mean_torque", "inertia", "inertia_model"):
         del given[name]
     result = benchmark(torque_extremes, wanted=("torque_max",), threads=THREADS, **given)

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 import sweeps
-from benchmarks.measure import ROOT
+from benchmarks.command import ROOT
 from engine_dyn.speed.batch import in_blocks
 
 SCENE: dict[str, Any] = {

@@ -9,19 +9,15 @@ status 1 where a point did not end as promised.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import sys
 import time
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
+from benchmarks.command import ROOT, part_file, settings, write_part
 from benchmarks.faults.campaign import Campaign
 from benchmarks.faults.server import BLOCK, Server, Unavailable
-from benchmarks.reliability_parts import part_file, write_part
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def identity() -> str:
@@ -58,11 +54,10 @@ def summary(campaign: Campaign, count: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run the campaign, or go on with it."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.faults")
-    parser.add_argument("--points", type=int, default=2500)
-    parser.add_argument("--state", type=Path, default=ROOT / "out" / "faults.jsonl")
-    parser.add_argument("-o", "--output", type=Path, default=part_file("faults"))
-    options = parser.parse_args()
+    options = settings(
+        "benchmarks.faults", __doc__, points=2500, state=ROOT / "out" / "faults.jsonl",
+        output=part_file("faults"),
+    )  # fmt: skip
     try:
         with Server() as server:
             campaign = Campaign(server, options.state, identity())

@@ -1,1 +1,1 @@
-"""Hostile files by the thousand: see `benchmarks.fuzz.campaign`."""
+"""Hostile files by the thousand: `benchmarks.fuzz.__main__`."""

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 from hypothesis import strategies as st
 
@@ -15,6 +16,13 @@ from benchmarks.fuzz.binary_tables import ATTRIBUTES, KEYS, add_variables, hosti
 from benchmarks.fuzz.changes import as_json, changed, cut_up
 from benchmarks.fuzz.checking import in_one_line, refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import names, sandbox
+from sweeps.archive import netcdf
+from sweeps.archive.contents import part_of, plan_of, read_contents
+from sweeps.archive.labels import label
+from sweeps.exploring import opening
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.scene.reading import read_scene
 
 __all__ = ["archives", "check_archive", "check_figures", "good_archive", "write_archive"]
 
@@ -30,12 +38,6 @@ _SMALL = {
 @cache
 def good_archive(part: bool = False) -> bytes:
     """An archive whose numbers nobody computed."""
-    from sweeps.archive import netcdf
-    from sweeps.archive.labels import label
-    from sweeps.planning.plan import make_plan
-    from sweeps.planning.shards import shard
-    from sweeps.scene.reading import read_scene
-
     plan = make_plan(read_scene(_SMALL))
     if part:
         plan = shard(plan, 1, 3)
@@ -54,8 +56,6 @@ def good_archive(part: bool = False) -> bytes:
 
 @cache
 def _attributes_of_archive(part: bool) -> dict[str, Any]:
-    import netCDF4
-
     path = sandbox() / "good.nc"
     path.write_bytes(good_archive(part))
     with netCDF4.Dataset(path) as file:
@@ -107,8 +107,6 @@ def archives() -> st.SearchStrategy[Any]:
 
 
 def write_archive(path: Path, example: tuple[str, Any]) -> None:
-    import netCDF4
-
     kind, content = example
     path.unlink(missing_ok=True)
     if kind == "bytes":
@@ -138,9 +136,6 @@ def write_archive(path: Path, example: tuple[str, Any]) -> None:
 
 def check_archive(example: tuple[str, Any]) -> None:
     """Whatever reads archives, but figures: they take long."""
-    from sweeps.archive.contents import part_of, plan_of, read_contents
-    from sweeps.exploring import opening
-
     home = sandbox()
     path, other = home / "scenes" / "mutated.nc", home / "scenes" / "other.nc"
     write_archive(path, example)

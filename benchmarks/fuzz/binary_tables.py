@@ -8,12 +8,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.changes import cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import sandbox
+from sweeps.reading.design_files import read_designs
 
 __all__ = [
     "ATTRIBUTES",
@@ -84,10 +88,6 @@ def add_variables(file: Any, variables: list[Any]) -> None:
 @cache
 def good_tables() -> dict[str, bytes]:
     """A sound table of designs of each binary kind."""
-    import netCDF4
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     home = sandbox()
     with netCDF4.Dataset(home / "good.nc", "w") as file:
         add_variables(file, [("bore", "f8", ["n"], None, [("units", "m")])])
@@ -111,9 +111,6 @@ def _parquet_columns() -> st.SearchStrategy[list[tuple[str, str, Any]]]:
 
 
 def write_parquet(path: Path, columns: list[tuple[str, str, Any]]) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     values: dict[str, Any] = {
         "double": pa.array([0.1, 0.2]), "int64": pa.array([1, 2]), "string": pa.array(["a", None]),
         "list": pa.array([[1.0], [2.0]]), "struct": pa.array([{"a": 1.0}, {"a": 2.0}]),
@@ -143,9 +140,6 @@ def binary_tables() -> st.SearchStrategy[tuple[str, Any]]:
 
 
 def check_binary_table(example: tuple[str, Any]) -> None:
-    import netCDF4
-
-    from sweeps.reading.design_files import read_designs
 
     suffix, content = example
     path = sandbox() / "scenes" / f"mutated{suffix}"

@@ -10,7 +10,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-__all__ = ["WORDS", "changed", "cut_up", "toml_text", "as_json"]
+__all__ = ["WORDS", "changed", "cut_up", "as_json"]
 
 WORDS = [
     "", " ", "a" * 5000, "../secret.csv", "../../../../etc/passwd", "/etc/passwd", "/dev/zero",
@@ -125,43 +125,6 @@ def cut_up(draw: st.DrawFn, data: bytes) -> bytes:
             part = draw(st.sampled_from(TOKENS))
         data = data[:begin] + part + data[begin + length :]
     return data
-
-
-def toml_text(tree: dict[str, Any], prefix: str = "") -> str:
-    """TOML of a tree; lists and tables inside others as inline ones."""
-    lines = [f"{_key(k)} = {_value(v)}" for k, v in tree.items() if not _is_table(v, prefix)]
-    for key, value in tree.items():
-        if _is_table(value, prefix):
-            rows = value if isinstance(value, list) else [value]
-            marks = "[[{}]]" if isinstance(value, list) else "[{}]"
-            for row in rows:
-                lines += ["", marks.format(_key(key)), toml_text(row, "inside")]
-    return "\n".join(lines) + "\n"
-
-
-def _is_table(value: Any, prefix: str) -> bool:
-    if prefix:
-        return False
-    rows = isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
-    return rows or isinstance(value, dict)
-
-
-def _key(key: str) -> str:
-    return json.dumps(key).replace("\x7f", "\\u007f")
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, int) and abs(value) > 10**300:
-        return hex(value) if value > 0 else "-1" + "0" * 400
-    return str(value)
 
 
 def as_json(tree: Any) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 import click.testing
 
+from sweeps.cli.main import main as command
 from sweeps.errors import SceneError
 
 __all__ = ["COUNTS", "in_one_line", "refused_or_taken", "unchanged"]
@@ -50,8 +51,6 @@ def _listing(folder: Path) -> list[tuple[str, int, int]]:
 
 def in_one_line(*arguments: Any) -> None:
     """Run a command; where it refuses, in one line and with status 2."""
-    from sweeps.cli.main import main as command
-
     result = click.testing.CliRunner().invoke(command, [str(a) for a in arguments])
     if result.exit_code not in (0, 2) and result.exception is not None:
         raise AssertionError(f"{arguments}: {result.exit_code}: {result.stderr}") from (

@@ -14,28 +14,35 @@ after every file that it refuses would take most of the time.
 
 from __future__ import annotations
 
-import argparse
 import faulthandler
 import json
 import os
-import queue
-import select
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
 import time
+import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import psutil
 
-from benchmarks.fuzz.damaged_bytes import ROOT, damaged, sound_files
-from benchmarks.reliability_parts import part_file, write_part
+from benchmarks.command import CPUS, ROOT, part_file, settings, write_part
+from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
+from benchmarks.fuzz.damaged_bytes import damaged, sound_files
+from sweeps.archive.contents import part_of, plan_of, read_contents
+from sweeps.cli.files import opened
+from sweeps.figures.study import study_of
+from sweeps.reading.design_files import read_designs
+from sweeps.reading.netcdf_child import OPENING
+from sweeps.reading.netcdf_files import opened_archive
+from sweeps.reading.netcdf_whole import read_all
 
 __all__ = ["LONGEST", "campaign", "main", "read_damaged"]
 
@@ -63,9 +70,6 @@ class Reader:
 
     def read(self, number: int, seed: int) -> None:
         """Read one damaged file; what is neither taken nor refused in one line goes up."""
-        from benchmarks.fuzz.checking import COUNTS, refused_or_taken
-        from sweeps.reading.design_files import read_designs
-
         made = damaged(number, seed)
         path = self.folder / f"{number}.nc"
         path.write_bytes(made.data)
@@ -85,11 +89,6 @@ class Reader:
 
         All of them open it by the same door; what that refuses is seldom given to the others too.
         """
-        from benchmarks.fuzz.checking import in_one_line, refused_or_taken
-        from sweeps.archive.contents import part_of, plan_of, read_contents
-        from sweeps.cli.files import opened
-        from sweeps.figures.study import study_of
-        from sweeps.reading.netcdf_files import opened_archive
 
         def at_the_door() -> None:
             with opened_archive(path):
@@ -131,15 +130,10 @@ def read_damaged(numbers: range, seed: int, folder: Path) -> Counter[str]:
 
 def _in_forks() -> Any:
     """Read files in forks of this process, in place of the child."""
-    from unittest import mock
-
     return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_fork)
 
 
 def _read_in_fork(path: Path, whole: bool = False) -> None:
-    from sweeps.reading.netcdf_child import OPENING
-    from sweeps.reading.netcdf_whole import read_all
-
     most = psutil.Process().memory_info().rss + OPENING
     with warnings.catch_warnings():
         # Of threads that the fork lacks: the library does not wait for them.
@@ -165,29 +159,39 @@ def _read_in_fork(path: Path, whole: bool = False) -> None:
 # --- processes that stay --------------------------------------------------------------------------
 
 
-def _work(seed: int) -> None:
-    """Read the files of the ranges that come as lines; say which, and what went wrong."""
-    import traceback
-
-    out = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    with tempfile.TemporaryDirectory(dir=_fast()) as folder, _in_forks():
+def work(pipe: Any, seed: int) -> None:
+    """Read the files of the ranges that come; say which, and what went wrong."""
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    with tempfile.TemporaryDirectory(dir=fast) as folder, _in_forks():
         reader = Reader(Path(folder))
-        for line in sys.stdin:
-            begin, end = map(int, line.split())
-            for number in range(begin, end):
-                print(number, file=out)
+        while True:
+            for number in range(*pipe.recv()):
+                pipe.send(number)
                 try:
                     reader.read(number, seed)
                 except Exception:
-                    print("!", number, json.dumps(traceback.format_exc()[-3000:]), file=out)
-            print("=", json.dumps(reader.counts), file=out)
+                    pipe.send((number, traceback.format_exc()[-3000:]))
+            pipe.send(reader.counts)
             reader.counts.clear()
 
 
-def _fast() -> str | None:
-    """A folder in memory, where there is one."""
-    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+class Worker:
+    """A process that reads files until it is ended."""
+
+    def __init__(self, seed: int) -> None:
+        os.environ["MALLOC_PERTURB_"] = "165"  # of the process: freed memory is overwritten
+        context = get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=work, args=(theirs, seed), daemon=True)
+        self.process.start()
+        theirs.close()
+
+    def end(self) -> None:
+        """Kill it and wait."""
+        self.process.kill()
+        self.process.join()
 
 
 class Campaign:
@@ -196,7 +200,6 @@ class Campaign:
     def __init__(self, folder: Path, number: int, seed: int) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.number, self.seed = folder, number, seed
-        self.words = [sys.executable, "-m", "benchmarks.fuzz.damage", "--work", "--seed", str(seed)]
         self.lock = threading.Lock()
         self.done: set[int] = set()
         self.counts: Counter[str] = Counter()
@@ -212,28 +215,22 @@ class Campaign:
     def run(self, workers: int, seconds: float) -> None:
         """Read what is left."""
         begin, before = time.monotonic(), self.seconds
-        tasks: queue.Queue[int] = queue.Queue()
-        for chunk in range(-(-self.number // CHUNK)):
-            if chunk not in self.done:
-                tasks.put(chunk)
-
-        def clock() -> float:
-            return time.monotonic() - begin
+        tasks = iter([n for n in range(-(-self.number // CHUNK)) if n not in self.done])
 
         def one() -> None:
-            worker: subprocess.Popen[bytes] | None = None
-            while clock() < seconds:
-                try:
-                    chunk = tasks.get_nowait()
-                except queue.Empty:
+            worker: Worker | None = None
+            while time.monotonic() - begin < seconds:
+                with self.lock:
+                    chunk = next(tasks, None)
+                if chunk is None:
                     break
                 worker = self.chunk(chunk, worker)
                 with self.lock:
                     self.done.add(chunk)
-                    self.seconds = before + clock()
+                    self.seconds = before + time.monotonic() - begin
                     self.save()
             if worker is not None:
-                _end(worker)
+                worker.end()
 
         threads = [threading.Thread(target=one) for _ in range(workers)]
         for thread in threads:
@@ -250,62 +247,48 @@ class Campaign:
         new.write_text(json.dumps(state))
         new.replace(self.folder / "state.json")
 
-    def chunk(
-        self, chunk: int, worker: subprocess.Popen[bytes] | None
-    ) -> subprocess.Popen[bytes] | None:
+    def chunk(self, chunk: int, worker: Worker | None) -> Worker | None:
         """Let a process read the files of one task; another one where it dies."""
         begin, end = chunk * CHUNK, min((chunk + 1) * CHUNK, self.number)
         while begin < end:
-            if worker is None:
-                worker = self.started()
-            assert worker.stdin and worker.stdout
-            worker.stdin.write(f"{begin} {end}\n".encode())
-            worker.stdin.flush()
+            worker = worker or Worker(self.seed)
+            worker.pipe.send((begin, end))
             failed = self.watched(worker, begin)
             if failed is None:
                 return worker
-            _end(worker)
+            worker.end()
             worker, begin = None, failed + 1
         return worker
 
-    def started(self) -> subprocess.Popen[bytes]:
-        return subprocess.Popen(
-            self.words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            cwd=ROOT, bufsize=0, env={**os.environ, "MALLOC_PERTURB_": "165"},
-        )  # fmt: skip
-
-    def watched(self, worker: subprocess.Popen[bytes], number: int) -> int | None:
+    def watched(self, worker: Worker, number: int) -> int | None:
         """Follow a process to the end of its task; the number of the file that stopped it."""
-        assert worker.stdout
-        process, text = psutil.Process(worker.pid), b""
-        since, used, first = time.monotonic(), 0.0, True
+        process = psutil.Process(worker.process.pid)
+        # The first file waits for imports and for the sound files.
+        since, used, longest = time.monotonic(), 0.0, 5 * LONGEST
+        first = number
         while True:
-            ready, _, _ = select.select([worker.stdout], [], [], 1.0)
-            if not ready:
-                now = sum(process.cpu_times()[:2])
-                # The first file waits for imports and for the sound files.
-                longest = LONGEST * (5 if first else 1)
-                if now - used > longest or time.monotonic() - since > 10 * longest:
-                    self.found(number, f"more than {longest} s")
-                    return number
-                continue
-            read = os.read(worker.stdout.fileno(), 65536)
-            if not read:
-                self.found(number, f"ended with {worker.wait()}")
+            try:
+                if not worker.pipe.poll(1.0):
+                    spent = sum(process.cpu_times()[:2]) - used
+                    if spent > longest or time.monotonic() - since > 10 * longest:
+                        self.found(number, f"more than {longest} s")
+                        return number
+                    continue
+                said = worker.pipe.recv()
+            except EOFError:
+                worker.process.join()
+                self.found(number, f"ended with {worker.process.exitcode}")
                 return number
-            *lines, text = (text + read).split(b"\n")
-            for line in map(bytes.decode, lines):
-                if line.startswith("!"):
-                    _, which, why = line.split(maxsplit=2)
-                    self.found(int(which), json.loads(why))
-                elif line.startswith("="):
-                    with self.lock:
-                        self.counts.update(json.loads(line[2:]))
-                    return None
-                else:
-                    first = first and int(line) == number
-                    number, since = int(line), time.monotonic()
-                    used = sum(process.cpu_times()[:2])
+            if isinstance(said, tuple):
+                self.found(*said)
+            elif isinstance(said, Counter):
+                with self.lock:
+                    self.counts.update(said)
+                return None
+            else:
+                number, since = said, time.monotonic()
+                used = sum(process.cpu_times()[:2])
+                longest = LONGEST * (5 if number == first else 1)
 
     def found(self, number: int, why: str) -> None:
         """Keep what went wrong, and the file."""
@@ -317,35 +300,21 @@ class Campaign:
             print(f"{number}: {made.name}, {made.kind}: {why.strip().splitlines()[-1]}", flush=True)
 
 
-def _end(worker: subprocess.Popen[bytes]) -> None:
-    worker.kill()
-    with worker:  # closes the pipes and waits
-        pass
-
-
 def campaign(folder: Path, number: int, seed: int, workers: int, seconds: float) -> Counter[str]:
     """Read damaged files in processes that stay; how many were taken, refused and wrong."""
-    work = Campaign(folder, number, seed)
-    work.run(workers, seconds)
-    counts, spent = work.counts, work.seconds
+    many = Campaign(folder, number, seed)
+    many.run(workers, seconds)
+    counts, spent = many.counts, many.seconds
     print(f"seed {seed}: {json.dumps(counts)} in {spent:.0f} s, {workers} processes at last")
     return counts
 
 
 def main() -> None:
-    """Read the command line and run the campaign, or one of its processes."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--number", type=int, default=100_000, help="of files")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after so many")
-    parser.add_argument("--folder", type=Path, default=ROOT / "out" / "damage")
-    parser.add_argument("--part", type=Path, default=part_file("damage"))
-    parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.work:
-        _work(given.seed)
-        return
+    """Read the command line and run the campaign."""
+    given = settings(
+        "benchmarks.fuzz.damage", __doc__, number=100_000, seed=1, workers=CPUS,
+        seconds=float("inf"), folder=ROOT / "out" / "damage", part=part_file("damage"),
+    )  # fmt: skip
     counts = campaign(given.folder, given.number, given.seed, given.workers, given.seconds)
     write_part(given.part, {"seed": given.seed, "asked": given.number, **counts})
     if counts["wrong"]:

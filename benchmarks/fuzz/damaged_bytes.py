@@ -15,12 +15,18 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
+import netCDF4
+
+from benchmarks.command import ROOT
 from benchmarks.fuzz.archives import good_archive
 from benchmarks.fuzz.hdf5_spans import checksum, spans
+from benchmarks.fuzz.partials import PLAIN
+from sweeps.planning.plan import make_plan
+from sweeps.running import into_archive
+from sweeps.running.options import Options
+from sweeps.scene.reading import read_scene
 
 __all__ = ["KINDS", "Damaged", "damaged", "sound_files", "spans_of"]
-
-ROOT = Path(__file__).resolve().parents[2]
 
 STRETCH = 500
 """Bytes of a damaged stretch."""
@@ -35,14 +41,7 @@ _WEIGHTS = {"classic table": 1}
 """How often a file is damaged, 5 unless said otherwise: this one has no structures."""
 
 _SCENES = {
-    "compressed": {
-        "engine": "diesel_105x137",
-        "axes": {
-            "speed": {"start": 1000, "stop": 2000, "num": 40},
-            "stroke": {"start": 0.1, "stop": 0.2, "num": 40},
-        },
-        "output": {"quantities": ["mean_piston_speed"]},
-    },
+    "compressed": PLAIN,
     "labelled": {
         "engine": "diesel_105x137",
         "designs": {
@@ -67,13 +66,6 @@ class Damaged:
 @cache
 def sound_files() -> dict[str, bytes]:
     """Sound files by name: archives of several makes, and tables of designs."""
-    import netCDF4
-
-    from sweeps.planning.plan import make_plan
-    from sweeps.running import into_archive
-    from sweeps.running.options import Options
-    from sweeps.scene.reading import read_scene
-
     found = {
         "archive": good_archive(),
         "shard": good_archive(True),

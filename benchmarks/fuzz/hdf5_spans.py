@@ -12,6 +12,8 @@ __all__ = ["checksum", "spans"]
 
 _SIGNATURES = re.compile(b"OHDR|OCHK|FRHP|BTHD|GCOL|TREE")
 
+MASK = 0xFFFFFFFF
+
 _HEAP = struct.Struct("<4sBHHBI12QHQQHHQH")
 _INDEX = struct.Struct("<4sBBIHHBBQHQ")
 
@@ -56,34 +58,23 @@ def spans(data: bytes) -> list[tuple[int, int, bool]]:
 
 def checksum(data: bytes) -> int:
     """Hash of bytes, hashlittle with 0 of Jenkins's lookup3.c."""
-    mask = 0xFFFFFFFF
-    a = b = c = 0xDEADBEEF + len(data) & mask
-    words = struct.unpack(f"<{len(data) // 4}I", data[: len(data) // 4 * 4])
+    a = b = c = 0xDEADBEEF + len(data) & MASK
     mixed = max(len(data) - 1, 0) // 12
-    for i in range(0, 3 * mixed, 3):
-        b = b + words[i + 1] & mask
-        c = c + words[i + 2] & mask
-        a = (a + words[i] - c & mask) ^ (c << 4 & mask | c >> 28)
-        c = c + b & mask
-        b = (b - a & mask) ^ (a << 6 & mask | a >> 26)
-        a = a + c & mask
-        c = (c - b & mask) ^ (b << 8 & mask | b >> 24)
-        b = b + a & mask
-        a = (a - c & mask) ^ (c << 16 & mask | c >> 16)
-        c = c + b & mask
-        b = (b - a & mask) ^ (a << 19 & mask | a >> 13)
-        a = a + c & mask
-        c = (c - b & mask) ^ (b << 4 & mask | b >> 28)
-        b = b + a & mask
+    for x, y, z in struct.iter_unpack("<3I", data[: 12 * mixed]):
+        a, b, c = a + x & MASK, b + y & MASK, c + z & MASK
+        for turn in (4, 6, 8, 16, 19, 4):
+            a = (a - c & MASK) ^ turned(c, turn)
+            a, b, c = b, c + b & MASK, a
     rest = data[12 * mixed :]
     if not rest:
         return c
     x, y, z = struct.unpack("<3I", rest.ljust(12, b"\0"))
-    a, b, c = a + x & mask, b + y & mask, c + z & mask
-    c = (c ^ b) - (b << 14 & mask | b >> 18) & mask
-    a = (a ^ c) - (c << 11 & mask | c >> 21) & mask
-    b = (b ^ a) - (a << 25 & mask | a >> 7) & mask
-    c = (c ^ b) - (b << 16 & mask | b >> 16) & mask
-    a = (a ^ c) - (c << 4 & mask | c >> 28) & mask
-    b = (b ^ a) - (a << 14 & mask | a >> 18) & mask
-    return (c ^ b) - (b << 24 & mask | b >> 8) & mask
+    a, b, c = a + x & MASK, b + y & MASK, c + z & MASK
+    for turn in (14, 11, 25, 16, 4, 14, 24):
+        a, b, c = b, (c ^ b) - turned(b, turn) & MASK, a
+    return b
+
+
+def turned(word: int, bits: int) -> int:
+    """A word of 32 bits turned to the left."""
+    return (word << bits | word >> 32 - bits) & MASK

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.changes import changed, cut_up, toml_text
+import sweeps
+from benchmarks.fuzz.changes import changed, cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import names, sandbox
+from benchmarks.tables import toml_text
 
 __all__ = ["check_measured_speed", "measured_speeds"]
 
@@ -70,8 +72,6 @@ def measured_speeds() -> st.SearchStrategy[tuple[dict[str, Any], bytes]]:
 
 
 def check_measured_speed(example: tuple[dict[str, Any], bytes]) -> None:
-    import sweeps
-
     scene, data = example
     folder = sandbox() / "scenes"
     (folder / "mutated.csv").write_bytes(data)

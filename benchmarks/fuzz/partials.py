@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from contextlib import suppress
@@ -9,16 +10,22 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.changes import as_json, changed, cut_up
 from benchmarks.fuzz.checking import in_one_line, refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import names, sandbox
+from sweeps.archive.partial import Partial
+from sweeps.planning.plan import make_plan
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options, Stopped
+from sweeps.scene.reading import read_scene
 
 __all__ = ["check_partial", "partials"]
 
-_PLAIN = {
+PLAIN = {
     "engine": "diesel_105x137",
     "axes": {
         "speed": {"start": 1000, "stop": 2000, "num": 40},
@@ -31,12 +38,6 @@ _PLAIN = {
 @cache
 def good_partial() -> dict[str, bytes]:
     """Files of an interrupted run that needs no compiled kernel."""
-    from sweeps.archive.partial import Partial
-    from sweeps.planning.plan import make_plan
-    from sweeps.running import into_archive, limits
-    from sweeps.running.options import Options, Stopped
-    from sweeps.scene.reading import read_scene
-
     output = sandbox() / "out" / "interrupted.nc"
     write, count = Partial.write, [0]
 
@@ -51,7 +52,7 @@ def good_partial() -> dict[str, bytes]:
     Partial.write = until  # type: ignore[assignment, method-assign]
     try:
         with suppress(Stopped):
-            into_archive.run(make_plan(read_scene(_PLAIN)), output, Options())
+            into_archive.run(make_plan(read_scene(PLAIN)), output, Options())
     finally:
         limits.LARGEST_BLOCK = largest
         Partial.write = write  # type: ignore[method-assign]
@@ -80,19 +81,11 @@ def partials() -> st.SearchStrategy[Any]:
 
 def _with_right_hash(data: bytes) -> bytes:
     """A damaged block that somebody signed."""
-    import hashlib
-
     first, _, rest = data.partition(b"\n")
     return first[: first.rfind(b" ") + 1] + hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
 
 
 def check_partial(example: tuple[str, Any]) -> None:
-    from sweeps.archive.partial import Partial
-    from sweeps.planning.plan import make_plan
-    from sweeps.running import into_archive
-    from sweeps.running.options import Options, Stopped
-    from sweeps.scene.reading import read_scene
-
     home = sandbox()
     output = home / "out" / "interrupted.nc"
     folder = Partial.of(output).path
@@ -116,7 +109,7 @@ def check_partial(example: tuple[str, Any]) -> None:
             )
     with unchanged(home / "outside"), unchanged(home / "scenes"):
         in_one_line("info", folder)
-        plan = make_plan(read_scene(_PLAIN))
+        plan = make_plan(read_scene(PLAIN))
         try:
             taken = refused_or_taken(lambda: into_archive.run(plan, output, Options(resume=True)))
         except (Stopped, OSError) as error:
@@ -124,8 +117,6 @@ def check_partial(example: tuple[str, Any]) -> None:
             assert content in ("folder", "loop", "pipe", "link"), error
             taken = False
     if taken:
-        import netCDF4
-
         with netCDF4.Dataset(output) as file:
             values = file["mean_piston_speed"][...]
         speed, stroke = np.linspace(1000, 2000, 40), np.linspace(0.1, 0.2, 40)

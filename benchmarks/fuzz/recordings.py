@@ -7,12 +7,15 @@ import zipfile
 from functools import cache
 from typing import Any
 
+import netCDF4
 import numpy as np
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.changes import cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import sandbox
+from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.laboratory.pressure_options import ImportOptions
 
 __all__ = ["check_recording", "recordings"]
 
@@ -32,7 +35,6 @@ _VALUES = st.one_of(
 @cache
 def good_recordings() -> dict[str, bytes]:
     """A sound recording of one cycle of each kind."""
-    import netCDF4
     import pandas as pd
     from asammdf import MDF, Signal
     from nptdms import ChannelObject, TdmsWriter
@@ -88,8 +90,6 @@ def _parts_changed(draw: st.DrawFn, data: bytes) -> bytes:
 
 def recordings() -> st.SearchStrategy[tuple[str, bytes, dict[str, Any]]]:
     """Suffix, bytes and options."""
-    from sweeps.reading.laboratory.pressure_options import ImportOptions
-
     keys = st.sampled_from(sorted(ImportOptions.model_fields))
     options = st.one_of(st.just({}), st.dictionaries(keys, _VALUES, max_size=2))
     good = good_recordings()
@@ -104,8 +104,6 @@ def recordings() -> st.SearchStrategy[tuple[str, bytes, dict[str, Any]]]:
 
 
 def check_recording(example: tuple[str, bytes, dict[str, Any]]) -> None:
-    from sweeps.reading.laboratory.pressure import read_pressure
-
     suffix, data, options = example
     path = sandbox() / "scenes" / f"recording{suffix}"
     path.unlink(missing_ok=True)

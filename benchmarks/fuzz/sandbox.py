@@ -10,7 +10,10 @@ from functools import cache
 from pathlib import Path
 
 from benchmarks.fuzz.changes import WORDS
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.catalogue import ENGINES, SCENES
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.toml_tables import SceneFile
 
 __all__ = [
     "DESIGNS",
@@ -110,10 +113,6 @@ def scenes() -> dict[str, bytes]:
 
 @cache
 def names() -> tuple[str, ...]:
-    from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-    from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-    from sweeps.scene.toml_tables import SceneFile
-
     return (
         *WORDS,
         *PARAMETERS,

@@ -8,10 +8,16 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.changes import changed, cut_up, toml_text
+from benchmarks.fuzz.changes import changed, cut_up
 from benchmarks.fuzz.checking import refused_or_taken, unchanged
 from benchmarks.fuzz.sandbox import DESIGNS, DRIVER, LOAD, PRESSURE, PUBLISHED, names, sandbox
+from benchmarks.tables import toml_text
 from sweeps.catalogue import ENGINES
+from sweeps.planning.forecast import text
+from sweeps.planning.plan import make_plan
+from sweeps.presenting.engines import engine_text
+from sweeps.reading.engine_files import load_engine
+from sweeps.scene.reading import read_scene
 
 __all__ = ["check_engine", "check_scene", "check_table", "tables", "texts"]
 
@@ -25,10 +31,6 @@ def texts(files: dict[str, bytes]) -> st.SearchStrategy[bytes]:
 
 
 def _read_scene(path: Path) -> Any:
-    from sweeps.planning.forecast import text
-    from sweeps.planning.plan import make_plan
-    from sweeps.scene.reading import read_scene
-
     plan = make_plan(read_scene(path))
     text(plan)
     return plan
@@ -43,9 +45,6 @@ def check_scene(data: bytes) -> None:
 
 
 def check_engine(data: bytes) -> None:
-    from sweeps.presenting.engines import engine_text
-    from sweeps.reading.engine_files import load_engine
-
     home = sandbox()
     path = home / "scenes" / "mutated.toml"
     path.write_bytes(data)

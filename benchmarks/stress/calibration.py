@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
+from benchmarks.command import in_processes
+from benchmarks.stress import draw
 from engine_dyn import Family, diagram_from_points
-from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES
-from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats
@@ -115,7 +113,7 @@ def diagrams() -> dict[str, Family]:
     return found
 
 
-def draw(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
+def drawn(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
     """Columns of designs with the diagrams `name`."""
     family = diagrams()[name]
     last = family.row_count - 1
@@ -162,30 +160,16 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
     seed, name, closure, size = job
     family = diagrams()[name]
     key = sorted(diagrams()).index(name)
-    columns = draw(np.random.default_rng([seed, key, closure == "cycle_time"]), name, size)
-    c = columns
-    found = dispatch.solve(
-        family=family, wanted=SCALAR_NAMES, closure=closure, threads=1,
-        cylinders=c["cylinders"], inertia_model=np.where(c["variable"], "variable", "constant"),
-        crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0, crankcase_pressure=c["crankcase"],
-        bore=c["bore"], double_radius=c["stroke"], mass=c["mass"], speed=c["speed"],
-        inertia=c["inertia"], exponent=c["exponent"], offset=c["offset"],
-        mean_torque=c["mean_torque"], friction_torque=c["friction"],
-    )  # fmt: skip
-    designs = spline.Designs.of(
-        row=c["row"], scale=1.0, crankcase=c["crankcase"], crank_ratio=c["crank_ratio"],
-        bore=c["bore"], stroke=c["stroke"], mass=c["mass"], inertia=c["inertia"],
-        speed=c["speed"], exponent=c["exponent"], surplus=c["mean_torque"] - c["offset"],
-        cylinders=c["cylinders"], variable=c["variable"], cycle_time=closure == "cycle_time",
-    )  # fmt: skip
-    exact = spline.solve(designs, pressure_of(family), knots_of(family))
+    columns = drawn(np.random.default_rng([seed, key, closure == "cycle_time"]), name, size)
+    found = draw.Chunk(columns, closure, (size,), (seed, key)).solve(family=family, threads=1)
+    exact = draw.exact(columns, closure, family)
     good = np.isin(found["status"], (CONVERGED, TOLERANCE_NOT_MET))
     good &= (exact.status == spline.CONVERGED) & (exact.doubt < 1e-10)
     true = np.abs(found["delta"] / exact.delta - 1.0)
     examples = [
         {
             "uncovered": name, "closure": closure,
-            "inputs": {key: column[i].item() for key, column in c.items()},
+            "inputs": {key: column[i].item() for key, column in columns.items()},
             "results": {key: array[i].item() for key, array in found.items()},
             "delta": float(exact.delta[i]), "error": float(true[i]),
         }
@@ -196,23 +180,13 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
         true=true[good],
         diagram=np.full(good.sum(), name),
         closure=np.full(good.sum(), closure),
-        variable=c["variable"][good],
-        exponent=c["exponent"][good],
-        cylinders=c["cylinders"][good],
+        variable=columns["variable"][good],
+        exponent=columns["exponent"][good],
+        cylinders=columns["cylinders"][good],
         status=found["status"][good],
         asked=size,
         examples=examples,
     )
-
-
-def pressure_of(family: Family) -> Callable[[int, Any], Any]:
-    """Pressure of a whole row [Pa] at any angles."""
-    return lambda row, phi: family.row(row)(phi)
-
-
-def knots_of(family: Family) -> Floats:
-    """Angles at which a family's cubics meet [rad]."""
-    return family.row(0).angle
 
 
 def joined(readings: list[Reading]) -> Reading:
@@ -243,28 +217,18 @@ def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> 
     """Read the meter, in processes of their own."""
     jobs = jobs_of(seed, designs)
     readings = []
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        for done, reading in enumerate(pool.map(measure, jobs), 1):
-            readings.append(reading)
-            say(f"delta_error: {done} of {len(jobs)} groups")
+    for done, reading in enumerate(in_processes(measure, jobs, processes), 1):
+        readings.append(reading)
+        say(f"delta_error: {done} of {len(jobs)} groups")
     return joined(readings)
 
 
 def own_error(seed: int, designs: int = 24) -> float:
     """Largest relative change of the reference's delta with pieces half as long."""
     worst = 0.0
-    for name in diagrams():
-        c = draw(np.random.default_rng([seed, 99]), name, designs)
-        batch = spline.Designs.of(
-            row=c["row"], scale=1.0, crankcase=c["crankcase"], crank_ratio=c["crank_ratio"],
-            bore=c["bore"], stroke=c["stroke"], mass=c["mass"], inertia=c["inertia"],
-            speed=c["speed"], exponent=c["exponent"], surplus=c["mean_torque"] - c["offset"],
-            cylinders=c["cylinders"], variable=c["variable"], cycle_time=False,
-        )  # fmt: skip
-        family = diagrams()[name]
-        one, two = (
-            spline.solve(batch, pressure_of(family), knots_of(family), splits) for splits in (1, 2)
-        )
+    for name, family in diagrams().items():
+        columns = drawn(np.random.default_rng([seed, 99]), name, designs)
+        one, two = (draw.exact(columns, "power_mean", family, splits) for splits in (1, 2))
         good = (one.status == spline.CONVERGED) & (two.status == spline.CONVERGED)
         worst = max(worst, float(np.abs(one.delta[good] / two.delta[good] - 1.0).max()))
     return worst

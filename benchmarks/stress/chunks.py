@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import os
-import selectors
-import subprocess
-import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
 from benchmarks.stress import draw
-from benchmarks.stress.checks import CHECKS, check
-from engine_dyn.speed.results import SCALAR_NAMES
-from engine_dyn.types import Integers
+from benchmarks.stress.checks import check
+from engine_dyn.types import Booleans, Integers
 
-MODULE = "benchmarks.stress"
 LIMIT = 900.0
 """Seconds for one chunk: a hang, or a machine far too slow."""
 
@@ -66,56 +59,40 @@ class Outcome:
     compared: int = 0
     picked: list[tuple[int, int]] = field(default_factory=list)
 
-    def add(self, line: dict[str, Any]) -> None:
-        """One chunk's report."""
-        self.designs += line["designs"]
-        self.seconds += line["seconds"]
-        for closure, model, code, count in line["status"]:
-            self.status[code] += count
-            self.parts[closure, model, code] += count
-        self.broken.update(line["broken"])
-        self.examples += line["examples"]
-        self.unlike.update(line["unlike"])
-        self.compared += line["compared"]
-        self.picked += [(line["number"], index) for index in line["picked"]]
+    def add(self, other: Outcome) -> None:
+        """Add what another chunk gave."""
+        for name in (each.name for each in fields(self)):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
 
 
-def one(seed: int, number: int, size: int, sample: int) -> dict[str, Any]:
-    """Solve and check one chunk; what it found, ready for JSON."""
+def one(seed: int, number: int, size: int, sample: int) -> Outcome:
+    """Solve and check one chunk."""
     chunk = draw.chunk(seed, number, size)
     begin = time.perf_counter()
     found = chunk.solve()
     seconds = time.perf_counter() - begin
     results = {name: np.asarray(array).reshape(-1) for name, array in found.items()}
     columns = chunk.flat()
-    bounds = draw.shapes().bounds(columns)
-    broken = check(columns, chunk.closure, bounds, results)
+    broken = check(columns, chunk.closure, draw.shapes().bounds(columns), results)
     random = np.random.default_rng([seed, number, 1])
-    examples = [
-        {"rule": name, **example(chunk, int(index), results)}
-        for name, mask in broken.items()
-        for index in np.flatnonzero(mask)[:SHOWN]
-    ]
-    status = [
-        (chunk.closure, "variable" if model else "constant", int(code), int(count))
-        for model in (False, True)
-        for code, count in zip(
-            *np.unique(results["status"][columns["variable"] == model], return_counts=True),
-            strict=True,
-        )
-    ]
+    models = np.where(columns["variable"], "variable", "constant").tolist()
+    codes = results["status"].tolist()
     unlike, compared = alone(chunk, results, random)
-    return {
-        "number": number,
-        "designs": chunk.size,
-        "seconds": seconds,
-        "status": status,
-        "broken": {name: int(mask.sum()) for name, mask in broken.items()},
-        "examples": examples,
-        "unlike": unlike,
-        "compared": compared,
-        "picked": pick(columns, results, sample, random).tolist(),
-    }
+    return Outcome(
+        designs=chunk.size,
+        seconds=seconds,
+        status=Counter(codes),
+        parts=Counter((chunk.closure, *kind) for kind in zip(models, codes, strict=True)),
+        broken=Counter({name: int(mask.sum()) for name, mask in broken.items()}),
+        examples=[
+            {"rule": name, **example(chunk, int(index), results)}
+            for name, mask in broken.items()
+            for index in np.flatnonzero(mask)[:SHOWN]
+        ],
+        unlike=unlike,
+        compared=compared,
+        picked=[(number, index) for index in pick(columns, results, sample, random).tolist()],
+    )
 
 
 def example(chunk: draw.Chunk, index: int, results: dict[str, Any]) -> dict[str, Any]:
@@ -128,18 +105,23 @@ def example(chunk: draw.Chunk, index: int, results: dict[str, Any]) -> dict[str,
 
 def alone(
     chunk: draw.Chunk, results: dict[str, Any], random: np.random.Generator, count: int = 300
-) -> tuple[dict[str, int], int]:
+) -> tuple[Counter[str], int]:
     """How many of some designs have other bits in other company and by one thread; of how many."""
     picks = random.permutation(chunk.size)[:count]
     column = replace(chunk, columns=chunk.flat(picks), shape=(picks.size,))
     found = column.solve(threads=1)
-    unlike = {}
-    for name, array in results.items():
-        one, other = found[name], array[picks]
-        differs = ~((one == other) | (np.isnan(one) & np.isnan(other)))
-        if differs.any():
-            unlike[name] = int(differs.sum())
-    return unlike, picks.size
+    masks = unlike_bits(found, {name: array[picks] for name, array in results.items()})
+    return Counter(
+        {name: int(mask.sum()) for name, mask in masks.items() if mask.any()}
+    ), picks.size
+
+
+def unlike_bits(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Booleans]:
+    """Masks of results of `other` whose bits are others in `one`, by name."""
+    return {
+        name: ~((one[name] == values) | (np.isnan(one[name]) & np.isnan(values)))
+        for name, values in other.items()
+    }
 
 
 def pick(
@@ -177,10 +159,10 @@ def pick(
 # The process --------------------------------------------------------------------------------------
 
 
-def work(seed: int, numbers: range, size: int, sample: int) -> None:
-    """Chunks one after the other, a line of JSON for each on standard output."""
+def work(out: Any, seed: int, numbers: range, size: int, sample: int) -> None:
+    """Chunks one after the other, each sent as soon as it is done."""
     for number in numbers:
-        print(json.dumps(one(seed, number, size, sample)), flush=True)
+        out.send(one(seed, number, size, sample))
 
 
 def run(
@@ -188,61 +170,32 @@ def run(
 ) -> Outcome:
     """Solve and check `designs` designs; a process that hangs or crashes is replaced."""
     outcome = Outcome()
-    size = draw.size_of(designs)
-    count = draw.count_of(designs)
-    quota = -(-sample // count)
-    number = 0
+    size, count = draw.size_of(designs), draw.count_of(designs)
+    context = get_context("spawn")
+    number, process = 0, None
     while number < count:
-        for line in _lines(seed, range(number, count), size, quota, limit):
-            if isinstance(line, str):
-                outcome.lost.append(f"seed {seed}, chunk {number}: {line}")
-                number += 1
-                break
-            outcome.add(line)
-            number += 1
-            say(f"chunk {number} of {count}: {outcome.designs / max(outcome.seconds, 1e-9):,.0f}"
-                f" designs/s, {sum(outcome.broken.values())} broken rules")  # fmt: skip
-    return outcome
-
-
-def _lines(
-    seed: int, numbers: range, size: int, sample: int, limit: float
-) -> Iterator[dict[str, Any] | str]:
-    """Reports of the chunks, the last one a text where the process ended before its time."""
-    arguments = [str(v) for v in (seed, numbers.start, numbers.stop, size, sample)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", MODULE, "--worker", *arguments],
-        stdout=subprocess.PIPE, cwd=Path(__file__).parents[2], env=os.environ,
-    )  # fmt: skip
-    assert process.stdout is not None
-    os.set_blocking(process.stdout.fileno(), False)
-    left, rest = len(numbers), b""
-    try:
-        with selectors.DefaultSelector() as selector:
-            selector.register(process.stdout, selectors.EVENT_READ)
-            until = time.monotonic() + limit
-            while left:
-                if not selector.select(max(until - time.monotonic(), 0.0)):
-                    yield f"no answer in {limit:g} s"
-                    return
-                data = process.stdout.read()
-                if data == b"":
-                    yield f"ended with status {process.wait()}"
-                    return
-                *lines, rest = (rest + (data or b"")).split(b"\n")
-                for line in lines:
-                    left -= 1
-                    until = time.monotonic() + limit
-                    yield json.loads(line)
-    finally:
+        if process is None:
+            answers, out = context.Pipe(duplex=False)
+            left = range(number, count)
+            process = context.Process(
+                target=work, args=(out, seed, left, size, -(-sample // count))
+            )
+            process.start()
+            out.close()
+        number += 1
+        try:
+            if answers.poll(limit):
+                outcome.add(answers.recv())
+                say(f"chunk {number} of {count}: {outcome.designs / outcome.seconds:,.0f} "
+                    f"designs/s, {outcome.broken.total()} broken rules")  # fmt: skip
+                continue
+            why = f"no answer in {limit:g} s"
+        except EOFError:
+            process.join()
+            why = f"ended with status {process.exitcode}"
+        outcome.lost.append(f"seed {seed}, chunk {number - 1}: {why}")
         process.kill()
-        process.wait()
-        process.stdout.close()
-
-
-def rules() -> dict[str, str]:
-    """Names and meanings of what is checked."""
-    return CHECKS
-
-
-RESULTS = SCALAR_NAMES
+        process = None
+    if process is not None:
+        process.join()
+    return outcome

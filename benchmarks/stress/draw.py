@@ -17,7 +17,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.types import Floats
-from oracle.spline import Designs
+from oracle import spline
 from sweeps.reading.engine_files import load_engine
 
 ENGINE = "ntua"
@@ -90,9 +90,9 @@ class Chunk:
         }
 
 
-def designs_of(columns: dict[str, Any], closure: Any) -> Designs:
+def designs_of(columns: dict[str, Any], closure: Any) -> spline.Designs:
     """The same designs for the independent solver."""
-    return Designs.of(
+    return spline.Designs.of(
         row=columns["row"], scale=1.0, crankcase=columns["crankcase"],
         crank_ratio=columns["crank_ratio"], bore=columns["bore"], stroke=columns["stroke"],
         mass=columns["mass"], inertia=columns["inertia"], speed=columns["speed"],
@@ -100,6 +100,16 @@ def designs_of(columns: dict[str, Any], closure: Any) -> Designs:
         cylinders=columns["cylinders"], variable=columns["variable"],
         cycle_time=np.asarray(closure) == "cycle_time",
     )  # fmt: skip
+
+
+def exact(
+    columns: dict[str, Any], closure: Any, one: Family | None = None, splits: int = 1
+) -> spline.Solutions:
+    """Answers of the independent solver, for diagrams of a family, else of the catalogue engine."""
+    used = one or family()
+    return spline.solve(
+        designs_of(columns, closure), lambda row, phi: used.row(row)(phi), used.row(0).angle, splits
+    )
 
 
 @cache
@@ -121,11 +131,6 @@ def rows() -> Floats:
 def shapes() -> Shapes:
     """What bounds and draws need to know of these diagrams."""
     return Shapes(family(), rows(), CRANKCASES)
-
-
-def pressure(row: int, phi: Any) -> Any:
-    """Pressure of a whole row of the family [Pa]."""
-    return family().row(row)(phi)
 
 
 def _log(random: np.random.Generator, name: str, size: int) -> Floats:

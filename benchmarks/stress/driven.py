@@ -9,12 +9,9 @@ nothing is found, cycles from near and from above must end at standstill or run 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -22,6 +19,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks import problem
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
+from benchmarks.stress.findings import DEFECTS, Findings, gathered
 from benchmarks.stress.sample import TOLERANCE
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
@@ -68,51 +66,10 @@ BORDER = 0.03
 
 LAWS = ("motor", "driver table", "load table", "linear and square", "power")
 
-VERDICTS = {
-    "agrees": "same outcome, and numbers within the tolerance",
-    "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
-    "gave up": "status 3, and there is indeed no steady cycle",
-    "border": "at the limit between running and stalling: smallest ω below 3 % of nominal, or a "
-    "speed at the "
-    "end of the table",
-    "unknown": "neither repeats nor ends within the cycles that were followed",
-    "off": "numbers beyond the tolerance",
-    "outcome": "another outcome",
-}
-DEFECTS = ("off", "outcome")
+VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", *DEFECTS)
+"""docs/measurements.md says what they mean."""
 
 ANGLES = np.radians(np.arange(0.0, 360.0, 2.0))
-
-
-@dataclass
-class Driven:
-    """Verdicts by (law, verdict), outcomes by (law, status), and what is wrong."""
-
-    verdicts: Counter[tuple[str, str]] = field(default_factory=Counter)
-    status: Counter[tuple[str, int]] = field(default_factory=Counter)
-    worst: dict[str, float] = field(default_factory=dict)
-    stiffest: dict[str, float] = field(default_factory=dict)
-    examples: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def size(self) -> int:
-        """Designs compared."""
-        return sum(self.verdicts.values())
-
-    @property
-    def wrong(self) -> int:
-        """Designs whose answer is not true."""
-        return sum(count for (_, name), count in self.verdicts.items() if name in DEFECTS)
-
-    def add(self, other: Driven) -> None:
-        """Another group."""
-        self.verdicts.update(other.verdicts)
-        self.status.update(other.status)
-        self.examples += other.examples
-        for law, value in other.worst.items():
-            self.worst[law] = max(self.worst.get(law, 0.0), value)
-        for law, value in other.stiffest.items():
-            self.stiffest[law] = max(self.stiffest.get(law, 0.0), value)
 
 
 @dataclass(frozen=True)
@@ -444,8 +401,8 @@ def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, fl
     return "outcome", 0.0, cycle
 
 
-def compare(job: tuple[int, int]) -> Driven:
-    """Solve one group by both."""
+def compare(job: tuple[int, int]) -> Findings:
+    """Solve one group by both; verdicts are counted by (law, status)."""
     seed, number = job
     chosen, inputs = machine(seed, number)
     _, family = diagram(chosen.fired)
@@ -453,16 +410,14 @@ def compare(job: tuple[int, int]) -> Driven:
     options = {"family": family, "driven": chosen.driven, "threads": 1, **inputs}
     found = dispatch.solve(wanted=wanted, **options)
     found["omega"] = dispatch.solve(wanted=("omega",), crank_angle=np.zeros(1), **options)["omega"]
-    result = Driven()
+    result = Findings()
     for place in range(GROUP):
         code = int(found["status"][place])
         verdict, differs, cycle = judge(chosen, place, found)
-        result.verdicts[chosen.name, verdict] += 1
-        result.status[chosen.name, code] += 1
+        result.counts[(chosen.name, code), verdict] += 1
         if verdict == "agrees" and code == CONVERGED:
-            result.worst[chosen.name] = max(result.worst.get(chosen.name, 0.0), differs)
-            stiff = -cycle.decay
-            result.stiffest[chosen.name] = max(result.stiffest.get(chosen.name, 0.0), stiff)
+            result.note(chosen.name, differs)
+            result.note((chosen.name, "stiffest"), -cycle.decay)
         if verdict in (*DEFECTS, "unknown") or code == NOT_CONVERGED:
             result.examples.append(
                 {
@@ -477,14 +432,7 @@ def compare(job: tuple[int, int]) -> Driven:
     return result
 
 
-def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Driven:
+def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Findings:
     """Compare groups of designs, in processes of their own."""
-    groups = -(-designs // GROUP)
-    total = Driven()
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        jobs = [(seed, number) for number in range(groups)]
-        for done, part in enumerate(pool.map(compare, jobs), 1):
-            total.add(part)
-            if done % 20 == 0 or done == groups:
-                say(f"driven machines: {done} of {groups} groups, {total.wrong} wrong")
-    return total
+    jobs = [(seed, number) for number in range(-(-designs // GROUP))]
+    return gathered(compare, jobs, processes, say, "driven machines, groups")

@@ -1,10 +1,10 @@
-"""The report of everything that was measured, and its figures."""
+"""What was found, as docs/stability/*.csv and figures; docs/measurements.md says what it means."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,29 +14,30 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from benchmarks.stress import calibration, draw, driven, sample, sampled, spikes, strong, weak
+from benchmarks import tables
+from benchmarks.stress import calibration, draw, driven, sample, sampled, spikes, weak
 from benchmarks.stress.checks import CHECKS
 from benchmarks.stress.chunks import Outcome
+from benchmarks.stress.findings import DEFECTS, Findings
 from engine_dyn.status import MEANINGS
 
 OURS, EULER, REPEATED, POWER = "#0072B2", "#D55E00", "#882255", "#009E73"
 """Colours of Okabe and Ito."""
+
+Rows = list[list[str]]
 
 
 @dataclass(frozen=True)
 class Measured:
     """Everything that one run found."""
 
-    when: str
-    machine: str
-    versions: str
-    seed: int
+    run: str  # the day, the machine, versions and the seed
     took: float
     outcome: Outcome
-    agreement: sample.Agreement
-    spiky: spikes.Spiky
-    light: strong.Strong
-    machines: driven.Driven
+    agreement: Findings
+    spiky: Findings
+    light: Findings
+    machines: Findings
     studies: list[sampled.Found]
     reading: calibration.Reading
     own_error: float
@@ -45,27 +46,30 @@ class Measured:
     cure: float
 
     @property
+    def parts(self) -> tuple[Findings, ...]:
+        """Parts with verdicts."""
+        return self.agreement, self.spiky, self.light, self.machines
+
+    @property
     def defects(self) -> int:
         """Designs, chunks and bits that should not be."""
         o = self.outcome
-        wrong = sum(self.agreement.of(name) for name in sample.DEFECTS)
         return (
-            sum(o.broken.values())
+            o.broken.total()
             + len(o.lost)
             + o.unlike.total()
-            + wrong
-            + (self.spiky.wrong + self.light.wrong + self.machines.wrong)
+            + sum(part.wrong for part in self.parts)
             + sum(found.defects for found in self.studies)
         )
 
+    @property
+    def examples(self) -> list[dict[str, Any]]:
+        """Designs that are kept."""
+        sources: list[Any] = [self.outcome, *self.parts, *self.studies, self.reading]
+        return [example for source in sources for example in source.examples]
 
-# Text ---------------------------------------------------------------------------------------------
 
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> list[str]:
-    """A table: the first columns to the left, numbers to the right."""
-    lines = ["---"] * left + ["---:"] * (len(head) - left)
-    return [f"| {' | '.join(cells)} |" for cells in (head, lines, *body)]
+# Words --------------------------------------------------------------------------------------------
 
 
 def count(number: int) -> str:
@@ -81,7 +85,7 @@ def share(part: int, whole: int) -> str:
 
 def size(value: float) -> str:
     """An error's size."""
-    return "0" if value == 0.0 else "-" if not math.isfinite(value) else f"{value:.1e}"
+    return "0" if value == 0.0 else tables.small(value)
 
 
 def cycles(value: float) -> str:
@@ -89,416 +93,57 @@ def cycles(value: float) -> str:
     return f"{value:.0f}" if math.isfinite(value) else "over 30000"
 
 
-def document(m: Measured) -> str:
-    """The report: a page that stands by itself, of which `tables` makes files."""
-    parts = [
-        *_head(m), *_draws(), *_outcomes(m), *_rules(m), *_agreement(m), *_spikes(m), *_light(m),
-        *_driven(m), *_sampled(m), *_repetition(m), *_closures(m), *_errors(m),
-    ]  # fmt: skip
-    return "\n".join(parts).rstrip() + "\n"
-
-
-def _head(m: Measured) -> list[str]:
-    o, a, r = m.outcome, m.agreement, m.reading
-    wrong = sum(a.of(name) for name in sample.DEFECTS)
+def summary(m: Measured) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    o, r, last = m.outcome, m.reading, m.weak[-1]
     _, covered, median, tail, _, _ = r.numbers()
     met = (
         covered >= calibration.COVERAGE and median <= calibration.MEDIAN
         and tail <= calibration.TAIL
     )  # fmt: skip
-    return [
-        "# Numerical stability",
-        "",
-        "Made by make stress (python -m benchmarks.stress).",
-        "",
-        f"{m.when}; {m.machine}; {m.versions}; seed {m.seed}; {m.took / 60.0:.1f} minutes.",
-        "",
-        "In short:",
-        "",
-        f"- {count(o.designs)} designs from absurd ranges: {len(o.lost)} hangs or crashes, "
-        f"{count(sum(o.broken.values()))} broken rules.",
-        f"- {count(o.compared)} of the absurd designs solved again, among other designs and by one "
-        f"thread: "
-        + (", ".join(f"`{name}` of {count(n)}" for name, n in o.unlike.items()) or "none")
-        + " differs in a bit.",
-        f"- {count(a.size)} of the absurd designs solved again by an independent solver: {wrong} "
-        f"disagree.",
-        f"- {count(sum(m.light.compared.values()))} ordinary engines with light flywheels that "
-        f"the fast kernels report as "
-        f"converged: {count(m.light.wrong)} beyond the tolerance.",
-        f"- {count(m.machines.size)} designs with motors, driver tables and loads over speed and "
-        f"angle, compared with an integration in time: {count(m.machines.wrong)} wrong.",
-        *_sampled_in_short(m),
-        f"- `delta_error`: the true error is below the estimate for {100.0 * covered:.2f} % of "
-        f"{count(len(r))} realistic designs; median of estimate over error {median:.3g}, 95th "
-        f"percentile {tail:.3g}. Required: {100.0 * calibration.COVERAGE:.1f} %, "
-        f"{calibration.MEDIAN:g} and {calibration.TAIL:g}: {'met' if met else 'not met'}.",
-        f"- For a load so weak that repeated cycles would need {cycles(m.weak[-1].repetition)} "
-        f"cycles, the solver needs {m.weak[-1].iterations} sweep"
-        f"{'s' if m.weak[-1].iterations != 1 else ''}.",
-        "",
-    ]
-
-
-def _draws() -> list[str]:
-    ranges = [[name, f"{low:g} to {high:g} {unit}".strip()]
-              for name, (low, high, unit) in draw.RANGES.items()]  # fmt: skip
-    ranges += [
-        ["cylinders", "1 to 16"],
-        ["load exponent", "0, 1, 2; these but for 1e-15 to 1e-2; 1e-12 to 1; any from 0 to 10"],
-        ["mean torque less offset", "the mean torque (no offset); 1e-13 to 1 of it; nothing; less "
-         "than nothing; about the idle limit; up to 100 times it (negative offset)"],
-        ["friction", "none; up to 90 % of the indicated torque; up to 100 times it"],
-        ["crankcase pressure", "0 and 1.01325 bar"],
-        ["diagram", f"engine `{draw.ENGINE}`: both ends of its loads, and between"],
-        ["inertia model, closure", "both of each"],
-    ]  # fmt: skip
-    return [
-        "## What was drawn",
-        "",
-        *rows(["input", "range"], ranges, 2),
-        "",
-        "Values are drawn uniformly in the logarithm; half of the crank ratios are "
-        "drawn uniformly in the value itself. In every second chunk of designs, "
-        "inertia and masses follow from an energy swing of 1e-3 to 10 times the "
-        "kinetic energy, so that many designs nearly stall. Of eight chunks, one is a "
-        "full factorial. One, an eighth of the size, has designs that share nothing, "
-        "with `delta_error`. In the others, each of 16 crank ratios with its diagram, "
-        "crankcase pressure and number of cylinders is shared by many designs, and "
-        "everything else is drawn for each design.",
-        "",
-    ]
-
-
-def _outcomes(m: Measured) -> list[str]:
-    o = m.outcome
-    kinds = sorted({(closure, model) for closure, model, _ in o.parts})
-    body = [
-        [f"{code} {MEANINGS[code]}", count(o.status[code]), share(o.status[code], o.designs),
-         *(count(o.parts[closure, model, code]) for closure, model in kinds)]
-        for code in sorted(o.status)
-    ]  # fmt: skip
-    heads = [f"{closure}, {model}" for closure, model in kinds]
-    rate = o.designs / max(o.seconds, 1e-9)
-    return [
-        "## Outcomes",
-        "",
-        f"{count(o.designs)} designs in {o.seconds:.0f} s of kernel time, {count(round(rate))} a "
-        "second. With the closure `cycle_time`, the load coefficient is solved for as "
-        "well.",
-        "",
-        *rows(["status", "designs", "%", *heads], body),
-        "",
-        *(f"- {line}" for line in o.lost),
-        *([""] if o.lost else []),
-    ]
-
-
-def _rules(m: Measured) -> list[str]:
-    body = [
-        [name, meaning, count(m.outcome.broken.get(name, 0))] for name, meaning in CHECKS.items()
-    ]
-    lines = [
-        "## Rules",
-        "",
-        "Every true answer satisfies these rules. They are checked for every design "
-        "by formulas that share no code with the kernels:",
-        "",
-        *rows(["rule", "", "broken"], body, 2),
-        "",
-    ]
-    return lines + _examples([e for e in m.outcome.examples if "rule" in e], "rule")
-
-
-def _examples(found: list[dict[str, Any]], key: str, most: int = 3) -> list[str]:
-    """Some designs with their inputs, a few of each kind."""
-    lines: list[str] = []
-    for kind in sorted({e[key] for e in found}):
-        for e in [e for e in found if e[key] == kind][:most]:
-            known = {k: v for k, v in e.items() if k != key}
-            lines.append(f"- {kind}: `{json.dumps(known)}`")
-    return [*lines, ""] if lines else []
-
-
-def _agreement(m: Measured) -> list[str]:
-    a = m.agreement
-    codes = sorted({code for code, _ in a.verdicts})
-    body = [
-        [name, meaning, *(str(a.verdicts[code, name]) for code in codes)]
-        for name, meaning in sample.VERDICTS.items()
-        if a.of(name) or name in sample.DEFECTS
-    ]
-    worst = [[f"`{name}`", size(value)] for name, value in a.worst.items()]
-    return [
-        "## Against an independent solver",
-        "",
-        "The designs are picked so that every status, kind of exponent, weakness of "
-        "load, inertia model and size of δ is about equally frequent. The independent "
-        "solver (oracle/spline.py) integrates the same spline piece by piece with "
-        "formulas of order 7 that stay stable for stiff loads. It continues the "
-        "solution below standstill, where exactly one always exists; the design "
-        "stalls if this solution falls below zero.",
-        "",
-        *rows(["verdict", "", *(MEANINGS[code] for code in codes)], body, 2),
-        "",
-        "Largest relative differences where the status is converged and the verdict *agrees*:",
-        "",
-        *rows(["quantity", "difference"], worst),
-        "",
-        *_examples([e for e in a.examples if e["verdict"] in sample.DEFECTS], "verdict", 4),
-    ]
-
-
-def _spikes(m: Measured) -> list[str]:
-    s = m.spiky
-    body = [
-        [name, str(s.asked[name]), str(s.refused[name]), str(s.agree[name]), str(s.border[name]),
-         str(s.off[name]), size(s.worst[name])]
-        for name in s.asked
-    ]  # fmt: skip
-    return [
-        "## Diagrams with a spike, with noise, with steps",
-        "",
-        f"Through `engine_dyn.periodic_speed`, at 0.5 to 2 degrees, on the diagrams of "
-        f"`{draw.ENGINE}`. "
-        "The checks of pressure diagrams refuse some of them, as they should. "
-        "Differences are those between δ and the δ of the independent solver for the "
-        "same spline.",
-        "",
-        *rows(["diagram", "made", "refused", "agree", "by a hair", "off", "largest difference"],
-              body),
-        "",
-        *_examples(s.examples, "diagram"),
-    ]  # fmt: skip
-
-
-def _light(m: Measured) -> list[str]:
-    s = m.light
-    body = [
-        [*key, count(s.compared[key]), count(s.off[key]), size(s.worst[key])] for key in s.compared
-    ]
-    return [
-        "## Light flywheels",
-        "",
-        "Ordinary engines of 1 to 8 cylinders with inertias from large to almost "
-        "none, half of them in full factorials and half as designs that share "
-        "nothing, without `delta_error`. Designs that the fast kernels report as "
-        "converged are compared with the general solver with four times as many "
-        "nodes. Off: δ, ω_max, ω_min or ω_mean differs by more than the tolerance, "
-        f"{sample.TOLERANCE:g}.",
-        "",
-        *rows(["inertia model", "load exponent", "both converged", "off", "largest difference"],
-              body, 2),
-        "",
-        *_examples(s.examples, "inertia_model"),
-    ]  # fmt: skip
-
-
-def _driven(m: Measured) -> list[str]:
-    d = m.machines
-    codes = sorted({code for _, code in d.status})
-    names = [name for name in driven.VERDICTS if any(v == name for _, v in d.verdicts)]
-    outcomes, verdicts = [], []
-    for law in driven.LAWS:
-        of_law = [d.status[law, code] for code in codes]
-        outcomes.append([law, count(sum(of_law)), *map(count, of_law)])
-        verdicts.append(
-            [law, *(count(d.verdicts[law, name]) for name in names), size(d.worst.get(law, 0.0)),
-             f"{d.stiffest.get(law, 0.0):.3g}"]
-        )  # fmt: skip
-    return [
-        "## Motors, drivers and loads over speed and angle",
-        "",
-        "The designs have motors of any slip, driving or braking; driver and load "
-        "tables of up to ten points over the speed of the crank or of their own "
-        "shaft; loads with a linear and a quadratic part; and power laws. A third of "
-        "them have a load over the angle of its own shaft, at four gear ratios. They "
-        "have one to six cylinders, fired or motored, both inertia models and "
-        "closures, and flywheels from heavy to almost none. Each is integrated in "
-        "time with SciPy (oracle/in_time.py). A solution that was found must repeat "
-        "there. Where none was found, cycles from the nominal speed and from above it "
-        "must end at standstill or run away.",
-        "",
-        *rows(["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)], outcomes),
-        "",
-        *(f"- *{name}*: {driven.VERDICTS[name]}." for name in names),
-        "",
-        "The last column, s, is the stiffness: within a cycle a deviation of the "
-        "speed shrinks by the factor exp(-s).",
-        "",
-        *rows(["law", *names, "largest difference", "stiffest that agrees"], verdicts),
-        "",
-        *_examples([e for e in d.examples if e["verdict"] in driven.DEFECTS], "verdict"),
-    ]
-
-
-def _sampled_in_short(m: Measured) -> list[str]:
-    if not m.studies:
-        return []
-    solved = sum(found.status.total() for found in m.studies)
-    worst = max(found.differences("delta")[0] for found in m.studies)
-    wrong = sum(found.defects for found in m.studies)
-    return [
-        f"- {count(solved)} designs of sampled studies by `sweeps.run`, all solved again by the "
-        f"general "
-        f"solver: largest difference of δ {size(worst)}, {count(wrong)} defects."
-    ]
-
-
-def _sampled(m: Measured) -> list[str]:
-    if not m.studies:
-        return []
-    outcomes, differences, others = [], [], []
-    for found in m.studies:
-        words, designs = found.kind.words, found.status.total()
-        codes = [share(found.status[code], designs) for code in (0, 1, 2, 3, 5)]
-        outcomes.append([words, count(designs), *codes, share(found.deferred, found.solved),
-                         str(found.broken.total())])  # fmt: skip
-        differences.append([words, *map(size, found.differences("delta")),
-                            *map(size, found.differences("speeds")),
-                            *(count(found.verdicts[v]) for v in ("off", "outcome", "border"))]
-                           )  # fmt: skip
-        covered = 100.0 * found.covered / max(found.estimated, 1)
-        others.append([words, count(found.compared), str(found.unlike.total()),
-                       count(found.estimated), f"{covered:.3f}", str(found.exact),
-                       size(found.exact_delta), size(found.exact_speeds)])  # fmt: skip
-    worst = [
-        f"- {found.kind.words}, {name}, {size(value)}: `{json.dumps(inputs)}`"
-        for found in m.studies
-        for name, (value, inputs) in found.worst.items()
-    ]
-    return [
-        "## Sampled studies",
-        "",
-        "These are the parameters that people sample, over ranges twice as wide as in "
-        "the benchmarks as far as the engine has diagrams: "
-        + "; ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in sampled.WIDE.items())
-        + " (*the six*); offsets of pin or crank of either sign, up to half the crank "
-        "radius. Each study is solved as a scene. The table gives the percentage of "
-        "designs with each status, and of those that the batch solver passed on to "
-        "the general solver (deferred). The rules are those of the list above that "
-        "need only the results, and two more: the mean speed fits the required one, "
-        "and status 2 is given exactly where the mean torque is below the constant "
-        "part of the load.",
-        "",
-        *rows(["sampled", "designs", *(f"{code} {MEANINGS[code]}, %" for code in (0, 1, 2, 3, 5)),
-               "deferred, %", "broken rules"], outcomes),
-        "",
-        "All of these designs were solved again by the general solver with "
-        f"{sampled.FINER} times the nodes, which solves them one by one at the fine nodes. "
-        "The table gives relative differences of δ and of the three speeds "
-        f"where the status is converged. Off: beyond {sample.TOLERANCE:g}; border: at the limit "
-        "between running and stalling.",
-        "",
-        *rows(["sampled", "δ: largest", "99.9 %", "median", "speeds: largest", "99.9 %", "median",
-               "off", "another outcome", "border"], differences),
-        "",
-        "The designs with the largest differences:",
-        "",
-        *worst,
-        "",
-        "Some of the designs were solved again in another order, among other designs "
-        "and by one thread; the column *other bits* counts those whose results differ "
-        "in a bit. Some were solved again with `delta_error`: the table gives how "
-        "often the true error, which is the difference from the general solver, is "
-        f"below the estimate; required: {100.0 * sampled.COVERED:.1f} %. "
-        "And some were solved by an independent solver, with the largest differences "
-        "in the last columns (oracle/spline.py; or oracle/solution.py, which is made "
-        "for smooth curves and differs by about 1e-8; friction over the stroke only "
-        "with one and two cylinders).",
-        "",
-        *rows(["sampled", "again", "other bits", "with `delta_error`", "below it, %", "independent",
-               "δ", "speeds"], others),
-        "",
-        *_examples([e for found in m.studies for e in found.examples], "defect"),
-    ]  # fmt: skip
-
-
-def _repetition(m: Measured) -> list[str]:
-    drift = [[str(n), f"{mean:.2f}"] for n, mean in zip(weak.DRIFT, m.drift, strict=True)]
-    body = [
-        [f"{w.weakness:.1e}", cycles(w.euler), size(w.error_euler), cycles(w.repetition),
-         str(w.iterations)]
-        for w in m.weak
-    ]  # fmt: skip
-    return [
-        "## Repeating cycles",
-        "",
-        "With a constant load torque (load exponent 0), explicit Euler at one degree "
-        "never closes a cycle: each step adds energy, and nothing takes it away. The "
-        f"periodic solution fixes the mean speed by its closure instead: {m.cure:.2f} rad/s.",
-        "",
-        *rows(["cycles of Euler", "ω_mean (rad/s)"], drift),
-        "",
-        f"With load exponent 2, a deviation shrinks by the factor ρ in each cycle. The "
-        "weaker the load, the more cycles are needed until the speeds at the two ends "
-        "of a cycle agree within "
-        f"{weak.STOP:g} rad/s (Euler; stopped after 30000 cycles), or until {weak.LEFT:g} of the "
-        "deviation is left (any repetition that is exact). Euler's false energy then also shifts "
-        "the speed more. The solver needs the same few sweeps for every load.",
-        "",
-        *rows(["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of an exact repetition",
-               "sweeps of the solver"], body),
-        "",
-    ]  # fmt: skip
-
-
-def _closures(m: Measured) -> list[str]:
-    body = [
-        [f"{w.weakness:.1e}", f"{1.0 / w.weakness:.0f}", size(w.error_stop), size(w.error_start),
-         size(w.error_mean)]
-        for w in m.weak[::2]
-    ]  # fmt: skip
-    first, last = m.weak[0], m.weak[-1]
-    return [
-        "## Which closure keeps its digits",
-        "",
-        "The same engine is integrated by a Runge-Kutta formula of order 4 at one "
-        "degree and closed in three ways; the table gives relative errors of ω_mean. "
-        "*Stopped*: cycles are repeated until |ω_end - ω_start| "
-        f"< {weak.STOP:g} rad/s; the error is the difference from the integration's own periodic "
-        "solution. *End = start*: that periodic solution, found exactly. *Power "
-        "mean*: the initial speed for which the mean of ω² is ω_n².",
-        "",
-        *rows(["1 - ρ", "1/(1 - ρ)", "stopped", "end = start", "power mean"], body),
-        "",
-        f"From 1 - ρ = {first.weakness:g} to {last.weakness:.0e} the error of end = start grows "
-        f"{last.error_start / first.error_start:.0f}-fold, because a fixed error of the work in a "
-        f"cycle is divided by 1 - ρ. The "
-        "error of the power mean changes by a factor of "
-        f"{last.error_mean / first.error_mean:.2g}. A stop at a difference of "
-        f"{weak.STOP:g} rad/s leaves an error of {last.error_stop * weak.SPEED:.0e} rad/s there.",
-        "",
-    ]
-
-
-def _errors(m: Measured) -> list[str]:
-    r = m.reading
-    ranges = [[name, text] for name, text in calibration.RANGES.items()]
-    body = []
-    for name, mask in r.groups().items():
-        if mask.any():
-            number, covered, median, tail, typical, worst = r.numbers(mask)
-            body.append([name, count(number), f"{100.0 * covered:.2f}", f"{median:.3g}",
-                         f"{tail:.3g}", size(typical), size(worst)])  # fmt: skip
-    return [
-        "## How reliable is `delta_error`?",
-        "",
-        "These are designs in realistic ranges with tabulated diagrams: "
+    bits = ", ".join(f"`{name}` of {count(n)}" for name, n in o.unlike.items()) or "none"
+    growth, change = (
+        getattr(last, name) / getattr(m.weak[0], name) for name in ("error_start", "error_mean")
+    )
+    largest = max((found.differences("delta")[0] for found in m.studies), default=math.nan)
+    return {
+        "run": f"{m.run}; {m.took / 60.0:.1f} minutes.",
+        "absurd": f"{count(o.designs)} designs from absurd ranges: {len(o.lost)} hangs or crashes, "
+        f"{count(o.broken.total())} broken rules.",
+        "again": f"{count(o.compared)} of the absurd designs solved again, among other designs and "
+        f"by one thread: {bits} differs in a bit.",
+        "independent": f"{count(m.agreement.size)} of the absurd designs solved again by an "
+        f"independent solver: {m.agreement.wrong} disagree.",
+        "light": f"{count(m.light.size)} ordinary engines with light flywheels that the fast "
+        f"kernels report as converged: {count(m.light.wrong)} beyond the tolerance.",
+        "driven": f"{count(m.machines.size)} designs with motors, driver tables and loads over "
+        f"speed and angle, compared with an integration in time: {count(m.machines.wrong)} wrong.",
+        "sampled": f"{count(sum(found.status.total() for found in m.studies))} designs of sampled "
+        "studies by `sweeps.run`, all solved again by the general solver: largest difference of δ "
+        f"{size(largest)}, {count(sum(found.defects for found in m.studies))} defects.",
+        "estimate": "`delta_error`: the true error is below the estimate for "
+        f"{100.0 * covered:.2f} % of {count(len(r))} realistic designs; median of estimate over "
+        f"error {median:.3g}, 95th percentile {tail:.3g}. Required: "
+        f"{100.0 * calibration.COVERAGE:.1f} %, {calibration.MEDIAN:g} and {calibration.TAIL:g}: "
+        f"{'met' if met else 'not met'}.",
+        "weak": f"For a load so weak that repeated cycles would need {cycles(last.repetition)} "
+        f"cycles, the solver needs {last.iterations} sweep{'s' * (last.iterations != 1)}.",
+        "time": f"{count(o.designs)} designs in {o.seconds:.0f} s of kernel time, "
+        f"{count(round(o.designs / max(o.seconds, 1e-9)))} a second. With the closure "
+        "`cycle_time`, the load coefficient is solved for as well.",
+        "closures": f"From 1 - ρ = {m.weak[0].weakness:g} to {last.weakness:.0e} the error of end "
+        f"= start grows {growth:.0f}-fold, because a fixed error of the work in a cycle is divided "
+        f"by 1 - ρ. The error of the power mean changes by a factor of {change:.2g}. A stop at a "
+        f"difference of {weak.STOP:g} rad/s leaves an error of "
+        f"{last.error_stop * weak.SPEED:.0e} rad/s there.",
+        "own_error": "These are designs in realistic ranges with tabulated diagrams: "
         f"{calibration.CURVES} smooth curves in closed form at "
         f"{' and '.join(f'{s:g}' for s in calibration.STEPS)} degree, and the catalogue's engines. "
-        "The true relative error of δ is the difference from the independent solver "
-        f"for the same spline. That solver's own result changes by at most {size(m.own_error)} "
-        f"when its pieces are halved. Errors below {calibration.FLOOR:g} count as that.",
-        "",
-        *rows(["input", "range"], ranges, 2),
-        "",
-        *rows(["designs", "number", "true error ≤ estimate, %", "median of estimate/error",
-               "95th percentile", "median true error", "largest"], body),
-        "",
-        _shortfall(r),
-        "",
-    ]  # fmt: skip
+        "The true relative error of δ is the difference from the independent solver for the same "
+        f"spline. That solver's own result changes by at most {size(m.own_error)} when its pieces "
+        f"are halved. Errors below {calibration.FLOOR:g} count as that.",
+        "shortfall": _shortfall(r),
+    }
 
 
 def _shortfall(r: calibration.Reading) -> str:
@@ -511,6 +156,184 @@ def _shortfall(r: calibration.Reading) -> str:
         f"Where the true error is above the estimate ({count(int(short.sum()))} designs) it "
         f"exceeds it by a factor of {np.median(factor):.2g} (median) to {factor.max():.2g}."
     )
+
+
+# Tables -------------------------------------------------------------------------------------------
+
+
+def files(m: Measured) -> dict[str, Rows]:
+    """Every table by the name of its file, heads first."""
+    codes = sorted({status for status, _ in m.agreement.counts})
+    return {
+        "drawn": [["input", "range"], *_drawn()],
+        "rules": [
+            ["rule", "", "broken"],
+            *([name, words, count(m.outcome.broken[name])] for name, words in CHECKS.items()),
+        ],
+        "independent": [
+            ["verdict", "", *(MEANINGS[code] for code in codes)],
+            *(
+                [name, words, *(str(m.agreement.of(name, code)) for code in codes)]
+                for name, words in sample.VERDICTS.items()
+                if m.agreement.of(name) or name in DEFECTS
+            ),
+        ],
+        "independent_differences": [
+            ["quantity", "difference"],
+            *([name, size(m.agreement.worst[name])] for name in sample.QUANTITIES),
+        ],
+        "spikes": [
+            ["diagram", "made", "refused", "agree", "by a hair", "off", "largest difference"],
+            *([kind, str(sum(numbers)), *map(str, numbers), size(m.spiky.worst.get(kind, 0.0))]
+              for kind in spikes.KINDS
+              for numbers in [[m.spiky.of(verdict, kind)
+                               for verdict in ("refused", "agrees", "border", "off")]]),
+        ],
+        "light_flywheels": [
+            ["inertia model", "load exponent", "both converged", "off", "largest difference"],
+            *([*key, count(m.light.of("agrees", key) + m.light.of("off", key)),
+               count(m.light.of("off", key)), size(worst)]
+              for key, worst in m.light.worst.items()),
+        ],
+        "euler_cycles": [
+            ["cycles of Euler", "ω_mean (rad/s)"],
+            *([str(n), f"{mean:.2f}"] for n, mean in zip(weak.DRIFT, m.drift, strict=True)),
+        ],
+        "repeated_cycles": [
+            ["1 - ρ", "cycles of Euler", "its error of ω_mean", "cycles of an exact repetition",
+             "sweeps of the solver"],
+            *([f"{w.weakness:.1e}", cycles(w.euler), size(w.error_euler), cycles(w.repetition),
+               str(w.iterations)] for w in m.weak),
+        ],
+        "closures": [
+            ["1 - ρ", "1/(1 - ρ)", "stopped", "end = start", "power mean"],
+            *([f"{w.weakness:.1e}", f"{1.0 / w.weakness:.0f}",
+               *map(size, (w.error_stop, w.error_start, w.error_mean))] for w in m.weak[::2]),
+        ],
+        "error_ranges": [["input", "range"], *map(list, calibration.RANGES.items())],
+        "error_estimate": [
+            ["designs", "number", "true error ≤ estimate, %", "median of estimate/error",
+             "95th percentile", "median true error", "largest"],
+            *_estimates(m.reading),
+        ],
+        **_outcomes(m.outcome), **_driven(m.machines), **_sampled(m.studies),
+        "examples": [["part", "what", "design"], *_examples(m)],
+    }  # fmt: skip
+
+
+def _drawn() -> Rows:
+    return [
+        *([name, f"{low:g} to {high:g} {unit}".strip()]
+          for name, (low, high, unit) in draw.RANGES.items()),
+        ["cylinders", "1 to 16"],
+        ["load exponent", "0, 1, 2; these but for 1e-15 to 1e-2; 1e-12 to 1; any from 0 to 10"],
+        ["mean torque less offset", "the mean torque (no offset); 1e-13 to 1 of it; nothing; less "
+         "than nothing; about the idle limit; up to 100 times it (negative offset)"],
+        ["friction", "none; up to 90 % of the indicated torque; up to 100 times it"],
+        ["crankcase pressure", "0 and 1.01325 bar"],
+        ["diagram", f"engine {draw.ENGINE}: both ends of its loads, and between"],
+        ["inertia model, closure", "both of each"],
+    ]  # fmt: skip
+
+
+def _outcomes(o: Outcome) -> dict[str, Rows]:
+    kinds = sorted({(closure, model) for closure, model, _ in o.parts})
+    body = [
+        [f"{code} {MEANINGS[code]}", count(o.status[code]), share(o.status[code], o.designs),
+         *(count(o.parts[closure, model, code]) for closure, model in kinds)]
+        for code in sorted(o.status)
+    ]  # fmt: skip
+    heads = [f"{closure}, {model}" for closure, model in kinds]
+    return {"outcomes": [["status", "designs", "%", *heads], *body]}
+
+
+def _driven(found: Findings) -> dict[str, Rows]:
+    codes = sorted({code for (_, code), _ in found.counts})
+    names = [name for name in driven.VERDICTS if found.of(name)]
+    outcomes = [["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)]]
+    verdicts = [["law", *names, "largest difference", "stiffest that agrees"]]
+    for law in driven.LAWS:
+        of_law = {key: n for key, n in found.counts.items() if key[0][0] == law}
+        numbers = [sum(n for (row, _), n in of_law.items() if row[1] == code) for code in codes]
+        outcomes.append([law, *map(count, (sum(numbers), *numbers))])
+        numbers = [sum(n for (_, verdict), n in of_law.items() if verdict == v) for v in names]
+        stiffest = found.worst.get((law, "stiffest"), 0.0)
+        verdicts.append(
+            [law, *map(count, numbers), size(found.worst.get(law, 0.0)), f"{stiffest:.3g}"]
+        )
+    return {"driven_outcomes": outcomes, "driven": verdicts}
+
+
+def _sampled(studies: list[sampled.Found]) -> dict[str, Rows]:
+    codes = (0, 1, 2, 3, 5)
+    outcomes = [["sampled", "designs", *(f"{code} {MEANINGS[code]}, %" for code in codes),
+                 "deferred, %", "broken rules"]]  # fmt: skip
+    differences = [["sampled", "δ: largest", "99.9 %", "median", "speeds: largest", "99.9 %",
+                    "median", "off", "another outcome", "border"]]  # fmt: skip
+    again = [["sampled", "again", "other bits", "with delta_error", "below it, %", "independent",
+              "δ", "speeds"]]  # fmt: skip
+    for found in studies:
+        words, designs = found.kind.words, found.status.total()
+        outcomes.append([
+            words, count(designs), *(share(found.status[code], designs) for code in codes),
+            share(found.deferred, found.solved), str(found.broken.total()),
+        ])  # fmt: skip
+        differences.append([
+            words, *map(size, found.differences("delta")), *map(size, found.differences("speeds")),
+            *(count(found.verdicts[v]) for v in ("off", "outcome", "border")),
+        ])  # fmt: skip
+        again.append([
+            words, count(found.compared), str(found.unlike.total()), count(found.estimated),
+            f"{100.0 * found.covered / max(found.estimated, 1):.3f}", str(found.exact),
+            size(found.exact_delta), size(found.exact_speeds),
+        ])  # fmt: skip
+    return {
+        "sampled_outcomes": outcomes, "sampled_differences": differences, "sampled_again": again
+    }  # fmt: skip
+
+
+def _estimates(r: calibration.Reading) -> Iterator[list[str]]:
+    for name, mask in r.groups().items():
+        if mask.any():
+            number, covered, median, tail, typical, worst = r.numbers(mask)
+            yield [name, count(number), f"{100.0 * covered:.2f}", f"{median:.3g}",
+                   f"{tail:.3g}", size(typical), size(worst)]  # fmt: skip
+
+
+def _examples(m: Measured) -> Iterator[list[str]]:
+    """Designs that should not be, a few of each kind, and the worst of the sampled ones."""
+    for found in m.studies:
+        for name, (value, inputs) in found.worst.items():
+            words = f"{found.kind.words}, {name}, {size(value)}"
+            yield ["Sampled studies", words, json.dumps(inputs)]
+    for part, key, examples in (
+        ("Rules", "rule", m.outcome.examples),
+        ("Against an independent solver", "verdict", m.agreement.examples),
+        ("Diagrams with a spike, with noise, with steps", "diagram", m.spiky.examples),
+        ("Light flywheels", "inertia_model", m.light.examples),
+        ("Motors, drivers and loads over speed and angle", "verdict", m.machines.examples),
+        ("Sampled studies", "defect", [e for found in m.studies for e in found.examples]),
+    ):
+        chosen = [e for e in examples if key != "verdict" or e[key] in DEFECTS]
+        for kind in sorted({e[key] for e in chosen}):
+            for e in [e for e in chosen if e[key] == kind][:SHOWN]:
+                yield [part, kind, json.dumps({k: v for k, v in e.items() if k != key})]
+
+
+SHOWN = 4
+"""Designs of a kind that are shown."""
+
+
+def write(m: Measured, folder: Path) -> None:
+    """Files and figures below `folder`."""
+    for name, (head, *body) in files(m).items():
+        tables.save(folder / "stability" / f"{name}.csv", head, body)
+    words = map(list, summary(m).items())
+    tables.save(folder / "stability" / "summary.csv", ["what", "words"], words, marks=True)
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    for name, figure in (("weak", draw_weak(m)), ("error", draw_error(m))):
+        path = folder / "figures" / f"stability_{name}.png"
+        figure.savefig(path, dpi=160, metadata={"Software": None})
 
 
 # Figures ------------------------------------------------------------------------------------------
@@ -592,11 +415,3 @@ def draw_error(m: Measured) -> Figure:
     _axes(ax)
     ax.legend(frameon=False, loc="lower right", fontsize=8.5, markerscale=2.5)
     return figure
-
-
-def draw_all(m: Measured, folder: Path) -> None:
-    """Figures below `folder`."""
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    for name, figure in (("weak", draw_weak(m)), ("error", draw_error(m))):
-        path = folder / "figures" / f"stability_{name}.png"
-        figure.savefig(path, dpi=160, metadata={"Software": None})

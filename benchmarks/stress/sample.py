@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
 from itertools import groupby
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
 from benchmarks.stress import draw
 from benchmarks.stress.chunks import example
+from benchmarks.stress.findings import DEFECTS, Findings, gathered
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -45,44 +43,6 @@ VERDICTS = {
     "off": "numbers beyond the tolerance",
     "outcome": "another outcome",
 }
-DEFECTS = ("off", "outcome")
-
-
-@dataclass
-class Agreement:
-    """Verdicts of a sample.
-
-    Attributes
-    ----------
-    verdicts : Counter
-        By (status, verdict).
-    worst : dict
-        Largest relative difference of each quantity where the status is 0.
-    examples : list of dict
-        Inputs and both answers where they disagree.
-    mean_torque : float
-        Largest difference of the mean gas torque, over it.
-    """
-
-    verdicts: Counter[tuple[int, str]] = field(default_factory=Counter)
-    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0))
-    examples: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def size(self) -> int:
-        """Designs compared."""
-        return sum(self.verdicts.values())
-
-    def of(self, verdict: str) -> int:
-        """Designs with a verdict."""
-        return sum(count for (_, name), count in self.verdicts.items() if name == verdict)
-
-    def add(self, other: Agreement) -> None:
-        """Another part of the sample."""
-        self.verdicts.update(other.verdicts)
-        self.examples += other.examples
-        for name, value in other.worst.items():
-            self.worst[name] = max(self.worst[name], value)
 
 
 def judge(
@@ -136,57 +96,45 @@ def judge(
     return kind, differs
 
 
-def compare(job: tuple[int, int, int, list[int]]) -> Agreement:
+def compare(job: tuple[int, int, int, list[int]]) -> Findings:
     """Solve the chosen designs of one chunk by both."""
     seed, number, size, index = job
     chunk = draw.chunk(seed, number, size)
     columns = chunk.flat(index)
     part = draw.Chunk(columns, chunk.closure, (len(index),), chunk.seed)
-    found = part.solve(threads=1)
-    exact = spline.solve(
-        draw.designs_of(columns, chunk.closure), draw.pressure, draw.family().row(0).angle
-    )
-    return agreement_of(part, found, exact, index)
+    exact = draw.exact(columns, chunk.closure)
+    return agreement_of(part, part.solve(threads=1), exact, index)
 
 
 def agreement_of(
     part: draw.Chunk, found: dict[str, Any], exact: spline.Solutions, index: list[int]
-) -> Agreement:
-    """Verdicts on designs that both have solved."""
+) -> Findings:
+    """Verdicts on designs that both have solved, by status."""
     kind, differs = judge(found, exact, part.columns["speed"])
-    result = Agreement()
-    for code, name in zip(found["status"].tolist(), kind.tolist(), strict=True):
-        result.verdicts[code, name] += 1
+    result = Findings(Counter(zip(found["status"].tolist(), kind.tolist(), strict=True)))
     good = (found["status"] == CONVERGED) & (kind == "agrees")
     for name in QUANTITIES:
-        result.worst[name] = float(np.max(differs[name][good], initial=0.0))
+        result.note(name, float(np.max(differs[name][good], initial=0.0)))
     for i in np.flatnonzero(np.isin(kind, (*DEFECTS, "gave up", "unknown"))):
-        one = example(part, int(i), found)
-        one["index"] = index[i]
-        one["verdict"] = str(kind[i])
-        one["differs"] = {name: float(differs[name][i]) for name in QUANTITIES}
-        one["exact"] = {
-            "status": MEANINGS[exact.status[i]],
-            "lowest": float(exact.lowest[i]),
-            "doubt": float(exact.doubt[i]),
-            **{name: float(getattr(exact, name)[i]) for name in QUANTITIES},
+        answers = {
+            name: float(getattr(exact, name)[i]) for name in ("lowest", "doubt", *QUANTITIES)
         }
-        result.examples.append(one)
+        result.examples.append({
+            **example(part, int(i), found),
+            "index": index[i],
+            "verdict": str(kind[i]),
+            "differs": {name: float(differs[name][i]) for name in QUANTITIES},
+            "exact": {"status": MEANINGS[exact.status[i]], **answers},
+        })  # fmt: skip
     return result
 
 
 def run(
     seed: int, picked: list[tuple[int, int]], size: int, processes: int, say: Callable[[str], None]
-) -> Agreement:
+) -> Findings:
     """Compare the picked designs (chunk, index), in processes of their own."""
     jobs = [
         (seed, number, size, [index for _, index in group])
         for number, group in groupby(sorted(picked), key=lambda pair: pair[0])
     ]
-    total = Agreement()
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        for done, part in enumerate(pool.map(compare, jobs), 1):
-            total.add(part)
-            say(f"sample: {done} of {len(jobs)} chunks, {total.size} designs, "
-                f"{sum(total.of(name) for name in DEFECTS)} disagree")  # fmt: skip
-    return total
+    return gathered(compare, jobs, processes, say, "sample, chunks")

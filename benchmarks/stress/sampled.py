@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing import get_context
 from typing import Any
 from unittest import mock
 
@@ -22,9 +20,12 @@ import numpy as np
 import xarray as xr
 
 import sweeps
+from benchmarks.command import in_processes
 from benchmarks.stress.checks import ROUNDING, check_answers
+from benchmarks.stress.chunks import unlike_bits
 from benchmarks.stress.sample import BORDER, TOLERANCE
-from benchmarks.studies import SCALARS, Scene, columns, pump_torque, scene
+from benchmarks.studies import SCALARS, STROKE_FRICTION, Scene, angle_load, columns, scene
+from benchmarks.studies import sampled as drawn
 from benchmarks.study_errors import differences
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
@@ -75,11 +76,6 @@ MEAN_OF_PUMP = 30.0
 """Mean torque of `benchmarks.studies.pump_torque` [N m]."""
 
 
-def six(size: int, seed: int) -> Scene:
-    """Mass, inertia, crank ratio, speed, load and cylinders."""
-    return scene(designs=columns(size, WIDE, seed))
-
-
 def offset(size: int, seed: int) -> Scene:
     """The six, and an offset of pin or crank, of either sign, up to half the crank radius."""
     drawn = columns(size, WIDE, seed)
@@ -93,34 +89,13 @@ def offset(size: int, seed: int) -> Scene:
     return scene(designs=drawn, set={"load_exponent": 1})
 
 
-def misfire(size: int, seed: int) -> Scene:
-    """A V6 with a cylinder that does not burn, or with all six burning."""
-    ranges = {"inertia": (0.05, 0.825), "speed": (550.0, 8350.0), "load": (30.0, 100.0),
-              "misfire": (0, 6)}  # fmt: skip
-    return scene("v6_96x81", designs=columns(size, ranges, seed))
-
-
-def angle_load(size: int, seed: int) -> Scene:
-    """The six, and a load over angle of any size."""
-    ranges = {**WIDE, "load_table_factor": (0.0, 2.0)}
-    return scene(designs=columns(size, ranges, seed), set={"load_table": pump_torque()})
-
-
 def stroke_friction(size: int, seed: int) -> Scene:
     """The six, and how friction is spread over the stroke."""
-    names = tuple(f"friction_{part}" for part in ("boundary", "mixed", "hydrodynamic", "skirt"))
-    drawn = columns(size, {**WIDE, **dict.fromkeys(names, (0.0, 0.5))}, seed)
-    whole = np.maximum(1.0, sum(drawn[name] for name in names))
-    for name in names:
+    drawn = columns(size, {**WIDE, **dict.fromkeys(STROKE_FRICTION, (0.0, 0.5))}, seed)
+    whole = np.maximum(1.0, sum(drawn[name] for name in STROKE_FRICTION))
+    for name in STROKE_FRICTION:
         drawn[name] = drawn[name] * (1.0 - 1e-12) / whole  # rounding must not exceed 1
     return scene(designs=drawn, set={"ring_pressure": 1.5})
-
-
-def modelled(size: int, seed: int) -> Scene:
-    """Combustion start, compression ratio and heat: a modelled cycle of each design."""
-    ranges = {"combustion_start": (-45.0, -5.0), "compression_ratio": (7.5, 11.5),
-              "heat": (5.0, 41.0)}  # fmt: skip
-    return scene("si_four_87x101", designs=columns(size, ranges, seed), set={"speed": 5200})
 
 
 @dataclass(frozen=True)
@@ -142,19 +117,28 @@ class Kind:
 
     name: str
     words: str
-    build: Callable[[int, int], Scene]
+    build: Callable[..., Scene]
     designs: int
     checkable: int = 12
 
 
+OF_V6 = {"inertia": (0.05, 0.825), "speed": (550.0, 8350.0), "load": (30.0, 100.0),
+         "misfire": (0, 6)}  # fmt: skip
+
+OF_CYCLE = {"combustion_start": (-45.0, -5.0), "compression_ratio": (7.5, 11.5),
+            "heat": (5.0, 41.0)}  # fmt: skip
+
 KINDS = (
-    Kind("six", "six parameters", six, 700_000),
+    Kind("six", "six parameters", partial(drawn, ranges=WIDE), 700_000),
     Kind("offset", "six and an offset of pin or crank, load exponent 1", offset, 700_000),
-    Kind("misfire", "V6: inertia, speed, load and misfire", misfire, 100_000),
-    Kind("angle_load", "six and a load over angle", angle_load, 150_000),
+    Kind("misfire", "V6: inertia, speed, load and misfire",
+         partial(drawn, ranges=OF_V6, engine="v6_96x81"), 100_000),
+    Kind("angle_load", "six and a load over angle",
+         partial(angle_load, ranges={**WIDE, "load_table_factor": (0.0, 2.0)}), 150_000),
     Kind("stroke_friction", "six and friction over the stroke", stroke_friction, 450_000, 2),
-    Kind("modelled", "combustion start, compression ratio and heat", modelled, 10_000),
-)
+    Kind("modelled", "combustion start, compression ratio and heat",
+         partial(drawn, ranges=OF_CYCLE, engine="si_four_87x101", set={"speed": 5200}), 10_000),
+)  # fmt: skip
 
 
 @dataclass
@@ -259,7 +243,7 @@ def seed_of(seed: int, kind: Kind, number: int) -> int:
 
 def chunk(kind: Kind, seed: int, number: int, size: int) -> Scene:
     """Scene of a chunk."""
-    one = kind.build(size, seed_of(seed, kind, number))
+    one = kind.build(size, seed=seed_of(seed, kind, number))
     return part_of(one, slice(None), "delta_midrange", "torque_mean")
 
 
@@ -338,12 +322,6 @@ def judged(
     )
 
 
-def unlike(one: dict[str, Any], other: dict[str, Any], chosen: Any) -> dict[str, Booleans]:
-    """Results of some designs of `one` whose bits are others in `other`, by name."""
-    both = {name: (values[chosen], other[name]) for name, values in one.items()}
-    return {name: ~((a == b) | (np.isnan(a) & np.isnan(b))) for name, (a, b) in both.items()}
-
-
 def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple[Scene, Any]:
     """Solve and check one chunk; returns its scene and results."""
     one = chunk(result.kind, seed, number, size)
@@ -352,33 +330,35 @@ def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple
         found = solved(one, threads)
     result.deferred += tally.deferred
     result.solved += tally.designs.total()
-    speed = speed_of(one)
+    speed, every = speed_of(one), np.arange(size)
     result.status.update(found["status"].tolist())
 
-    def note(what: str, mask: Booleans, other: dict[str, Any] | None = None) -> None:
-        for place in np.flatnonzero(mask)[:SHOWN]:
-            kept = {
-                "kind": result.kind.name,
-                "defect": what,
-                "chunk": number,
-                "index": int(place),
-                "inputs": inputs(one, place),
-                "results": inputs({"designs": found}, place),
-            }
-            if other is not None:
-                kept["other"] = inputs({"designs": other}, place)
-            result.examples.append(kept)  # fmt: skip
+    def note(
+        counts: Counter[str], what: str, mask: Booleans, index: Any, other: Any = None
+    ) -> None:
+        """Count designs at `index` that have a defect, and keep some."""
+        counts[what] += int(mask.sum())
+        answers = {"results": found} | ({} if other is None else {"other": other})
+        for place in index[mask][:SHOWN].tolist():
+            told = {name: inputs({"designs": each}, place) for name, each in answers.items()}
+            result.examples.append({
+                "kind": result.kind.name, "defect": what, "chunk": number, "index": place,
+                "inputs": inputs(one, place), **told,
+            })  # fmt: skip
+
+    def note_again(other: dict[str, Any], chosen: Any, names: Iterable[str], when: str) -> None:
+        """Count results whose bits are others when chosen designs are solved again."""
+        for name, mask in unlike_bits(other, {n: found[n][chosen] for n in names}).items():
+            note(result.unlike, f"bits of {name}{when}", mask, chosen)
 
     for name, mask in rules(one, found, speed).items():
-        result.broken[name] += int(mask.sum())
-        note(f"rule {name}", mask)
-
+        note(result.broken, f"rule {name}", mask, every)
     reference = solved_generally(one, threads)
     delta, speeds = differing(found, reference)
     verdict = judged(found, reference, speed, delta, speeds)
     result.verdicts.update(verdict.tolist())
     for name in ("off", "outcome", "gave up"):
-        note(name, verdict == name, reference)
+        note(Counter(), name, verdict == name, every, reference)
     good = (found["status"] == CONVERGED) & np.isfinite(delta)
     for name, values in (("delta", delta), ("speeds", speeds)):
         getattr(result, name).append(values[good])
@@ -386,53 +366,26 @@ def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple
         if good.any() and values[place] > result.worst.get(name, (-1.0, {}))[0]:
             result.worst[name] = float(values[place]), inputs(one, place)
 
-    again(result, one, found, random.permutation(size)[:AGAIN], note)
-    chosen = random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))]
-    estimates(result, one, found, delta, chosen, threads, note)
-    return one, found
-
-
-def again(result: Found, one: Scene, found: dict[str, Any], chosen: Any, note: Any) -> None:
-    """Solve some designs in another order, in other company and by one thread."""
-    other = solved(part_of(one, chosen), threads=1)
+    # Again in another order, in other company and by one thread.
+    chosen = random.permutation(size)[:AGAIN]
     result.compared += chosen.size
-    for name, mask in unlike(found, other, chosen).items():
-        if mask.any():
-            result.unlike[name] += int(mask.sum())
-            note(f"bits of {name}", at(mask, chosen, found["status"].size))
+    note_again(solved(part_of(one, chosen), threads=1), chosen, found, "")
 
-
-def estimates(
-    result: Found, one: Scene, found: dict[str, Any], delta: Floats, chosen: Any, threads: int,
-    note: Any,
-) -> None:  # fmt: skip
-    """Solve some designs with `delta_error`: it is above the true error, and no bit differs."""
+    # With `delta_error`: it is above the true error, and no bit differs.
+    chosen, when = (
+        random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))],
+        " with delta_error",
+    )
     other = solved(part_of(one, chosen, "delta_error"), threads)
-    results = {name: other[name] for name in (*RESULTS, "delta_error")}
-    size = found["status"].size
-    for name, mask in check_answers(results).items():
-        result.broken[name] += int(mask.sum())
-        note(f"rule {name} with delta_error", at(mask, chosen, size))
-    for name, mask in unlike(
-        {n: v for n, v in found.items() if n != "status"}, other, chosen
-    ).items():
-        if mask.any():
-            result.unlike[f"{name} with delta_error"] += int(mask.sum())
-            note(f"bits of {name} with delta_error", at(mask, chosen, size))
-    true = delta[chosen]
-    known = np.isfinite(true)
+    for name, mask in check_answers({n: other[n] for n in (*RESULTS, "delta_error")}).items():
+        note(result.broken, f"rule {name}{when}", mask, chosen)
+    note_again(other, chosen, [name for name in found if name != "status"], when)
     with np.errstate(invalid="ignore"):
-        above = true <= other["delta_error"]
+        covered, known = delta[chosen] <= other["delta_error"], np.isfinite(delta[chosen])
     result.estimated += int(known.sum())
-    result.covered += int((known & above).sum())
-    note("delta_error", at(known & ~above, chosen, size))
-
-
-def at(mask: Booleans, chosen: Any, size: int) -> Booleans:
-    """Mask of some chosen designs as one of all."""
-    every = np.zeros(size, dtype=np.bool_)
-    every[chosen[mask]] = True
-    return every
+    result.covered += int((known & covered).sum())
+    note(Counter(), "delta_error", known & ~covered, chosen)
+    return one, found
 
 
 def inputs(one: Scene, place: Any) -> dict[str, float]:
@@ -519,10 +472,9 @@ def run(
             say(f"sampled, {kind.name}: chunk {number + 1} of {count}, delta within "
                 f"{largest:.1e}, {result.defects} defects")  # fmt: skip
         every.append(result)
-    if checked:
-        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-            for result, of_kind in zip(every, jobs, strict=True):
-                compare(result, of_kind, list(pool.map(exactly, of_kind)))
-                say(f"sampled, {result.kind.name}: {result.exact} by the independent solver, "
-                    f"{result.wrong} disagree")  # fmt: skip
+    for result, of_kind in zip(every, jobs, strict=True):
+        if of_kind:
+            compare(result, of_kind, list(in_processes(exactly, of_kind, processes)))
+            say(f"sampled, {result.kind.name}: {result.exact} by the independent solver, "
+                f"{result.wrong} disagree")  # fmt: skip
     return every

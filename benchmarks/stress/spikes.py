@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from benchmarks.stress import draw
+from benchmarks.stress.findings import Findings
 from benchmarks.stress.sample import BORDER, TOLERANCE
-from engine_dyn import Diagram, diagram_from_points, periodic_speed
+from engine_dyn import diagram_from_points, family_from_diagrams, periodic_speed
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -24,24 +23,6 @@ from engine_dyn.types import Floats
 from oracle import spline
 
 KINDS = ("spike", "noise", "steps")
-
-
-@dataclass
-class Spiky:
-    """What came of each kind of diagram: counts, and the largest difference of delta."""
-
-    asked: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(KINDS, 0)))
-    refused: Counter[str] = field(default_factory=Counter)
-    agree: Counter[str] = field(default_factory=Counter)
-    border: Counter[str] = field(default_factory=Counter)
-    off: Counter[str] = field(default_factory=Counter)
-    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
-    examples: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def wrong(self) -> int:
-        """Designs that disagree."""
-        return sum(self.off.values())
 
 
 def spoiled(kind: str, random: np.random.Generator) -> tuple[Floats, Floats]:
@@ -82,29 +63,23 @@ def inputs(random: np.random.Generator) -> dict[str, Any]:
     }
 
 
-def _exact(diagram: Diagram, given: dict[str, Any], surplus: float) -> spline.Solutions:
-    designs = spline.Designs.of(
-        row=0.0, scale=1.0, crankcase=101325.0, crank_ratio=given["crank_ratio"],
-        bore=given["bore"], stroke=given["stroke"], mass=given["reciprocating_mass"],
-        inertia=given["inertia"], speed=given["speed"], exponent=given["load_exponent"],
-        surplus=surplus, cylinders=given["cylinders"],
-        variable=given["inertia_model"] == "variable",
-        cycle_time=given["closure"] == "cycle_time",
-    )  # fmt: skip
-    return spline.solve(designs, lambda row, phi: diagram(phi), diagram.angle)
-
-
-def one(kind: str, random: np.random.Generator, result: Spiky) -> None:
+def one(kind: str, random: np.random.Generator, result: Findings) -> None:
     """Draw one diagram and one engine, and add what comes of them."""
-    result.asked[kind] += 1
     try:
         diagram = diagram_from_points(*spoiled(kind, random))
     except ValueError:
-        result.refused[kind] += 1
+        result.counts[kind, "refused"] += 1
         return
     given = inputs(random)
     found = periodic_speed(diagram, **given)
-    exact = _exact(diagram, given, found.torque_mean)
+    columns = {
+        "row": 0.0, "crankcase": 101325.0, "mass": given["reciprocating_mass"],
+        "exponent": given["load_exponent"], "mean_torque": found.torque_mean, "offset": 0.0,
+        "variable": given["inertia_model"] == "variable",
+        **{name: given[name] for name in ("crank_ratio", "bore", "stroke", "inertia", "speed",
+                                          "cylinders")},
+    }  # fmt: skip
+    exact = draw.exact(columns, given["closure"], family_from_diagrams([0.0], [diagram]))
     true, code = int(exact.status[0]), found.status
     differs = abs(found.delta / float(exact.delta[0]) - 1.0)
     by_code = {STALLED: spline.STALLED, NO_STEADY_STATE: spline.NO_STEADY_STATE,
@@ -112,27 +87,25 @@ def one(kind: str, random: np.random.Generator, result: Spiky) -> None:
     if code in (CONVERGED, TOLERANCE_NOT_MET) and true == spline.CONVERGED:
         good = differs <= max(TOLERANCE, found.delta_error if code == TOLERANCE_NOT_MET else 0.0)
         if code == CONVERGED:
-            result.worst[kind] = max(result.worst[kind], differs)
+            result.note(kind, differs)
     else:
         good = by_code.get(code) == true
-    if good:
-        result.agree[kind] += 1
-    elif abs(float(exact.lowest[0])) < BORDER or float(exact.doubt[0]) > 0.1 * TOLERANCE:
-        result.border[kind] += 1
-    else:
-        result.off[kind] += 1
+    near = abs(float(exact.lowest[0])) < BORDER or float(exact.doubt[0]) > 0.1 * TOLERANCE
+    verdict = "agrees" if good else "border" if near else "off"
+    result.counts[kind, verdict] += 1
+    if verdict == "off":
         result.examples.append({
-            "diagram": kind, "number": result.asked[kind], "inputs": given, "status": code,
-            "exact": true, "differs": differs, "delta_error": found.delta_error,
+            "diagram": kind, "inputs": given, "status": code, "exact": true, "differs": differs,
+            "delta_error": found.delta_error,
         })  # fmt: skip
 
 
-def run(seed: int, count: int, say: Callable[[str], None]) -> Spiky:
+def run(seed: int, count: int, say: Callable[[str], None]) -> Findings:
     """Draw `count` diagrams of each kind."""
-    result = Spiky()
+    result = Findings()
     for number, kind in enumerate(KINDS):
         random = np.random.default_rng([seed, 1000 + number])
         for _ in range(count):
             one(kind, random, result)
-        say(f"diagrams with {kind}: {result.off[kind]} off, {result.refused[kind]} refused")
+        say(f"diagrams with {kind}: {result.of('off', kind)} off")
     return result

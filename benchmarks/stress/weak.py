@@ -69,26 +69,26 @@ def solved(offset: float, exponent: float = 2.0, **options: Any) -> PeriodicSpee
 
 def exact(offset: float, mean: float) -> spline.Solutions:
     """The same by the independent solver."""
-    designs = spline.Designs.of(
-        row=float(ROW), scale=1.0, crankcase=CRANKCASE, crank_ratio=RATIO, bore=BORE,
-        stroke=STROKE, mass=MASS, inertia=INERTIA, speed=SPEED, exponent=2.0,
-        surplus=mean - offset, cylinders=1, variable=False, cycle_time=False,
-    )  # fmt: skip
-    return spline.solve(designs, draw.pressure, draw.family().row(ROW).angle)
+    columns = {
+        "row": float(ROW), "crankcase": CRANKCASE, "crank_ratio": RATIO, "bore": BORE,
+        "stroke": STROKE, "mass": MASS, "inertia": INERTIA, "speed": SPEED, "exponent": 2.0,
+        "mean_torque": mean, "offset": offset, "cylinders": 1, "variable": False,
+    }  # fmt: skip
+    return draw.exact(columns, "power_mean")
 
 
-def march(offset: float, mean: float) -> tuple[Floats, float, float]:
+def march(offset: float, mean: float) -> tuple[Floats, Floats]:
     """One cycle of u = (omega/omega_n)^2 by Runge and Kutta's formula at one degree.
 
-    u' = D(phi) - kappa u is linear. Returns what a cycle adds from u = 0, at every degree, the
-    share of u that is left after one, and kappa.
+    u' = D(phi) - kappa u is linear. Returns at every degree what a cycle from u = 0 has added, and
+    the share of u that is left.
     """
     scale = 2.0 / (INERTIA * SPEED**2)
     kappa = scale * (mean - offset)
     phi = np.arange(1441) * (CYCLE / 1440)
     lever = 0.25 * math.pi * BORE**2 * 0.5 * STROKE
     v, b = spline.velocity(phi, RATIO), spline.acceleration(phi, RATIO)
-    torque = lever * (draw.pressure(ROW, phi) - CRANKCASE) * v - FRICTION
+    torque = lever * (draw.family().row(ROW)(phi) - CRANKCASE) * v - FRICTION
     torque -= MASS * (0.5 * STROKE * SPEED) ** 2 * b * v
     drive = scale * (torque - offset)
     h = CYCLE / 720
@@ -101,35 +101,30 @@ def march(offset: float, mean: float) -> tuple[Floats, float, float]:
         k4 = d2 - kappa * (u[i] + h * k3)
         u[i + 1] = u[i] + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     z = kappa * h
-    kept = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** 720
-    return u, kept, kappa
-
-
-def _mean_of(start: float, u: Floats, kappa: float) -> float:
-    """Mean speed over nominal of the cycle that starts with `start`."""
-    h = CYCLE / 720
-    z = kappa * h
-    kept = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** np.arange(720)
-    return float(np.sqrt(u[:720] + start * kept).mean())
+    kept = 1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0
+    return u, np.asarray(kept ** np.arange(721))
 
 
 def closures(offset: float, mean: float) -> tuple[float, float, float]:
     """Relative errors of the mean speed: stopped repetition, end = start, and power mean."""
     true = float(exact(offset, mean).omega_mean[0]) / SPEED
-    u, kept, kappa = march(offset, mean)
-    returning = u[720] / (1.0 - kept)
-    z = kappa * CYCLE / 720
-    shrinks = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** np.arange(720)
-    powered = (1.0 - u[:720].mean()) / shrinks.mean()
+    u, kept = march(offset, mean)
+
+    def mean_of(start: float) -> float:
+        """Mean speed over nominal of the cycle that starts with `start`."""
+        return float(np.sqrt(u + start * kept)[:720].mean())
+
+    returning = u[720] / (1.0 - kept[720])
+    powered = (1.0 - u[:720].mean()) / kept[:720].mean()
     # Repetition from 1 % above, until it closes; its own solution is the periodic one of the march.
     start = returning * 1.02
-    while abs(math.sqrt(kept * start + u[720]) - math.sqrt(start)) * SPEED >= STOP:
-        start = kept * start + u[720]
-    settled = _mean_of(returning, u, kappa)
+    while abs(math.sqrt(kept[720] * start + u[720]) - math.sqrt(start)) * SPEED >= STOP:
+        start = kept[720] * start + u[720]
+    settled = mean_of(returning)
     return (
-        abs(_mean_of(start, u, kappa) / settled - 1.0),
+        abs(mean_of(start) / settled - 1.0),
         abs(settled / true - 1.0),
-        abs(_mean_of(powered, u, kappa) / true - 1.0),
+        abs(mean_of(powered) / true - 1.0),
     )
 
 

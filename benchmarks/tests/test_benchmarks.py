@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import engines, measure, own, page, peers, problem, report, sampled_peers
+from benchmarks import engines, measure, page, peers, problem, report
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -30,25 +30,25 @@ def processes() -> Iterator[peers.Processes]:
 def test_reference_agrees_with_the_oracle() -> None:
     for designs in (
         problem.table(4),
-        problem.scene(60, 1.6, 4, True).designs(np.array([0, 59])),
-        problem.scene(60, 0.0, 3).designs(np.array([30])),
+        problem.scene(60, 1.6, 4, True).take(np.array([0, 59])),
+        problem.scene(60, 0.0, 3).take(np.array([30])),
     ):
         assert problem.agreement(designs, problem.reference(designs)) < 1e-10
 
 
 @pytest.mark.parametrize("size", [1, 10, 97, 1000, 123_456, 10**7])
 def test_scene_has_as_many_designs_as_asked(size: int) -> None:
-    assert 0.9 * size <= problem.scene(size, 2.0).size <= size
+    assert 0.9 * size <= len(problem.scene(size, 2.0)) <= size
 
 
 @pytest.mark.parametrize("variable", [False, True])
 @pytest.mark.parametrize(("exponent", "cylinders"), [(0.0, 1), (1.0, 8), (1.6, 4), (2.0, 1)])
 def test_loop_and_own_solve_the_same_scene(exponent: float, cylinders: int, variable: bool) -> None:
     scene = problem.scene(120, exponent, cylinders, variable)
-    index = np.arange(0, scene.size, 7)
-    designs = scene.designs(index)
+    index = np.arange(0, len(scene), 7)
+    designs = scene.take(index)
     exact = problem.reference(designs)
-    ours = own.answer(scene, 1)["delta"].ravel()[index]
+    ours = problem.answer(scene, 1)["delta"].ravel()[index]
     np.testing.assert_allclose(ours, exact, rtol=1e-6)
     for share in (False, True):
         # Four cylinders have a quarter of the period and of the steps.
@@ -75,24 +75,27 @@ def test_peers_solve_the_same_table(processes: peers.Processes) -> None:
     assert exact.min() > 0.0
 
 
-@pytest.mark.parametrize("cylinders", [1, 3, 8])
-def test_peers_solve_sampled_designs(cylinders: int, processes: peers.Processes) -> None:
-    designs = problem.sampled(4, cylinders)
+def test_peers_solve_sampled_designs(processes: peers.Processes) -> None:
+    """One to eight cylinders at any load; this project solves all at once."""
+    designs = problem.sampled(16)
+    assert designs.cylinders.tolist() == 2 * list(range(1, 9))
     exact = problem.reference(designs)
-    assert problem.agreement(designs.take([0]), exact[:1]) < 1e-10
-    np.testing.assert_allclose(sampled_peers.answer([designs], 1), exact, rtol=1e-6)
+    for place in (0, 4):
+        assert problem.agreement(designs.take([place]), exact[[place]]) < 1e-10
+    np.testing.assert_allclose(problem.answer(designs, 1)["delta"], exact, rtol=1e-6)
     found, _ = peers.cases(1, processes, quick=True)
     for case in found:
         if case.series in ("JAX scan", "Diffrax", "heyoka", "Euler in Python"):
             continue
-        errors = measure.errors_of(case.solve(designs), exact)
+        errors = measure.errors_of(measure.by_cylinders(case).solve(designs), exact)
         assert errors.worst < (1e-3 if "90 steps" in case.setting else 2e-5), case
 
 
 @pytest.mark.parametrize("cylinders", [1, 2, 3, 8])
 def test_errors_of_harmonic_balance_fall_with_the_number_of_nodes(cylinders: int) -> None:
     # So many designs that the largest node often lies beside another extreme than the largest.
-    designs = problem.sampled(300, cylinders)
+    drawn = problem.sampled(2400)
+    designs = replace(drawn.take(drawn.cylinders == cylinders), cylinders=cylinders)
     exact = problem.reference(designs)
     worst = [
         measure.errors_of(peers.harmonic_balance(designs, nodes), exact).worst
@@ -105,28 +108,21 @@ def test_errors_of_harmonic_balance_fall_with_the_number_of_nodes(cylinders: int
 
 @pytest.mark.parametrize(("exponent", "variable"), [(1.0, False), (2.0, True)])
 def test_harmonic_balance_refuses_what_is_not_linear(exponent: float, variable: bool) -> None:
-    designs = problem.scene(60, exponent, 1, variable).designs(np.arange(3))
+    designs = problem.scene(60, exponent, 1, variable).take(np.arange(3))
     with pytest.raises(ValueError, match="exponent 2 and constant inertia"):
         peers.harmonic_balance(designs, 96)
 
 
-def test_sampled_designs_of_all_numbers_of_cylinders_at_once() -> None:
-    some = sampled_peers.groups(24)
-    assert [each.cylinders for each in some] == list(range(1, 9))
-    expected = [sampled_peers.answer([each], 1) for each in some]
-    found = sampled_peers.answer(some, 1)
-    np.testing.assert_allclose(found, np.concatenate(expected), rtol=1e-8)
-    exact = np.concatenate([problem.reference(each) for each in some])
-    np.testing.assert_allclose(found, exact, rtol=1e-6)
+def result(
+    series: str, setting: str, rate: float, worst: float = 1e-9, exponents: tuple[float, ...] = ()
+) -> measure.Result:
+    errors = measure.Errors(worst, worst, worst, 0.0, 10)
+    case = peers.Case(series, setting, measure.own_solver(1), exponents=exponents)
+    return measure.Result(case, measure.Timing(10, (10.0 / rate,)), errors, 0.0)
 
 
 def test_time_at_an_error_is_interpolated() -> None:
-    def result(worst: float, seconds: float) -> measure.Result:
-        errors = measure.Errors(worst, worst, worst, 0.0, 10)
-        case = peers.Case("one", "setting", own.own(1))
-        return measure.Result(case, measure.Timing(10, (10 * seconds,)), errors, 0.0)
-
-    results = [result(1e-8, 1e-3), result(1e-4, 1e-5)]
+    results = [result("one", "slow", 1e3, 1e-8), result("one", "quick", 1e5, 1e-4)]
     assert report.seconds_at(results, 1e-6) == pytest.approx(1e-4)
     assert report.seconds_at(results, 1e-3) == pytest.approx(1e-5)
     assert np.isnan(report.seconds_at(results, 1e-9))
@@ -135,16 +131,11 @@ def test_time_at_an_error_is_interpolated() -> None:
 
 
 def test_peers_of_one_exponent_are_compared_on_its_designs() -> None:
-    def result(series: str, setting: str, rate: float, *exponents: float) -> measure.Result:
-        errors = measure.Errors(1e-9, 1e-9, 1e-9, 0.0, 10)
-        case = peers.Case(series, setting, own.own(1), exponents=exponents)
-        return measure.Result(case, measure.Timing(10, (10.0 / rate,)), errors, 0.0)
-
     results = [
         result("auto", "tolerance 1e-06", 100.0),
-        result("auto", "tolerance 1e-06, exponent 2", 300.0, 2.0),
-        result(report.BALANCE, "96 nodes", 50.0, 2.0),
-        result("Euler in Python", "1 degree", 50.0, 1.0, 1.6, 2.0),
+        result("auto", "tolerance 1e-06, exponent 2", 300.0, exponents=(2.0,)),
+        result(report.BALANCE, "96 nodes", 50.0, exponents=(2.0,)),
+        result("Euler in Python", "1 degree", 50.0, exponents=(1.0, 1.6, 2.0)),
     ]
     assert report.times_faster(results) == [
         [f"{report.BALANCE} (exponent 2 alone)", "6"], ["Euler in Python", "2"],
@@ -152,19 +143,13 @@ def test_peers_of_one_exponent_are_compared_on_its_designs() -> None:
 
 
 def test_other_machines_are_remembered(tmp_path: Path) -> None:
-    def run(machine: str, date: str, rate: str, reached: str) -> list[report.Reached]:
-        return [report.Reached(machine, date, "12345678", "speed", "10", rate, reached)]
-
-    for machine, date, rate, reached in (
-        ("one", "1st", "9", "no"), ("two", "2nd", "7", "no"), ("one", "3rd", "11", "yes"),
-    ):  # fmt: skip
-        report.on_all_machines(run(machine, date, rate, reached), tmp_path, keep=True)
-    found = report.on_all_machines(run("three", "4th", "12", "yes"), tmp_path, keep=False)
-    assert [each.measured for each in found] == ["12", "11", "7"]
-    assert [each.machine for each in found] == ["three", "one", "two"]
-    kept = page.read(tmp_path, "machines")
-    assert [(row["run"], row["measured"], row["reached"]) for row in kept] == [
-        ("3rd", "11", "yes"), ("2nd", "7", "no"),
+    for run in (("one", "1st", "9"), ("two", "2nd", "7"), ("one", "3rd", "11")):
+        machine, date, rate = run
+        here = [machine, date, "12345678", "speed", "10", rate, "yes"]
+        report.save_machines([here], tmp_path)
+    rows = page.read(tmp_path, "machines")
+    assert [(row["machine"], row["run"], row["measured"]) for row in rows] == [
+        ("one", "3rd", "11"), ("two", "2nd", "7"),
     ]  # fmt: skip
 
 

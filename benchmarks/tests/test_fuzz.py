@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from benchmarks.fuzz import damage
-from benchmarks.fuzz.campaign import TARGETS
-from benchmarks.fuzz.changes import toml_text
+from benchmarks.fuzz.__main__ import TARGETS
 from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damage import read_damaged
 from benchmarks.fuzz.damaged_bytes import sound_files
 from benchmarks.fuzz.hdf5_spans import checksum, spans
 from benchmarks.fuzz.sandbox import engines, scenes
+from benchmarks.tables import toml_text
 from sweeps.reading.design_files import read_designs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,14 +82,22 @@ def test_a_campaign_of_damage_finds_what_hangs_and_goes_on(
     """A worker that hangs is killed, its file kept; what was read is not read again."""
     slow = "import time\nfrom benchmarks.fuzz import damage\nread = damage.Reader.read\n"
     slow += "def late(self, number, seed):\n    if number == 2:\n        time.sleep(3600)\n"
-    slow += "    read(self, number, seed)\ndamage.Reader.read = late\ndamage._work(4)\n"
-    started = damage.Campaign.started
+    slow += "    read(self, number, seed)\ndamage.Reader.read = late\ndamage.work(*given)\n"
 
-    def late(self: damage.Campaign) -> subprocess.Popen[bytes]:
-        self.words = [sys.executable, "-c", slow]
-        return started(self)
+    class Late:
+        """Starts a process that is patched."""
 
-    monkeypatch.setattr(damage.Campaign, "started", late)
+        @staticmethod
+        def Pipe() -> Any:
+            return get_context("spawn").Pipe()
+
+        @staticmethod
+        def Process(target: Any, args: Any, daemon: bool) -> Any:
+            return get_context("spawn").Process(
+                target=exec, args=(slow, {"given": args}), daemon=daemon
+            )
+
+    monkeypatch.setattr(damage, "get_context", lambda method: Late)
     monkeypatch.setattr(damage, "LONGEST", 1.0)
     counts = damage.campaign(tmp_path, 5, 4, 1, 600.0)
     assert counts["wrong"] == 1 and (tmp_path / "2.nc").exists()

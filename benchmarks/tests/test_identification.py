@@ -14,7 +14,7 @@ from benchmarks.identification import KINDS, WHEEL, Counted, count, simulated, t
 
 def test_a_simulated_case() -> None:
     case = simulated(KINDS[1], np.random.default_rng(4))
-    assert abs(case.truth.errors @ WHEEL.width) < 1e-12
+    assert abs(case.errors @ WHEEL.width) < 1e-12
     for times in case.times:
         assert (np.diff(times) > 0.0).all()
         assert times[-1] == pytest.approx(12 * 0.08, rel=2e-3)  # 12 cycles at 1500 rpm
