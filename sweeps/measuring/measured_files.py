@@ -18,13 +18,11 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.cycles_of_signals import SAME, unwrapped
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import Recording, read_recording
-from sweeps.reading.laboratory.units import is_time_name
+from sweeps.reading.laboratory.units import SECONDS, is_time_name, stated_unit
 from sweeps.scene.measured import Measured, MeasuredTable
 
 __all__ = ["SpeedRecord", "records_of"]
 
-TIME = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6,
-        "μs": 1e-6, "ns": 1e-9, "min": 60.0}  # fmt: skip
 ANGLE = {"": DEGREE, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE,
          "°ca": DEGREE, "degca": DEGREE, "deg ca": DEGREE, "ca": DEGREE, "rad": 1.0}  # fmt: skip
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
@@ -124,7 +122,7 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
         assert measured.wheel is not None
         column = _column(recording, table.column, "column", ("time",))
         stated = _flat(recording, column)
-        times = stated * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
+        times = stated * _factor(recording, table.column, ("time",), table.unit, SECONDS, "time")
         said: tuple[str, ...] = ()
         back = np.flatnonzero(np.diff(times) <= 0.0) + 1
         share = back.size / max(times.size, 1)
@@ -350,10 +348,7 @@ def _factor(
     """SI value of the unit that is given, or that the file states for the column."""
     name = _column(recording, wanted, "column", words)
     text = recording.columns[name].unit if unit is None else unit
-    last = name.rpartition("_")[2]
-    if not text and last.lower() in units:
-        text = last  # "time_us"
-    plain = text.strip().strip("[]()").strip().lower()
+    plain = stated_unit(text, name, units)
     if plain not in units:
         known = ", ".join(key for key in units if key)
         raise SceneError(
@@ -380,7 +375,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
         _check_rate(recording, table.sample_rate, column)
         return signal, 1.0 / table.sample_rate
     time = _flat(recording, time_name)
-    time = time * _factor(recording, time_name, (), table.unit, TIME, "time")
+    time = time * _factor(recording, time_name, (), table.unit, SECONDS, "time")
     if time.size < 2 or not time[-1] > time[0]:
         raise SceneError(f"{recording.label}, column {shown(time_name)}: does not ascend")
     interval = float(time[-1] - time[0]) / (time.size - 1)
@@ -403,7 +398,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
 def _check_rate(recording: Recording, rate: float, column: str) -> None:
     """Refuse a sample rate that is not that of the times in the file."""
     for name in (name for name in recording.columns if name != column and is_time_name(name)):
-        time = _flat(recording, name) * _factor(recording, name, (), None, TIME, "time")
+        time = _flat(recording, name) * _factor(recording, name, (), None, SECONDS, "time")
         stated = (time.size - 1) / float(np.ptp(time)) if np.ptp(time) > 0.0 else rate
         if abs(rate / stated - 1.0) > RATES_DIFFER:
             raise SceneError(
