@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.recordings.wheel import TURN, Wheel, wheel_from_text
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["PassedTeeth", "find_turns"]
@@ -28,9 +27,13 @@ SHORTEST, LONGEST = 1e-9, 1e6
 MOST_LOST = 1e6
 """Turns that can be lost in a row."""
 
-REPEATING, MOST_GROUPS = 0.6, 8
+REPEATING, MOST_GROUPS = 0.6, 24
 """Share of the groups of teeth that must be as those before them to make a pattern, of at most so
 many groups."""
+
+REGULAR = 0.5
+"""Share of the steps from turn to turn with the same pulses too many from which on the wheel has
+more teeth than its pattern."""
 
 NEIGHBOURS = 11
 """Intervals whose median is the usual one."""
@@ -175,19 +178,33 @@ def find_turns(time: Floats, wheel: Wheel, first: int | None = None) -> PassedTe
         )
     if first is not None and not 0 <= first < time.size:
         raise ValueError(f"first_tooth: pulse {first + 1}; must be 1 to {time.size}")
+    starts = _whole_turns(time, wheel, first)
+    if starts.size == 0:
+        raise ValueError(_what_was_found(time, wheel))
+    every = time[starts[:, None] + np.arange(wheel.teeth + 1)]
+    turn, faults = _between(time, starts, wheel)
+    span = float(every[-1, -1] - every[0, 0])
+    lost = max(1.0 - float(np.sum(every[:, -1] - every[:, 0])) / span, 0.0)
+    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults, int(starts[0]))
+
+
+def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Integers:
+    """First pulses of the whole turns; none where the pattern is not that of the pulses."""
+    gaps, none = np.diff(time), np.empty(0, dtype=np.int64)
     starts = _even_starts(gaps, wheel, first) if wheel.even else _starts(gaps, wheel)
     _check_sense(gaps, wheel, starts)
     if wheel.symmetry > 1:
         starts = _counted_on(time, starts, wheel, first)
+    if starts.size == 0:
+        return none
     whole = float(np.sum(time[starts + wheel.teeth] - time[starts]))
     # of what lies before the first and behind the last turn, up to a turn is natural
-    if starts.size == 0 or whole < LEAST_SHARE * (time[-1] - time[0]) - 2.0 * whole / starts.size:
-        raise ValueError(_what_was_found(gaps, wheel))
-    every = time[starts[:, None] + np.arange(wheel.teeth + 1)]
-    turn, faults = _between(time, starts, wheel)
-    span = float(every[-1, -1] - every[0, 0])
-    lost = max(1.0 - whole / span, 0.0)
-    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults, int(starts[0]))
+    if whole < LEAST_SHARE * (time[-1] - time[0]) - 2.0 * whole / starts.size:
+        return none
+    # a tooth more in each turn than the pattern has may leave all its intervals alike
+    extra = np.diff(starts) - wheel.teeth * np.diff(_between(time, starts, wheel)[0])
+    _, counts = np.unique(extra[extra != 0], return_counts=True)
+    return none if counts.size and counts.max() > REGULAR * extra.size else starts
 
 
 def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
@@ -325,17 +342,18 @@ def _scatter(time: Floats, wheel: Wheel) -> float:
     return float(np.median(np.std(change, axis=0) / np.sqrt(6.0) * TURN / wheel.width))
 
 
-def _what_was_found(gaps: Floats, wheel: Wheel) -> str:
-    """One line: the pattern that the pulses seem to have, as a text for the key `wheel`."""
+def _what_was_found(time: Floats, wheel: Wheel) -> str:
+    """One line: the pattern that the pulses have, as a text for the key `wheel` if it fits them."""
+    gaps = np.diff(time)
     ratio = gaps / _usual(gaps)
     pitches = np.rint(ratio).astype(np.int64)
     long = np.flatnonzero(pitches >= 2)
-    after = zip(np.diff(long).tolist(), (pitches[long[1:]] - 1).tolist(), strict=True)
-    groups = _repeated(list(after)) if long.size else []
+    groups = _repeated(np.column_stack([np.diff(long), pitches[long[1:]] - 1]))
+    text = _pattern(groups, wheel) if groups else ""
     if long.size == 0:
         found = f"{gaps.size + 1} pulses without a gap"
-    elif groups:
-        found = f'wheel = "{_pattern(groups, wheel)}"'
+    elif text and _fits(time, text):
+        found = f'wheel = "{text}"'
     else:
         apart = np.diff(long)
         found = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
@@ -351,14 +369,27 @@ def _what_was_found(gaps: Floats, wheel: Wheel) -> str:
     return f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn); found: {found}"
 
 
-def _repeated(groups: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Groups of teeth, each with the number that is missing after it, that mostly repeat."""
+def _fits(time: Floats, text: str) -> bool:
+    """Whether `find_turns` would take a pattern that was found."""
+    try:
+        wheel = wheel_from_text(text)
+        return time.size > wheel.teeth and _whole_turns(time, wheel).size > 0
+    except ValueError:
+        return False
+
+
+def _repeated(groups: Integers) -> list[tuple[int, int]]:
+    """Teeth of each group and the number missing after it, in the pattern that repeats best."""
+    best, pattern = REPEATING, groups[:0]
     for count in range(1, min(len(groups) // 2, MOST_GROUPS) + 1):
-        same = [one == other for one, other in zip(groups, groups[count:], strict=False)]
-        if sum(same) > REPEATING * len(same):
-            begin = next(i for i in range(len(same)) if all(same[i : i + count]))
-            return list(groups[begin : begin + count])
-    return []
+        same = (groups[count:] == groups[:-count]).all(axis=1)
+        runs = np.flatnonzero(np.convolve(same, np.ones(count), "valid") > count - 0.5)
+        if same.mean() > best and runs.size:
+            best, pattern = same.mean(), groups[runs[0] : runs[0] + count]
+    found = [(int(teeth), int(missing)) for teeth, missing in pattern]
+    # faults near an end let a multiple agree better
+    periods = (n for n in range(1, len(found) + 1) if found == found[:n] * (len(found) // n))
+    return found[: next(periods, 0)]
 
 
 def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:

@@ -130,6 +130,7 @@ def cycles_in_a_row(
     elif known is not None:
         start_from = f"{by_gap}, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
+    errors = np.roll(errors, -int(found.late[0]))  # from the tooth with which the rows begin
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
         raw * np.tile(1.0 + errors, turns), np.tile(wheel.width * (1.0 + errors), turns),

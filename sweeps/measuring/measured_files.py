@@ -18,25 +18,24 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.cycles_of_signals import SAME, unwrapped
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import Recording, read_recording
-from sweeps.reading.laboratory.units import is_time_name
+from sweeps.reading.laboratory.units import SECONDS, is_time_name, stated_unit
 from sweeps.scene.measured import Measured, MeasuredTable
 
 __all__ = ["SpeedRecord", "records_of"]
 
-TIME = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6,
-        "μs": 1e-6, "ns": 1e-9, "min": 60.0}  # fmt: skip
 ANGLE = {"": DEGREE, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE,
          "°ca": DEGREE, "degca": DEGREE, "deg ca": DEGREE, "ca": DEGREE, "rad": 1.0}  # fmt: skip
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
          "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
          "deg/s": DEGREE}  # fmt: skip
 
-TURNING_BACK = 0.2
-"""Share of steps that do not ascend from which on times of teeth are taken as intervals; a gap in
-every second turn is enough."""
+TURNING_BACK = 0.3
+"""Share of steps that do not ascend from which on times of teeth are certainly intervals; where it
+is smaller, but as large as a gap in every second turn makes it, they are if they fit the wheel."""
 
-CHANGING = 0.6
-"""Share of the rows that change the level from which on they are the changes, not samples."""
+CHANGING = 0.95
+"""Share of the rows that change the level from which on evenly spaced ones are the changes, not
+samples: with three samples from tooth to tooth, two thirds of them do."""
 
 RATES_DIFFER = 0.01
 """Relative difference of a given sample rate and that of the times beside it."""
@@ -121,13 +120,26 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
             remarks = (*recording.remarks, *remarks)
             return SpeedRecord(file, recording.sha256, None, angle, cycles, remarks)
         assert measured.wheel is not None
-        times = _flat(recording, _column(recording, table.column, "column", ("time",)))
-        times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
+        column = _column(recording, table.column, "column", ("time",))
+        stated = _flat(recording, column)
+        times = stated * _factor(recording, table.column, ("time",), table.unit, SECONDS, "time")
         said: tuple[str, ...] = ()
-        if _are_intervals(times, measured.wheel.teeth):
+        back = np.flatnonzero(np.diff(times) <= 0.0) + 1
+        share = back.size / max(times.size, 1)
+        if _are_intervals(times, measured.wheel.teeth, share):
             times = np.concatenate([[0.0], np.cumsum(times)])
             said = ("the values do not ascend and are taken as intervals between the teeth",)
-        teeth = find_turns(times, measured.wheel, measured.first[place])
+        try:
+            teeth = find_turns(times, measured.wheel, measured.first[place])
+        except ValueError:
+            if not said or share >= TURNING_BACK:
+                raise
+            before, here = stated[back[0] - 1], stated[back[0]]
+            raise SceneError(
+                f"{where}, column {shown(column)}, {recording.place(int(back[0]))}: {here:.9g} "
+                f"after {before:.9g}; times must ascend (does their counter begin again?), and as "
+                "intervals the values do not fit the wheel"
+            ) from None
         remarks = (*recording.remarks, *said, *teeth.faults)
         return SpeedRecord(file, recording.sha256, teeth, None, None, remarks, _given_gap(table))
     except SceneError:
@@ -136,12 +148,10 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
         raise SceneError(f"{where}: {error}") from None
 
 
-def _are_intervals(times: Floats, teeth: int) -> bool:
+def _are_intervals(times: Floats, teeth: int, share: float) -> bool:
     """Whether positive numbers go back too often for times with a few faults."""
-    back = float(np.count_nonzero(np.diff(times) <= 0.0))
-    return bool(times.size > teeth and times.min() > 0.0) and back >= times.size * min(
-        TURNING_BACK, 0.5 / teeth
-    )
+    positive = times.size > teeth and bool(times.min() > 0.0)
+    return positive and share >= min(TURNING_BACK, 0.5 / teeth)
 
 
 def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
@@ -215,12 +225,17 @@ def _logs(
     """Logs of levels, all with the edge that loses the fewest turns and repeats best."""
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
-    tried: list[tuple[int, float, list[SpeedRecord]]] = []
+    for key in ("threshold", "hysteresis"):
+        if getattr(table, key) is not None:
+            raise SceneError(
+                f"{name}: [measured] {key}: has no effect on {events[0][0]}, which has levels at "
+                "their changes"
+            )
+    tried: list[tuple[int, float, str, list[tuple[Floats, PassedTeeth]]]] = []
     refusal = ""
     for edge in ("rising", "falling") if table.edge is None else (table.edge,):
-        said = f"the level is logged at its changes; the {edge} edge is used"
-        records, turns, scatter = [], 0, 0.0
-        for (file, recording, level, time), first in zip(events, measured.first, strict=True):
+        found, turns, scatter = [], 0, 0.0
+        for (file, _, level, time), first in zip(events, measured.first, strict=True):
             pulses = risen(time, level, edge)
             try:
                 teeth = find_turns(pulses, wheel, first)
@@ -228,16 +243,21 @@ def _logs(
                 refusal = refusal or f"{name}: [measured] {file}: {error}"
                 break
             turns, scatter = turns + len(teeth.turn), scatter + teeth.scatter
-            remarks = (*recording.remarks, said, *teeth.faults)
-            record = SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
-            records.append(_marked(record, recording, table, pulses, time, period))
+            found.append((pulses, teeth))
         else:
-            tried.append((turns, scatter, records))
+            tried.append((turns, scatter, edge, found))
     if not tried:
         raise SceneError(refusal)
     most = max(turns for turns, *_ in tried)  # the other edge may cost a turn at an end
     good = [one for one in tried if one[0] >= most - len(events)]
-    return min(good, key=lambda one: one[1])[2]
+    *_, edge, best = min(good, key=lambda one: one[1])
+    said = f"the level is logged at its changes; the {edge} edge is used"
+    records = []
+    for (file, recording, _, time), (pulses, teeth) in zip(events, best, strict=True):
+        remarks = (*recording.remarks, said, *teeth.faults)
+        record = SpeedRecord(file, recording.sha256, teeth, None, None, remarks)
+        records.append(_marked(record, recording, table, pulses, time, period))
+    return records
 
 
 def _given_gap(table: MeasuredTable) -> float | None:
@@ -282,7 +302,7 @@ def _height(found: EncoderSignal) -> float:
 
 def _column(
     recording: Recording, wanted: str | int | None, key: str, words: tuple[str, ...] = (),
-    without: tuple[str, ...] = (),
+    without: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """Name of a column: as given, or the one that is clear."""
     names = list(recording.columns)
@@ -299,10 +319,10 @@ def _column(
                 f"{not_known(str(wanted), names)}"
             )
         return str(wanted)
-    named = [n for n in names if any(word in n.lower() for word in words)]
-    times = [n for n in names if is_time_name(n)] if "time" in words else []
-    named = times if len(times) == 1 else named
     left = [n for n in names if n not in without]
+    named = [n for n in left if any(word in n.lower() for word in words)]
+    times = [n for n in left if is_time_name(n)] if "time" in words else []
+    named = times if len(times) == 1 else named
     if len(named) == 1:
         return named[0]
     if len(left) == 1:
@@ -328,10 +348,7 @@ def _factor(
     """SI value of the unit that is given, or that the file states for the column."""
     name = _column(recording, wanted, "column", words)
     text = recording.columns[name].unit if unit is None else unit
-    last = name.rpartition("_")[2]
-    if not text and last.lower() in units:
-        text = last  # "time_us"
-    plain = text.strip().strip("[]()").strip().lower()
+    plain = stated_unit(text, name, units)
     if plain not in units:
         known = ", ".join(key for key in units if key)
         raise SceneError(
@@ -346,7 +363,10 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     time_name = None
     if table.sample_rate is None:
         time_name = _time_column(recording, table)
-    column = _column(recording, table.column, "column", ("encoder",), (time_name or "",))
+    others = [] if time_name is None else [time_name]
+    if table.mark_column is not None:
+        others.append(_column(recording, table.mark_column, "mark_column"))
+    column = _column(recording, table.column, "column", ("encoder",), others)
     if column == time_name:
         raise SceneError(f"{recording.label}: column {shown(column)} is the time of the samples")
     signal = _flat(recording, column)
@@ -355,7 +375,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
         _check_rate(recording, table.sample_rate, column)
         return signal, 1.0 / table.sample_rate
     time = _flat(recording, time_name)
-    time = time * _factor(recording, time_name, (), table.unit, TIME, "time")
+    time = time * _factor(recording, time_name, (), table.unit, SECONDS, "time")
     if time.size < 2 or not time[-1] > time[0]:
         raise SceneError(f"{recording.label}, column {shown(time_name)}: does not ascend")
     interval = float(time[-1] - time[0]) / (time.size - 1)
@@ -378,7 +398,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
 def _check_rate(recording: Recording, rate: float, column: str) -> None:
     """Refuse a sample rate that is not that of the times in the file."""
     for name in (name for name in recording.columns if name != column and is_time_name(name)):
-        time = _flat(recording, name) * _factor(recording, name, (), None, TIME, "time")
+        time = _flat(recording, name) * _factor(recording, name, (), None, SECONDS, "time")
         stated = (time.size - 1) / float(np.ptp(time)) if np.ptp(time) > 0.0 else rate
         if abs(rate / stated - 1.0) > RATES_DIFFER:
             raise SceneError(

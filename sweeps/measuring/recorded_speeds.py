@@ -139,9 +139,9 @@ class RecordedSpeeds:
                 self.labels, self.first_pulse, found.late, found.correlation[:, 0], strict=True
             )
         )
-        return replace(
-            self, cycles=found.from_first_tooth(self.cycles), remarks=self.remarks + said
-        )
+        cycles = found.from_first_tooth(self.cycles)
+        used = np.tile(sound_intervals(_means(cycles), self.wheel), self.turns)
+        return replace(self, cycles=cycles, used=used, remarks=self.remarks + said)
 
     def middles(self, starts: Floats) -> Floats:
         """Middles of the intervals [rad], shape (recordings, intervals), within one cycle.

@@ -184,8 +184,9 @@ def read_measured(
             raise SceneError(
                 f"{where} {key} and mark_column: both tell where the wheel is; give one"
             )
-    if given.sample_rate is not None and given.time_column is not None:
-        raise SceneError(f"{where} sample_rate and time_column: only one of them")
+    for key in ("time_column", "unit"):  # of a signal, both are about its times
+        if given.sample_rate is not None and getattr(given, key) is not None:
+            raise SceneError(f"{where} sample_rate and {key}: only one of them")
     return Measured(
         given, paths, files, wheel, _errors(given, wheel, len(files), where),
         _places(given.at, values, len(files), where), _first(given, wheel, len(files), where),

@@ -16,12 +16,9 @@ from sweeps.errors import SceneError, one_line
 from sweeps.reading.laboratory.columns import named_column, wanted_pressures
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
-from sweeps.reading.laboratory.units import is_time_name
+from sweeps.reading.laboratory.units import SECONDS, is_time_name, stated_unit
 
 __all__ = ["with_encoder_angles"]
-
-_SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
-"""Seconds of each unit of times."""
 
 MOST_REMARKS = 8
 """Of the signal of the wheel, that are told."""
@@ -129,7 +126,8 @@ def _time_column(
         return named_column(recording, options.time_column, "time_column")
     good = [
         name for name, column in recording.columns.items()
-        if name != encoder and is_time_name(name) and column.unit.strip().lower() in _SECONDS
+        if name != encoder and is_time_name(name)
+        and stated_unit(column.unit, name, SECONDS) in SECONDS
     ]  # fmt: skip
     if len(good) != 1:
         return None
@@ -141,7 +139,7 @@ def _time_column(
 def _interval(recording: Recording, name: str) -> float:
     """Time between samples [s]."""
     times = recording.numbers(name)
-    scale = _SECONDS.get(recording.columns[name].unit.strip().lower(), 1.0)
+    scale = SECONDS.get(stated_unit(recording.columns[name].unit, name, SECONDS), 1.0)
     count = len(times) - 1
     interval = float(times[-1] - times[0]) / max(count, 1)
     if count < 8 or interval <= 0.0 or np.ptp(np.diff(times)) > 0.5 * interval:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sweeps.errors import one_line
-from sweeps.reading.laboratory.units import is_angle_unit
+from sweeps.reading.laboratory.units import SECONDS, is_angle_unit
 
 __all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
 
@@ -14,9 +14,9 @@ _UNIT_WORDS = {
     "", "-", "1", "deg", "°", "degree", "degrees", "°ca", "degca", "deg ca", "ca", "cad", "deg_ca",
     "degcrk", "°crk", "grad", "rad", "bar", "mbar", "bara", "barg", "bar abs", "kpa", "mpa", "hpa",
     "pa", "psi", "psia", "atm", "torr", "mmhg", "n/mm2", "n/mm^2", "n/m2", "kgf/cm2", "v", "mv",
-    "volt", "s", "ms", "us", "µs", "sec", "min", "rpm", "1/min", "min-1", "nm", "n m", "n", "kg",
+    "volt", "rpm", "1/min", "min-1", "nm", "n m", "n", "kg",
     "mm", "m", "cm3", "c", "°c", "degc", "k", "kw", "%", "ppm", "g/s", "kg/h", "l", "dm3", "hz",
-    "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc", "°kw", "kw°", "°crank", "ca°",
+    "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc", "°kw", "kw°", "°crank", "ca°", *SECONDS,
 }  # fmt: skip
 """Texts that are units and no names, in lower case."""
 

@@ -7,6 +7,7 @@ Only words with small exponents reach pint: it computes what it is given, and a 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -15,12 +16,14 @@ from sweeps.reading.libraries import library
 from sweeps.reading.unit_registry import unit_registry
 
 __all__ = [
+    "SECONDS",
     "PressureUnit",
     "angle_factor",
     "counts_before",
     "is_angle_unit",
     "is_time_name",
     "pressure_unit",
+    "stated_unit",
     "unit_of_name",
 ]
 
@@ -40,8 +43,15 @@ _OF_DEAD_CENTRE = re.compile(
 )
 """Angles after or before top dead centre, "f" for firing."""
 
+SECONDS = {
+    "": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
+    "ns": 1e-9, "min": 60.0,
+}  # fmt: skip
+"""Seconds of each unit of times."""
+
 _TIME = re.compile(
-    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time)([_ ](min|seconds|[nuµμm]?s|sec))?",
+    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time)"
+    rf"([_ ]({'|'.join(unit for unit in SECONDS if unit)}))?",
     re.I,
 )
 
@@ -103,6 +113,23 @@ def counts_before(name: str) -> bool:
 def is_time_name(name: str) -> bool:
     """Whether a column is called a time, with or without a unit, as in "time_us"."""
     return _TIME.fullmatch(name.strip()) is not None
+
+
+def stated_unit(unit: str, name: str, units: Iterable[str]) -> str:
+    """Unit that a file states for a column, in lower case; or one at the end of the column's name.
+
+    Parameters
+    ----------
+    unit : str
+        As stated, with or without brackets; "" where it is not.
+    name : str
+        Of the column, such as "time_us".
+    units : iterable of str
+        Those that a name may end with.
+    """
+    plain = unit.strip().strip("[]()").strip().lower()
+    last = re.split("[_ ]", name.strip())[-1].lower()
+    return last if not plain and last in units else plain
 
 
 @lru_cache(maxsize=100)

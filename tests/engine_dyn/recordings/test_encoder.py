@@ -139,6 +139,11 @@ def test_signals_without_teeth(signal: np.ndarray, said: str) -> None:
 UNEVEN = "13 teeth, 2 missing, 16 teeth, 2 missing, 1 teeth, 2 missing"
 """One of the wheels that are called 36-2-2-2."""
 
+SIX_GROUPS = "5 teeth, 1 missing, " * 5 + "5 teeth, 2 missing"
+FIVE_GROUPS = "8 teeth, 1 missing, " * 4 + "8 teeth, 2 missing"
+TEN_GROUPS = "3 teeth, 1 missing, " * 9 + "3 teeth, 2 missing"
+"""All groups but one are alike."""
+
 
 def stamps(text: str = "60-2") -> np.ndarray:
     return tooth_times(ENGINE, wheel_from_text(text).width, TURNS)
@@ -184,6 +189,11 @@ def test_many_faults_are_counted() -> None:
         ("60-2", "58", "has no gap"),
         ("60", "60-2", "without a gap"),
         ("36-2-1", "36-1", 'wheel = "16 teeth, 1 missing, 17 teeth, 2 missing"'),
+        (SIX_GROUPS, "60-2", f'wheel = "{SIX_GROUPS}"'),
+        (FIVE_GROUPS, "36-1", f'wheel = "{FIVE_GROUPS}"'),
+        (TEN_GROUPS, "40-1", f'wheel = "{TEN_GROUPS}"'),
+        ("36-1", "36-2", 'found: wheel = "36-1"'),
+        ("60-1", "60-2", 'found: wheel = "60-1"'),
     ],
 )
 def test_a_wrong_pattern_is_refused_with_what_was_found(real: str, given: str, said: str) -> None:
@@ -192,7 +202,24 @@ def test_a_wrong_pattern_is_refused_with_what_was_found(real: str, given: str, s
     assert "\n" not in str(refused.value)
     if "wheel = " in said:  # what is found is right
         text = str(refused.value).partition('"')[2].partition('"')[0]
-        assert len(find_turns(stamps(real), wheel_from_text(text)).turn) >= TURNS - 1
+        turns = find_turns(stamps(real), wheel_from_text(text))
+        assert len(turns.turn) >= TURNS - 1
+        # whole cycles of the series last 4 pi / mean
+        cycles = turns.time[2:, 0] - turns.time[:-2, 0]
+        assert np.allclose(cycles, 4.0 * np.pi / ENGINE.mean, rtol=1e-9)
+
+
+def test_a_pattern_that_was_found_is_told_only_if_it_fits() -> None:
+    """Of 30 groups, too many for a pattern, 28 are as those before them."""
+    real = "3 teeth, 1 missing, " * 29 + "9 teeth, 2 missing"
+    with pytest.raises(ValueError, match="found: 360 gaps of 1 or so, 3, 3, 3, 3"):
+        find_turns(stamps(real), wheel_from_text("40-1"))
+
+
+def test_faults_do_not_change_the_pattern_that_is_found() -> None:
+    times = np.delete(stamps(SIX_GROUPS), [2, 5 * 30 + 7, 11 * 30 + 3])
+    with pytest.raises(ValueError, match=f'wheel = "{SIX_GROUPS}"'):
+        find_turns(times, wheel_from_text("60-2"))
 
 
 def test_a_wrong_edge_is_named() -> None:

@@ -65,6 +65,16 @@ def test_each_edge_has_its_own_gap_angle(edge: str, gap_angle: float, raw: Path)
     assert "column 'Time' taken as the time" in told
 
 
+@pytest.mark.parametrize("name", ["time_ns", "Time (ns)", "t ns"])
+def test_times_in_other_units(name: str, raw: Path, tmp_path: Path) -> None:
+    """Of nanoseconds taken as seconds, intervals would be too long for teeth."""
+    times, *others = np.loadtxt(raw, delimiter=",", skiprows=1).T
+    path = tmp_path / "run.csv"
+    path.write_text(f"{name},wheel [V],p [bar]\n" + rows(np.round(1e9 * times), *others))
+    mean = read_pressure(path, edge="rising", gap_angle=RISING, threshold=2.5, **KEYS).mean
+    assert imep(mean.angle, mean.pressure[0]) == pytest.approx(true_imep(), rel=2e-3)
+
+
 def test_the_other_edge_is_a_tooth_away(raw: Path) -> None:
     """What a wrong edge costs is far more than the tolerance above."""
     mean = read_pressure(raw, edge="falling", gap_angle=RISING, threshold=2.5, **KEYS).mean

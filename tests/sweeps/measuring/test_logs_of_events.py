@@ -73,7 +73,9 @@ def test_levels_at_their_changes(tmp_path: Path, marked: bool, edge: str | None)
     keys = {"column": "Channel 0"} | ({} if edge is None else {"edge": edge})
     found = compared(path, "encoder", "60-2", **keys)
     check(found)
-    assert f"the {edge or ''}" in found.attrs["remarks"]
+    said = "the level is logged at its changes; the {} edge is used"
+    used = [one for one in ("rising", "falling") if said.format(one) in found.attrs["remarks"]]
+    assert used == [edge] if edge else len(used) == 1
 
 
 def test_steady_levels_are_no_samples(tmp_path: Path) -> None:
@@ -83,6 +85,30 @@ def test_steady_levels_are_no_samples(tmp_path: Path) -> None:
     path.write_text("time,level\n" + rows + "\n")
     found = compared(path, "encoder", "60", gap_angle=0.0)
     assert float(found.omega_mean_measured[0]) == pytest.approx(2.0 * np.pi / 0.12)
+
+
+def test_coarse_samples_of_two_levels_are_no_changes(tmp_path: Path) -> None:
+    """With 2.9 samples from tooth to tooth, two thirds of the samples change the level."""
+    up, down = times_of("60"), times_of("60", np.deg2rad(3.0))
+    step = 2.0 * np.pi / 94.2 / 60.0 / 2.9
+    at = np.arange(0.0, up[-1], step)
+    level = (np.searchsorted(up, at) - np.searchsorted(down, at)).clip(0, 1)
+    assert 0.6 < np.mean(np.diff(level) != 0) < 0.75
+    path = tmp_path / "samples.csv"
+    rows = "\n".join(f"{t:.9f},{one}" for t, one in zip(at, level, strict=True))
+    path.write_text("time,level\n" + rows + "\n")
+    remarks = compared(path, "encoder", "60", gap_angle=0.0).attrs["remarks"]
+    assert "samples from tooth to tooth" in remarks and "aliasing" in remarks
+    assert "logged at its changes" not in remarks
+
+
+@pytest.mark.parametrize("key", ["threshold", "hysteresis"])
+def test_levels_have_no_threshold(tmp_path: Path, key: str) -> None:
+    path = tmp_path / "levels.csv"
+    rows = "\n".join(f"{t:.9f},{one}" for t, one, _ in levels())
+    path.write_text("time,level\n" + rows + "\n")
+    with pytest.raises(SceneError, match=rf"{key}: has no effect on .*levels.csv.* changes"):
+        compared(path, "encoder", "60-2", **{key: 0.5})
 
 
 def test_levels_and_samples_do_not_mix(tmp_path: Path) -> None:
@@ -155,6 +181,29 @@ def test_times_with_a_fault_are_no_intervals(tmp_path: Path) -> None:
         compared(path, "teeth", "36-1")
 
 
+def test_times_of_a_counter_that_begins_again(tmp_path: Path) -> None:
+    """16 bits of microseconds: their steps back are no gaps between intervals."""
+    times = 1e6 * times_of("60-2")
+    path = tmp_path / "times.csv"
+    path.write_text("time_us\n" + "".join(f"{one % 65536.0:.0f}\n" for one in times))
+    line = 2 + int(np.argmax(times > 65536.0))
+    with pytest.raises(SceneError, match=rf"column 'time_us', line {line}: .*begin again") as said:
+        compared(path, "teeth", "60-2")
+    assert "\n" not in str(said.value)
+
+
+def test_intervals_of_a_coasting_wheel(tmp_path: Path) -> None:
+    """All ascend, except after the gaps."""
+    angle = np.concatenate([[0.0], np.cumsum(np.tile(wheel_from_text("36-1").width, TURNS))])
+    steps = np.diff(-np.log1p(-0.002 * angle) / 0.002 / 94.2)  # speed = 94.2 (1 - 0.002 angle)
+    assert np.count_nonzero(np.diff(steps) <= 0.0) == TURNS - 1
+    path = tmp_path / "intervals.csv"
+    path.write_text("interval [ms]\n" + "".join(f"{1e3 * one:.6f}\n" for one in steps))
+    found = compared(path, "teeth", "36-1", gap_angle=0.0)
+    assert "taken as intervals" in found.attrs["remarks"]
+    assert int(found.recorded_cycles[0]) == TURNS // 2
+
+
 def test_a_recording_without_a_computed_speed(tmp_path: Path) -> None:
     """At the speed of cranking `ntua` stalls; what is measured does not need it."""
     path = tmp_path / "levels.csv"
@@ -224,6 +273,38 @@ def test_a_mark_tells_the_angle_of_the_wheel(tmp_path: Path, edge: str, late: fl
     ):
         with pytest.raises(SceneError, match=said):
             compared(path, "encoder", "60-2", **keys, **wrong)
+
+
+def test_the_column_beside_time_and_mark_is_the_wheel(tmp_path: Path) -> None:
+    path = tmp_path / "levels.csv"
+    rows = "\n".join(f"{t:.9f},{one},{other}" for t, one, other in levels(marked=True))
+    path.write_text("Time [s],wheel,mark\n" + rows + "\n")
+    found = compared(path, "encoder", "60-2", edge="rising", mark_column="mark", mark_angle=40.0)
+    check(found)
+    assert found.attrs["gap_angle"] == pytest.approx(28.0, abs=0.05)
+
+
+def test_a_mark_need_not_fit_the_edge_that_is_not_used(tmp_path: Path) -> None:
+    """The mark passes twice; of the falling edges, noise costs one of these turns."""
+    noise = np.random.default_rng(1).normal(0.0, 1e-5, times_of("60-2").size)
+    down = times_of("60-2", TOOTH) + noise
+    late = 5 * 58 + 20
+    down[late] = times_of("60-2", np.deg2rad(5.9))[late]
+    marks = ENGINE.time(np.deg2rad(12.0) + 2.0 * np.pi * np.array([5, 7])) + 0.01
+    changes = [(t, 0, 1) for t in times_of("60-2")] + [(t, 0, 0) for t in down]
+    changes += [(t, 1, 1) for t in marks] + [(t + 4e-4, 1, 0) for t in marks]
+    state, rows = [0, 0], []
+    for time, channel, level in sorted(changes):
+        state[channel] = level
+        rows.append(f"{time:.9f},{state[0]},{state[1]}\n")
+    path = tmp_path / "levels.csv"
+    path.write_text("Time [s],A,B\n" + "".join(rows))
+    found = compared(path, "encoder", "60-2", column="A", mark_column="B", mark_angle=40.0)
+    check(found)
+    assert "the rising edge is used" in found.attrs["remarks"]
+    assert found.attrs["gap_angle"] == pytest.approx(28.0, abs=0.05)
+    with pytest.raises(SceneError, match="mark: passes 1 times"):
+        compared(path, "encoder", "60-2", column="A", mark_column="B", edge="falling")
 
 
 def test_an_index_beside_a_wheel_without_a_gap(tmp_path: Path) -> None:
@@ -300,6 +381,8 @@ def test_a_sample_rate_that_the_times_contradict(tmp_path: Path) -> None:
         compared(path, "encoder", "60-2", column="v", sample_rate=25000.0)
     with pytest.raises(SceneError, match="sample_rate and time_column: only one"):
         compared(path, "encoder", "60-2", column="v", time_column="t_s", sample_rate=5e4)
+    with pytest.raises(SceneError, match="sample_rate and unit: only one"):
+        compared(path, "encoder", "60-2", column="v", unit="ms", sample_rate=5e4)
     for key, value in (("sample_rate", 5e4), ("edge", "rising"), ("angle_shift", 0.0)):
         with pytest.raises(SceneError, match=f"{key}: has no effect without kind ="):
             compared(path, "teeth", "60-2", **{key: value})

@@ -11,6 +11,9 @@ import pytest
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
+from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
+from sweeps.measuring.measured_files import records_of
+from sweeps.scene.reading import read_scene
 from tests.support.teeth import TurningEngine, random_errors, tooth_times
 
 WHEEL = wheel_from_text("36-2-2-2")
@@ -21,24 +24,36 @@ LOADS = [20, 50, 80]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Times of the teeth of `ntua`, whose speed is taken as a Fourier series of 1/omega."""
-    folder = tmp_path_factory.mktemp("symmetric")
+def engines() -> dict[int, TurningEngine]:
+    """`ntua` at some loads; its speed is taken as a Fourier series of 1/omega."""
     computed = sweeps.run(
         {"engine": "ntua", "set": {"speed": 1200}, "axes": {"load": LOADS},
          "output": {"quantities": ["omega"]}}
     )  # fmt: skip
     phi = np.deg2rad(computed.crank_angle.values)
-    for load, late in zip(LOADS, LATE, strict=True):
+    found = {}
+    for load in LOADS:
         slow = 1.0 / computed.omega.sel(load=load).values
         waves = {}
         for order in 0.5 * np.arange(1, 61):
             wave = 2.0 * np.mean(slow * np.exp(-1j * order * phi)) / slow.mean()
             waves[float(order)] = (abs(wave), float(np.angle(wave)))
-        engine = TurningEngine(1.0 / slow.mean(), waves)
-        times = tooth_times(engine, WHEEL.width, 25, np.deg2rad(GAP), ERRORS)[late:]
-        text = "\n".join(f"{one - times[0]:.9f}" for one in times)
-        (folder / f"load_{load}.csv").write_text(f"time [s]\n{text}\n")
+        found[load] = TurningEngine(1.0 / slow.mean(), waves)
+    return found
+
+
+def write(path: Path, engine: TurningEngine, late: int, errors: np.ndarray) -> None:
+    times = tooth_times(engine, WHEEL.width, 25, np.deg2rad(GAP), errors)[late:]
+    text = "\n".join(f"{one - times[0]:.9f}" for one in times)
+    path.write_text(f"time [s]\n{text}\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, engines: dict[int, TurningEngine]) -> Path:
+    """Times of the teeth."""
+    folder = tmp_path_factory.mktemp("symmetric")
+    for load, late in zip(LOADS, LATE, strict=True):
+        write(folder / f"load_{load}.csv", engines[load], late, ERRORS)
     return folder
 
 
@@ -85,6 +100,47 @@ def test_no_first_tooth(folder: Path, keys: dict[str, Any], said: str) -> None:
     with pytest.raises(SceneError, match=said) as refused:
         compared(folder, **keys)
     assert "\n" not in str(refused.value)
+
+
+def test_the_intervals_left_out_are_counted_from_the_first_tooth(
+    tmp_path: Path, engines: dict[int, TurningEngine]
+) -> None:
+    """One tooth is off by a tenth of a pitch, in a recording that begins ten teeth later."""
+    path, off = tmp_path / "times.csv", np.zeros(30)
+    off[4:6] = 0.1, -0.1
+    write(path, engines[50], 10, off)
+    found = sweeps.measured(
+        engine="ntua", set={"speed": 1200, "load": 50}, output={"quantities": ["delta"]},
+        measured={"kind": "teeth", "wheel": "36-2-2-2", "file": str(path), "gap_angle": GAP},
+    )  # fmt: skip
+    assert "intervals 5, 6 of 30 after the gap" in found.attrs["remarks"]
+    used = found.omega_raw[0].values[found.interval_used.values == 1]
+    speeds = engines[50].speed(np.linspace(0.0, 4.0 * np.pi, 721))
+    assert np.ptp(used) < np.ptp(speeds) < np.ptp(found.omega_raw[0].values)
+
+
+@pytest.mark.parametrize("late", LATE)
+def test_given_errors_belong_to_the_first_tooth(
+    tmp_path: Path, engines: dict[int, TurningEngine], late: int
+) -> None:
+    """Rows of cycles begin with the recording; the errors do not."""
+    path, engine, width = tmp_path / "times.csv", engines[50], WHEEL.width * (1.0 + ERRORS)
+    write(path, engine, late, ERRORS)
+    at = np.concatenate([[0.0], np.cumsum(np.tile(width, 3))])
+    # on the average, the teeth are where they would be without errors
+    gap = GAP + np.rad2deg(np.mean(at[:30] - np.cumsum(WHEEL.width) + WHEEL.width))
+    given = read_scene(
+        engine="ntua", output={"quantities": ["delta"]},
+        measured={"file": str(path), "kind": "teeth", "wheel": "36-2-2-2", "gap_angle": gap,
+                  "tooth_errors": ERRORS.tolist()},
+    ).measured  # fmt: skip
+    assert given is not None
+    (record,) = records_of(given, 4.0 * np.pi, "scene")
+    angle = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 720, endpoint=False)
+    row = cycles_in_a_row(record, given, angle, engine.speed(angle), 4.0 * np.pi, 1, "scene")
+    edges = np.deg2rad(GAP) + at[late : late + 61]
+    assert row.start == pytest.approx(edges[0], abs=1e-6)
+    assert np.allclose(row.mean, np.diff(edges) / np.diff(engine.time(edges)), rtol=1e-5)
 
 
 def test_a_fit_asks_for_the_first_tooth(folder: Path) -> None:
