@@ -97,6 +97,16 @@ _children: list[_Child] = []
 _LOCK = threading.Lock()
 
 
+def _renew() -> None:
+    """After a fork: a thread that is not there any more may have held the lock."""
+    global _LOCK
+    _LOCK = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows
+    os.register_at_fork(after_in_child=_renew)
+
+
 def read_apart(path: Path, whole: bool = False) -> None:
     """Read a netCDF file in a process of its own: its metadata, and values.
 
