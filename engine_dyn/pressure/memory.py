@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar, cast
@@ -22,6 +23,17 @@ every group of a sweep, which a search for an inertia solves again and again."""
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
 _making: dict[tuple[int, Hashable], threading.Lock] = {}
 _lock = threading.Lock()
+
+
+def _renew() -> None:
+    """After a fork: a thread that is not there any more may have held the locks."""
+    global _lock
+    _lock = threading.Lock()
+    _making.clear()
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows
+    os.register_at_fork(after_in_child=_renew)
 
 
 def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arrays:

@@ -87,8 +87,8 @@ untrusted_option = click.option(
     is_flag=True,
     expose_value=False,
     callback=_read_apart_first,
-    help="Before opening a netCDF file, check it in a separate process with limited time and "
-    "memory.",
+    help="Read the results of netCDF files too in a separate process with limited time and memory, "
+    "as all else of them, before they are opened.",
 )
 
 

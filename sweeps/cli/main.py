@@ -7,6 +7,8 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import click
@@ -28,19 +30,30 @@ from sweeps.errors import one_line
 __all__ = ["main"]
 
 
+@contextmanager
+def _in_one_line(ctx: click.Context) -> Iterator[None]:
+    try:
+        yield
+    except click.UsageError as error:
+        path = ctx.command_path if error.ctx is None else error.ctx.command_path
+        end(f"{one_line(error.format_message()).rstrip('.')}; see `{path} --help`", BAD_INPUT)
+
+
 class _Commands(click.Group):
     """Commands whose options with one value may be given once: click takes the last in silence.
 
     What is wrong with options is said in one line, as all bad input is.
     """
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take the options before the command."""
+        with _in_one_line(ctx) if args else nullcontext():  # without any, the help is an exception
+            return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command that is given."""
-        try:
+        with _in_one_line(ctx):
             return super().invoke(ctx)
-        except click.UsageError as error:
-            path = ctx.command_path if error.ctx is None else error.ctx.command_path
-            end(f"{one_line(error.format_message()).rstrip('.')}; see `{path} --help`", BAD_INPUT)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -37,8 +37,8 @@ def open(  # the name that a person looks for
         any results. What several of them hold is read from the first that has it; whether they
         agree is what `merge` checks.
     untrusted : bool
-        Read every value in a process of limited time and memory before a file is opened here, as is
-        done anyway with all else that it holds.
+        Read all results too in a process of limited time and memory before a file is opened here,
+        as is done anyway with all else that it holds.
 
     Returns
     -------

@@ -36,6 +36,9 @@ ZEROS: Mapping[str, tuple[float, str]] = {
 MOST_STYLE = 1 << 20
 """Bytes of a style file."""
 
+MOST_DPI = 1200
+"""Dots per inch of a style; with more, a figure takes gigabytes."""
+
 Target = tuple[str, float]
 """A value that is aimed at, as it was written (1/200) and as a number."""
 
@@ -247,6 +250,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
                 settings({key: value})
             except (KeyError, ValueError) as error:
                 raise SceneError(f"style {shown(key)}: {_first_line(error)}") from None
+        _check_dots(given, "")
         return dict(given)
     path, name = Path(given), one_line(given, 200)
     if not os.path.exists(path):  # that of Path fails for names that are too long
@@ -279,8 +283,16 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
     # TeX is a program of its own, whose commands read and write files.
     left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
     kept = {str(key): value for key, value in found.items() if key not in left_out}
+    _check_dots(kept, f" {name}")
     _check_drawn(kept, name)
     return kept
+
+
+def _check_dots(style: Mapping[str, Any], name: str) -> None:
+    for key in ("figure.dpi", "savefig.dpi"):
+        dots = style.get(key, "figure")
+        if dots != "figure" and not 1.0 <= float(dots) <= MOST_DPI:
+            raise SceneError(f"style{name}: {key} = {dots}; must be from 1 to {MOST_DPI}")
 
 
 def _check_drawn(style: Any, name: str) -> None:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.errors import counted, one_line
 from sweeps.exploring.rows import Rows
 from sweeps.presenting.readable_units import converted, unit_choices
@@ -113,9 +118,10 @@ def rows_text(
         if same:
             told = (f"{n} {c.cells[0]} {c.unit}".rstrip() for n, c in same.items())
             lines.append(f"the same in all of these rows: {', '.join(told)}")
+        computed = _computed(rows)
         for name, column in {**columns, **same}.items():
             reason = rows.texts.get(name, "").partition(NONE_IF)[2]
-            if reason and "-" in column.cells:
+            if reason and "-" in itertools.compress(column.cells, computed):
                 lines.append(f"{name} -: none if {reason}")
     shown = len(rows.table)
     if shown < rows.designs:
@@ -137,6 +143,15 @@ def rows_text(
             f"a row for each parameter: engine-dyn show --quantities {','.join(rows.elasticities)}"
         )
     return "\n".join(lines)
+
+
+def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
+    """Which rows have results: by their status, and by numbers that are there for all engines."""
+    table = rows.table
+    failed = [word for code, word in enumerate(MEANINGS) if not has_numbers(code)]
+    good = np.array([status not in failed for status in table.get("status", [""] * len(table))])
+    others = [n for n in rows.units if n not in rows.given and NONE_IF not in rows.texts.get(n, "")]
+    return good & table[others].notna().any(axis=1).to_numpy() if others else good
 
 
 @dataclass(frozen=True)

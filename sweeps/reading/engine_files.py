@@ -1,6 +1,6 @@
 """Engine files and the catalogue of engines.
 
-An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
+An engine file is TOML: `cycle`, optional `name`, `title`, `firing_order`, or `arrangement` and what
 else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
 `sweeps.reading.torque_tables`; `[values]` with the keys of a scene; a
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
@@ -185,7 +185,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     )
     return Engine(
         name=given.name or path.stem,
-        title=one_line(given.title),
+        title=one_line(given.title or given.name or path.stem),
         period=period,
         values=values,
         family=family,

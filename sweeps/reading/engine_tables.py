@@ -60,8 +60,12 @@ class DataSheet(Strict):
 class EngineFile(Strict):
     """Tables and keys of an engine file, before values and diagrams are looked at."""
 
-    name: str | None = Field(default=None, description="a string: the engine's short name")
-    title: str = Field(description="a string: one line about the engine")
+    name: str | None = Field(
+        default=None, description="a string: the engine's short name; default: that of the file"
+    )
+    title: str | None = Field(
+        default=None, description="a string: one line about the engine; default: its name"
+    )
     cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"

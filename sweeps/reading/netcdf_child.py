@@ -9,8 +9,9 @@ No file is spared, whatever its header says. Archives with a seal of whoever wro
 without a child, would be the other way. But whoever forges an archive forges a seal without a
 secret; a secret must be kept in a place of its own, and is not there on the next computer; and to
 find damage, all bytes must be read. The child is simpler, and as cheap: it is started once and
-stays, so that every file but the first costs some milliseconds. Of an archive it does not read the
-results (`sweeps.reading.netcdf_whole`).
+stays, so that every file but the first costs some milliseconds. Of an archive's
+results it reads the first chunk of each, and all of them with `--untrusted`
+(`sweeps.reading.netcdf_whole`).
 """
 
 from __future__ import annotations
@@ -94,6 +95,16 @@ _children: list[_Child] = []
 """The child of this process, and those of the processes that it was forked from."""
 
 _LOCK = threading.Lock()
+
+
+def _renew() -> None:
+    """After a fork: a thread that is not there any more may have held the lock."""
+    global _LOCK
+    _LOCK = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows
+    os.register_at_fork(after_in_child=_renew)
 
 
 def read_apart(path: Path, whole: bool = False) -> None:

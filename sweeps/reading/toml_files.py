@@ -16,8 +16,14 @@ MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
 """Of a scene or an engine file; reading more takes minutes. Longer lists stand in tables."""
 
 # Possessive: what a text has matched is never given back, which would take memory for each letter.
-_PART = r"(?:[\w-]++|\"(?:[^\"\\\n]|\\.)*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+"
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
+# A string that is not closed ends what is read, so that its end is looked for only once.
+_QUOTED = re.compile(
+    r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
+    r"|'''(?:[^']|'{1,2}(?!'))*+(?:'{3,5})?"
+    r'|"(?:[^"\\\n]|\\.)*+"?'
+    r"|'[^'\n]*+'?|#[^\n]*+"
+)
+_DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}")
 
 
 def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
@@ -36,7 +42,7 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
     keys = text.count("=") + text.count("[")
     if keys > MOST_KEYS:
         raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
-    if _DEEP_KEY.search(text):
+    if _DEEP_KEY.search(_QUOTED.sub("q", text)):
         # Python's reader takes the square of their number of memory.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:

@@ -7,6 +7,7 @@ import math
 import re
 
 from engine_dyn.engine import Engine
+from engine_dyn.loads.driven_machine import TorqueOverSpeed
 from sweeps.errors import printable
 from sweeps.scene.reading import built_in_scenes
 
@@ -14,7 +15,7 @@ __all__ = ["starting_scene"]
 
 USUAL = {
     "load_exponent": "2                # load torque a + k omega^exponent",
-    "load_offset": "0                  # N m, a",
+    "load_offset": "0                  # N m, constant part a of the load torque",
     "crankcase_pressure": "1.01325     # bar",
     "friction_constant": "0.137        # bar",
     "friction_peak_pressure": "0.005   # 1",
@@ -51,10 +52,13 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         "speed": f"{values['speed']:g}                    # rpm",
         "load": f"{[float(f'{load:g}') for load in loads or [values['load']]]}    # percent",
     }
+    without_effect = ["friction_"] if "friction_law" in values else []
+    if isinstance(engine.load_table, TorqueOverSpeed):  # has the place of k omega^exponent
+        without_effect.append("load_exponent")
     lacking = [
         f"{key} = {value}"
         for key, value in USUAL.items()
-        if key not in values and not ("friction_law" in values and key.startswith("friction"))
+        if key not in values and not key.startswith(tuple(without_effect))
     ]
     if lacking:
         lines["speed"] += "\n# Usual values, which the engine file does not give: replace them.\n"

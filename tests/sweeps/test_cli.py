@@ -691,6 +691,7 @@ def test_a_slice_outside_its_axis_is_refused(tmp_path: Path) -> None:
         (("run", "thesis", "-o", "a.nc", "--threads", "0"), "'--threads': 0 is not in the range"),
         (("schema", "x"), "unexpected extra argument (x)"),
         (("rum", "thesis"), "No such command 'rum'"),
+        (("--ouput", "run", "thesis"), "No such option '--ouput'"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(arguments: tuple[str, ...], said: str) -> None:

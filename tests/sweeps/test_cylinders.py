@@ -618,6 +618,7 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"set": {"friction_boundary": -0.3}}, "friction_boundary = -0.3: must be"),
         ({"set": {"pin_offset": 0.3}}, r"\[set\] pin_offset: offset = 0.3 m: the crank cannot"),
         ({"axes": {"crank_offset": [0.0, -0.4]}}, r"\[axes\] crank_offset: .* cannot turn"),
+        ({"axes": {"pin_offset": [0.0, 0.4]}}, r"\[axes\] pin_offset: .* cannot turn"),
         ({"designs": {"rod_length": [0.35, 0.12], "pin_offset": [0.0, 0.08]}},
          r"\[designs\] pin_offset: .* cannot turn"),
     ],

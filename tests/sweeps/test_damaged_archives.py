@@ -251,7 +251,8 @@ def test_results_are_read_by_the_child_where_none_is_trusted(
     sweeps.open(path, untrusted=True).close()
     assert told[3:] == [(path, True)]
     for command in (*READING, "run", "plan"):
-        assert "--untrusted" in invoke(command, "--help").stdout
+        said = " ".join(invoke(command, "--help").stdout.split())
+        assert "--untrusted Read the results of netCDF files too in a separate process" in said
 
 
 def write_damaged_chunk(path: Path, name: str, **attributes: str) -> None:

@@ -107,6 +107,16 @@ def test_bad_options_are_bad_input(given: dict) -> None:
         options_of(**given)
 
 
+@pytest.mark.parametrize("key", ["figure.dpi", "savefig.dpi"])
+@pytest.mark.parametrize("dots", ["6000", "0.5", "nan"])
+def test_dots_per_inch_have_limits(key: str, dots: str, tmp_path: Path) -> None:
+    (tmp_path / "big.mplstyle").write_text(f"{key}: {dots}\n")
+    for style in (tmp_path / "big.mplstyle", {key: float(dots)}):
+        with pytest.raises(SceneError, match=rf"{key} = {float(dots)}; must be from 1 to 1200"):
+            options_of(style=style)
+    assert options_of(style={"figure.dpi": 1200, "savefig.dpi": "figure"}).style
+
+
 def test_a_range_of_another_length_than_the_cycle_is_bad_input() -> None:
     with pytest.raises(SceneError, match="720 degrees"):
         figure(archive(), "torque_and_speed", Options(angle=(0.0, 360.0)))

@@ -143,6 +143,10 @@ TEXTS: dict[str, tuple[bytes, str]] = {
     "a whole number of 5000 digits": (b"x = " + b"9" * 5000, "not TOML: .*digits"),
     "deep lists": (b"x = " + b"[" * 100_000, "nested too deeply"),
     "deep tables": (b"a." * 100_000 + b"b = 1", "nested|not TOML"),
+    "deep tables after texts": (
+        b"x = {k = \"\"\" \" \"\"\", " + b'"a".' * 100_000 + b"b = 1}", "nested too deeply",
+    ),
+    "many escaped quotes": (b'x = "' + b'\\"' * 500_000 + b'"', "unknown"),
     "no day": (b"x = 2026-02-30", "line 1: not TOML"),
     "UTF-16": (SCENE.encode("utf-16"), "UTF-8"),
     "null": (SCENE.encode() + b"\0", "line 4: not TOML"),

@@ -187,6 +187,26 @@ def test_names_stand_for_designs_that_do_not_fit() -> None:
 
 
 @pytest.mark.parametrize(
+    ("fraction", "status", "force", "said"),
+    [(np.nan, 0, 1.0, True), (np.nan, 4, 1.0, False), (np.nan, 0, np.nan, False),
+     (0.5, 0, 1.0, False)],
+)  # fmt: skip
+def test_the_reason_of_a_missing_value_is_that_of_its_own_row(
+    fraction: float, status: int, force: float, said: bool
+) -> None:
+    def over(values: list[float], text: str) -> tuple[str, list[float], dict[str, str]]:
+        return "inertia", values, {"long_name": text, "units": "1"}
+
+    made = xr.Dataset(
+        {"fraction": over([0.5, 0.4, 0.3, fraction], "best fraction, none if throws cancel"),
+         "force": over([1.0, 2.0, 3.0, force], "force"),
+         "status": over([0, 0, 0, status], "outcome")},
+        coords={"inertia": [1.0, 2.0, 3.0, 4.0]},
+    )  # fmt: skip
+    assert ("fraction -: none if throws cancel" in rows_text(rows(made))) is said
+
+
+@pytest.mark.parametrize(
     "command",
     [("show",), ("best", "--least", "delta"), ("plot", "--list"), ("show", "--relative-to")],
 )

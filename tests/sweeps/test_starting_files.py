@@ -106,6 +106,26 @@ def test_a_scene_names_an_engine_file_from_its_own_folder(tmp_path: Path) -> Non
     assert read_scene(tmp_path / "deep" / "study.toml").source["engine"] == str(engine)
 
 
+@pytest.mark.parametrize(
+    ("column", "last", "given"),
+    [
+        ("load_angle_deg", 360, {"load_exponent", "load_offset"}),
+        ("speed_rpm", 2400, {"load_offset"}),
+    ],
+)
+def test_usual_values_of_a_load_have_an_effect(
+    column: str, last: int, given: set[str], tmp_path: Path
+) -> None:
+    text = re.sub(r"(?m)^load_(exponent|offset) = .*$", "", catalogue()["ntua"].read_text("utf-8"))
+    (tmp_path / "engine.toml").write_text('load_table = "load.csv"\n' + text, "utf-8")
+    rows = [f"{last * place // 8},{place % 8}" for place in range(9)]
+    (tmp_path / "load.csv").write_text("\n".join([f"{column},torque_Nm", *rows, ""]))
+    ok("new", tmp_path / "study.toml", "--for", tmp_path / "engine.toml")
+    settings = read_scene(tmp_path / "study.toml").settings
+    assert {key for key in settings if key.startswith("load_")} == given
+    assert "no requested quantity depends on it" not in ok("plan", tmp_path / "study.toml")
+
+
 @pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
 def test_an_inertia_that_the_file_lacks_is_usual_for_its_size(size: float, tmp_path: Path) -> None:
     text = catalogue()["ntua"].read_text("utf-8")

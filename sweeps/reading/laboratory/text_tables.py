@@ -132,13 +132,21 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             first, width = start
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
-            parts = any(_PART.fullmatch(text.strip()) for row in rows[first:] for text in row)
+            parts = _seem_parts(rows[:first], rows[first:])
             form = _Form(separator, decimal, first, width, len(rows[first]))
             found.append((numbers - 2 * texts, parts, form))
-    # A text such as 066 is what stands behind a decimal comma, where that makes numbers too.
+    # What seems to stand behind decimal commas does, where that makes numbers too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
     good = [one for one in found if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
+
+
+def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
+    """Whether texts such as 066 stand behind a decimal comma: not first, nor below names."""
+    names = next((row for row in reversed(above) if any(text.strip() for text in row)), [])
+    if len(names) > 1 and len(names) == len(rows[0]):
+        return False
+    return any(_PART.fullmatch(text.strip()) for row in rows for text in row[1:])
 
 
 def _fields(line: str, separator: str) -> list[str]:

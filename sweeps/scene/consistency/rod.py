@@ -58,7 +58,7 @@ def check_offset(scene: Scene, name: str) -> None:
             for engine in extreme_cylinders(scene, name):
                 engine.check_turning(ratio, (pin + crank) / radius)
         except ValueError as error:
-            offset = next(k for k in ("pin_offset", "crank_offset") if columns[k][0].any())
+            offset = "pin_offset" if pin.any() else "crank_offset"
             table = scene.given_or_own(offset).table
             where = f"[{table}] " if table else f"engine {scene.engine.name} "
             raise SceneError(f"{name}: {where}{offset}: {mentioned(error)}") from None

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.reading.laboratory import text_tables
 from sweeps.reading.laboratory.evaluation import evaluated
 from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import SUFFIXES
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
@@ -235,3 +237,18 @@ def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:
     found = read_pressure(tmp_path / "mean.csv")
     assert list(found.recorded) == ["p_mean"]
     assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("n,time_us\n001,1500\n002,3000\n003,4500\n", [("n", 2.0), ("time_us", 3000.0)]),
+     ("hour,pressure\n08,12\n09,13\n10,14\n", [("hour", 9.0), ("pressure", 13.0)]),
+     ("angle,p\n1,003\n2,006\n3,009\n", [("angle", 2.0), ("p", 6.0)]),
+     ("001,15\n002,30\n003,45\n", [("column 1", 2.0), ("column 2", 30.0)]),
+     ("angle p\n1,0 1,003\n2,0 1,066\n3,0 2,009\n", [("angle", 2.0), ("p", 1.066)]),
+     ("1,003\n1,066\n2,009\n", [("column 1", 1.066)])],
+)  # fmt: skip
+def test_zeros_before_whole_numbers(text: str, expected: list[tuple[str, float]]) -> None:
+    """They seem to stand behind a decimal comma only where names do not say otherwise."""
+    columns, _ = text_tables.read(Path("log.csv"), text.encode(), "log.csv", ReadingChoices())
+    assert [(column.name, column.values[1]) for column in columns] == expected
