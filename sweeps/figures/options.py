@@ -282,6 +282,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
         raise SceneError(f"style {name}: {said[:200]}")
     # TeX is a program of its own, whose commands read and write files.
     left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
+    left_out.add("savefig.bbox")  # a figure has the size that is asked for, whatever its margins
     kept = {str(key): value for key, value in found.items() if key not in left_out}
     _check_dots(kept, f" {name}")
     _check_drawn(kept, name)

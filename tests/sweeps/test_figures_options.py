@@ -107,6 +107,12 @@ def test_bad_options_are_bad_input(given: dict) -> None:
         options_of(**given)
 
 
+def test_a_style_leaves_a_figure_its_size(tmp_path: Path) -> None:
+    style = tmp_path / "tight.mplstyle"
+    style.write_text("savefig.bbox: tight\nsavefig.pad_inches: 20\nfont.size: 9\n")
+    assert set(options_of(style=style).style) == {"savefig.pad_inches", "font.size"}
+
+
 @pytest.mark.parametrize("key", ["figure.dpi", "savefig.dpi"])
 @pytest.mark.parametrize("dots", ["6000", "0.5", "nan"])
 def test_dots_per_inch_have_limits(key: str, dots: str, tmp_path: Path) -> None:
