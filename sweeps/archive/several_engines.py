@@ -36,10 +36,12 @@ def about_several(plan: Plan, about: Callable[[Plan], Mapping[str, str]]) -> dic
     first = {attributes["engine"]: attributes for _, attributes in each}
     assumed = {engine: json.loads(a["engine_assumed"]) for engine, a in first.items()}
     given = [json.loads(attributes["parameters"]) for _, attributes in each]
-    arrangements = [
-        {**json.loads(a["arrangement"]), "engine": name} if a["arrangement"] else {}
-        for name, a in each
-    ]
+    arrangements = [json.loads(a["arrangement"]) if a["arrangement"] else {} for _, a in each]
+    if len(first) > 1 and all(arrangements):
+        arrangements = [
+            {**arrangement, "engine": a["engine"]}
+            for arrangement, (_, a) in zip(arrangements, each, strict=True)
+        ]
     return {
         "references": "; ".join(
             dict.fromkeys(source for a in first.values() for source in a["references"].split("; "))

@@ -50,7 +50,7 @@ def arrangements_of(
 def called(one: Mapping[str, Any]) -> str:
     """Name of an arrangement, with its engine where the archive has several."""
     name, engine = str(one["name"]), str(one.get("engine", ""))
-    return f"{engine}, {name}" if engine and name not in engine else engine or name
+    return f"{engine}, {name}" if engine else name
 
 
 def firing_notes(one: Mapping[str, Any]) -> list[str]:
