@@ -61,7 +61,8 @@ class _Compiled:
         from numba.core import config
         from numba.extending import typeof_impl
 
-        typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
+        if _Compiled not in typeof_impl.registry:
+            typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
         listen_for(self.py_func)
         # Without the second, which newer versions have, Numba might take another folder.
         ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.encoder import crossings
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.recordings.wheel import TURN
@@ -88,13 +89,13 @@ def teeth_from_mark(
         teeth = find_turns(time, wheel, teeth.first + step * (wheel.teeth // alike))
         at, period = _places(teeth, marks, turns)
     place = _mean(at, period)
-    aside = np.abs((at - place + 0.5 * period) % period - 0.5 * period).max()
+    aside = np.abs(wrapped(at - place, period)).max()
     if aside > ASIDE:
         raise ValueError(
             f"mark: passes up to {aside / DEGREE:.3g} degrees beside its mean place on the wheel; "
             f"must be {ASIDE / DEGREE:g} at most, once a revolution or once a cycle"
         )
-    first = (angle - place + 0.5 * TURN) % TURN - 0.5 * TURN
+    first = float(wrapped(angle - place, TURN))
     known = turns > 1 and period > TURN
     if known:
         late = round((angle - place - first) / TURN) % turns

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import ToothErrors
 from engine_dyn.recordings.wheel import TURN, Wheel
@@ -216,7 +216,7 @@ def find_gap_angle(
     step = TURN / groups
     count = round(step / SHIFTS) if gap_angle is None else 1
     shifts = (0.0 if gap_angle is None else gap_angle) + step / count * np.arange(count)
-    shifts = (shifts + 0.5 * TURN) % TURN - 0.5 * TURN
+    shifts = wrapped(shifts, TURN)
     shifts.sort()
     found = np.empty((len(raw), possible, count))
     for place, (measured, computed) in enumerate(zip(raw, speed, strict=True)):
@@ -231,7 +231,7 @@ def find_gap_angle(
     start = shifts[best] + step * steps
     first = float(shifts[best])
     if gap_angle is None:
-        first = float((start[0] + 0.5 * TURN) % TURN - 0.5 * TURN)
+        first = float(wrapped(start[0], TURN))
         steps = np.rint((start - first) / step).astype(np.int64) % (turns * groups)
     turn, late = steps // groups, steps % groups * (wheel.teeth // groups)
     gap = GapAngle(first, turn, found[:, :, best], late, first + step * steps)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from pathlib import PureWindowsPath
 
 import numpy as np
 import xarray as xr
@@ -136,8 +137,7 @@ def shorten(text: str, most: int = 40) -> str:
 
 def file_label(path: str) -> str:
     """What a figure calls a recording: its file, without the folder and the ending."""
-    name = path.replace("\\", "/").rpartition("/")[2]
-    return shorten(name.rpartition(".")[0] or name)
+    return shorten(PureWindowsPath(path).stem)  # which knows the separators of all systems
 
 
 def wrap(text: str, most: int) -> str:

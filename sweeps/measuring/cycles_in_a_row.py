@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.measured_speed import find_gap_angle
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import sound_intervals
@@ -134,7 +135,7 @@ def cycles_in_a_row(
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
         raw * np.tile(1.0 + errors, turns), np.tile(wheel.width * (1.0 + errors), turns),
-        (start + 0.5 * period) % period - 0.5 * period, np.tile(sound, turns), turn_known,
+        float(wrapped(start, period)), np.tile(sound, turns), turn_known,
         start_from,
     )  # fmt: skip
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.marks import ASIDE
 from engine_dyn.recordings.measured_speed import GapAngle, cycles_of_turns, find_gap_angle
 from engine_dyn.recordings.tooth_errors import sound_intervals
@@ -206,7 +207,7 @@ def _known_gap(records: Sequence[SpeedRecord], name: str) -> float | None:
     gaps = np.array([record.gap for record in records if record.gap is not None])
     if not gaps.size:
         return None
-    away = (gaps - gaps[0] + 0.5 * TURN) % TURN - 0.5 * TURN
+    away = wrapped(gaps - gaps[0], TURN)
     if np.ptp(away) > ASIDE:
         listed = ", ".join(f"{gap / DEGREE:.4g}" for gap in gaps)
         raise SceneError(

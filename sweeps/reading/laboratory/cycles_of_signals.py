@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
@@ -196,7 +197,7 @@ def is_half_a_cycle_late(angle: Floats, pressure: Floats, period: float) -> tupl
     period : float
         720 of a four-stroke cycle, where the other dead centre is 360 degrees away.
     """
-    inside = (angle + 0.5 * period) % period - 0.5 * period
+    inside = wrapped(angle, period)
     places = np.floor(inside).astype(np.int64)
     places -= places.min()
     counts = np.bincount(places)

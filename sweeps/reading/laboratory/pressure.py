@@ -18,6 +18,7 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import imep_of_tenth, looks_motored
@@ -417,12 +418,9 @@ def _firing_angles(
         return [0.0] * count
     interval = period / count
     guessed = [round(a / interval) * interval % period for a in apart]
-    if found:
-        off = [abs((a - f + 0.5 * period) % period - 0.5 * period)
-               for a, f in zip(apart, found, strict=True)]  # fmt: skip
-        if max(off) < 30.0:
-            said.append(f"cylinders fire at {_listed(found)} degree, from the engine file")
-            return found
+    if found and np.abs(wrapped(np.subtract(apart, found), period)).max() < 30.0:
+        said.append(f"cylinders fire at {_listed(found)} degree, from the engine file")
+        return found
     if len(set(guessed)) < count:
         raise SceneError(
             f"{recording.label}: the largest pressures of the cylinders are {_listed(apart)} "
