@@ -11,6 +11,7 @@ from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.types import Floats
 
 __all__ = ["Engine"]
@@ -47,6 +48,8 @@ class Engine:
         What the engine drives, where that is more than a + k omega^alpha.
     driver_table : TorqueOverSpeed, optional
         What drives it; a motor's numbers are among the values instead.
+    shaft : Shaft, optional
+        Discs and shafts that twist; their numbers are among the values.
     assumed : mapping
         Reason for every value that the sources do not give.
     sources : tuple of str
@@ -69,6 +72,7 @@ class Engine:
     own_cylinders: Cylinders | None = None
     load_table: TorqueOverAngle | TorqueOverSpeed | None = None
     driver_table: TorqueOverSpeed | None = None
+    shaft: Shaft | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     silenced_warnings: tuple[str, ...] = ()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["BAR", "CUBIC_CENTIMETRE", "DEGREE", "MPA", "RPM"]
+__all__ = ["BAR", "CUBIC_CENTIMETRE", "DEGREE", "GPA", "MPA", "RPM"]
 
 BAR = 1e5
 """Pascal in a bar."""
 
 MPA = 1e6
+
+GPA = 1e9
 """Pascal in a megapascal."""
 
 CUBIC_CENTIMETRE = 1e-6

@@ -28,6 +28,8 @@ __all__ = [
     "RESTART",
     "SEARCHED",
     "SHARE",
+    "STATUS",
+    "TORSION_STATUS",
     "UNCERTAIN",
 ]
 
@@ -82,6 +84,9 @@ GENERATION, RESTART, FOUND, FULFILLING = "generation", "restart", "found", "fulf
 and whether it fulfils the conditions."""
 
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
+
+STATUS, TORSION_STATUS = "status", "torsion_status"
+"""Variables with the outcome of each design: of its speed, and of the vibration of its shaft."""
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""

@@ -31,6 +31,7 @@ from engine_dyn.quantities import (
     single_cylinders,
     speed,
     torque,
+    torsion,
 )
 from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.units import DEGREE
@@ -57,6 +58,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *characteristics.PARAMETERS,
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
+    *torsion.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -74,6 +76,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *mechanism_forces.NODES,
     *orders.NODES,
     *bearing_loads.NODES,
+    *torsion.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """
@@ -95,6 +98,7 @@ _CONSTANTS = tuple(
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("characteristic", "power and torque over speed"),
+        ("shaft_system", "discs and shafts that twist"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )
 )
@@ -107,6 +111,17 @@ _DIMENSIONS = (
     Dimension(
         "main_bearing", "j", "1",
         "main journal along the shaft, counted from 1, the first in front of throw 1", whole=True,
+    ),
+    Dimension(
+        "mode", "m", "1", "elastic mode of the shaft, counted from the lowest", whole=True,
+    ),
+    Dimension(
+        "disc", "", "1", "disc of the shaft, counted from 1; rings of dampers come last",
+        whole=True,
+    ),
+    Dimension(
+        "shaft", "", "1", "shaft between two discs, counted from 1; what holds the rings of "
+        "dampers comes last", whole=True,
     ),
     Dimension(
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",

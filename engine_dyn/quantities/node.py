@@ -50,8 +50,8 @@ class Node:
     adds : tuple of str
         Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
     removes : tuple of str
-        Dimensions of the needs that the node does not have: `make` sums over them. They are the
-        last axes of what it takes.
+        Dimensions of the needs that the node does not have: `make` sums over them. What it takes
+        has them as axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
     make : callable, optional
         Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
         needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
@@ -86,6 +86,9 @@ class Node:
         Bytes of one value, with what `make` keeps beside it, for the size of blocks.
     threaded : bool
         `make` also takes `threads`, the most threads that it may use, None for one a processor.
+    of_shaft : bool
+        The node also needs the parameters that give the numbers of the scene's shaft, and `make`
+        takes them by their names.
 
     Raises
     ------
@@ -120,6 +123,7 @@ class Node:
     throws: bool = False
     width: int = 8
     threaded: bool = False
+    of_shaft: bool = False
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)

@@ -45,6 +45,11 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_of_shaft",
+        needs=("shaft_inertia",), make=lambda shaft_inertia: shaft_inertia,
+    ),
+    parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
         source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_whole",
     ),
     parameter(

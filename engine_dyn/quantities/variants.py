@@ -90,6 +90,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "inertia_whole": "the moment of inertia is given as one number",
         "inertia_in_parts": "it is that of the running gear and of the parts given",
+        "inertia_of_shaft": "it is the sum of the discs of the shaft",
     },
     {
         "crank_mass_given": "the mass of a throw is given, reduced to the crank radius",
@@ -102,6 +103,14 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
         "weights_given": "the mass of the counterweights is given",
+    },
+    {
+        "reciprocating_included": "discs of throws include the mean of their reciprocating masses",
+        "reciprocating_added": "the mean of the reciprocating masses is added to them",
+    },
+    {
+        "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",
+        "damping_by_factor": "it damps by a factor on its torque over the speed",
     },
     {
         "no_counterweights": "nothing says what the counterweights are",

@@ -46,6 +46,8 @@ RESULTS = {
     "both [rad], (..., N, 3)",
     "torque_extremes": "the same of the torque in each shaft [N m], (..., S, 3)",
     "twist_extremes": "the same of the angle between the discs of each pair [rad], (..., P, 3)",
+    "speed_extremes": "the same of the speed of each disc of `speed_of`, over that of the crank, "
+    "without its mean [1], (..., D, 3)",
     "shaft_loss": "mean power lost in each shaft, coupling or damper [W], (..., S)",
     "frame_loss": "mean power lost between all discs and the frame [W], (...)",
 }
@@ -99,12 +101,14 @@ class _Signals(NamedTuple):
     """What is wanted of a case, as lines of harmonics: first angles, then torques.
 
     An angle is that of the second node, times its ratio, less that of the first; `ratios` has the
-    shape (designs, A, 2). A torque is that of the shaft above a node, times its factor. `stored`
-    and `swung` are the lines whose harmonics and whose extremes are wanted.
+    shape (designs, A, 2). From line `speeds` on, its speed is wanted. A torque is that of the shaft
+    above a node, times its factor. `stored` and `swung` are the lines whose harmonics and whose
+    extremes are wanted.
     """
 
     nodes: Integers
     ratios: Floats
+    speeds: int
     shafts: Integers
     factor: Floats
     stored: Integers
@@ -140,6 +144,7 @@ def forced_response(
     *,
     wanted: Sequence[str] = ("angle", "torque"),
     twist: Sequence[tuple[int, int]] = (),
+    speed_of: Sequence[int] = (),
     period: float = 4.0 * math.pi,
     threads: int | None = 1,
     progress: Progress | None = None,
@@ -168,6 +173,8 @@ def forced_response(
         Names of `RESULTS`.
     twist : sequence of (int, int)
         Pairs of discs for `twist_extremes`: second less first.
+    speed_of : sequence of int
+        Discs for `speed_extremes`.
     period : float
         Angle of the cycle [rad], for extremes.
     threads : int, optional
@@ -197,7 +204,7 @@ def forced_response(
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
     cases, shape = _cases(system, orders, speed, throws, torque, mass_torque)
     tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
-    signals, lines = _signals(system, wanted, twist)
+    signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
     count, orders = cases.speed.size, cases.orders.size
     found = _Found(
@@ -257,20 +264,28 @@ def _cases(
 
 
 def _signals(
-    system: ShaftSystem, wanted: Sequence[str], twist: Sequence[tuple[int, int]]
+    system: ShaftSystem,
+    wanted: Sequence[str],
+    twist: Sequence[tuple[int, int]],
+    speed_of: Sequence[int],
 ) -> tuple[_Signals, dict[str, slice]]:
     """Lines of harmonics that results need, and where each result lies among those of its kind."""
     discs, ratio = system.node_of_disc, _lines(system.ratio)
     pairs = np.asarray(twist, dtype=np.int64).reshape(-1, 2)
-    sizes = {"angle": discs.size, "twist": len(pairs), "torque": system.node_of_shaft.size}
+    turning = np.asarray(speed_of, dtype=np.int64)
+    sizes = {
+        "angle": discs.size, "twist": len(pairs), "speed": turning.size,
+        "torque": system.node_of_shaft.size,
+    }  # fmt: skip
     sizes = {
         kind: size if {kind, f"{kind}_extremes"} & set(wanted) else 0
         for kind, size in sizes.items()
     }
-    own = np.repeat(np.arange(sizes["angle"])[:, None], 2, axis=1)
-    ends = np.concatenate([own, pairs[: sizes["twist"]]])
+    alone = [np.arange(sizes["angle"]), turning[: sizes["speed"]]]
+    own, moving = (np.repeat(some[:, None], 2, axis=1) for some in alone)
+    ends = np.concatenate([own, pairs[: sizes["twist"]], moving])
     ratios = ratio[:, ends]
-    ratios[:, : len(own), 0] = 0.0
+    ratios[:, : len(own), 0] = ratios[:, len(ends) - len(moving) :, 0] = 0.0
     first = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
     kinds: tuple[list[int], list[int]] = [], []
     places = {}
@@ -283,8 +298,8 @@ def _signals(
     stored, swung = (np.array(lines, dtype=np.int64) for lines in kinds)
     shafts = system.node_of_shaft[: sizes["torque"]]
     return _Signals(
-        discs[ends], np.ascontiguousarray(ratios), shafts, _lines(system.shaft_factor), stored,
-        swung,
+        discs[ends], np.ascontiguousarray(ratios), first["speed"], shafts,
+        _lines(system.shaft_factor), stored, swung,
     ), places  # fmt: skip
 
 
@@ -343,7 +358,7 @@ def _respond(
                     for v in range(orders):
                         angle[node, part, v] = known[number, node, part, v]
                         twist[node, part, v] = angle[node, part, v] - known[number, above, part, v]
-        _to_lines(design, signals, angle, twist, stiff, lines)
+        _to_lines(design, signals, cases.orders, angle, twist, stiff, lines)
         for i in range(signals.stored.size):
             line = lines[signals.stored[i]]
             for v in range(orders):
@@ -451,8 +466,9 @@ def _eliminate(
 
 @inlined
 def _to_lines(
-    design: int, signals: _Signals, angle: Floats, twist: Floats, stiff: Floats, lines: Floats
-) -> None:
+    design: int, signals: _Signals, nu: Floats, angle: Floats, twist: Floats, stiff: Floats,
+    lines: Floats,
+) -> None:  # fmt: skip
     """Fill in the harmonics of what is wanted."""
     angles, orders = signals.nodes.shape[0], lines.shape[2]
     for i in range(angles):
@@ -461,6 +477,9 @@ def _to_lines(
         for part in range(2):
             for v in range(orders):
                 line[part, v] = forth * end[part, v] - back * start[part, v]
+        if i >= signals.speeds:
+            for v in range(orders):
+                line[0, v], line[1, v] = -nu[v] * line[1, v], nu[v] * line[0, v]
     for i in range(signals.shafts.size):
         k, turned, line = stiff[signals.shafts[i]], twist[signals.shafts[i]], lines[angles + i]
         factor = signals.factor[design, i]

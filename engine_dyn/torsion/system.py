@@ -88,6 +88,7 @@ def shaft_system(
     meshes: Sequence[tuple[int, int]] = (),
     ratios: Any = 1.0,
     crank: int = 0,
+    loose: bool = False,
 ) -> ShaftSystem:
     """Check a system of discs, shafts and gears, and refer it to the speed of one disc.
 
@@ -120,6 +121,8 @@ def shaft_system(
         way, as two spur gears do: -R_first/R_second.
     crank : int
         Disc to whose speed orders and the referred values belong.
+    loose : bool
+        Whether shafts may hold nothing, such as dampers of some designs.
 
     Raises
     ------
@@ -158,7 +161,7 @@ def shaft_system(
     }  # fmt: skip
     of_meshes = _values("ratios", ratios, len(meshed), "mesh", signed=True)
     holds = between["stiffness"] + between["speed_stiffness"] + between["damping"]
-    if not np.all(holds > 0.0):
+    if not (loose or np.all(holds > 0.0)):
         number = int(np.argwhere(~(holds > 0.0))[0, -1])
         raise ValueError(
             f"stiffness[{number}] = 0: must be above 0, unless damping[{number}] is, as in a "

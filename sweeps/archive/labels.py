@@ -18,7 +18,7 @@ import numpy.typing as npt
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
-from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, select
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
@@ -155,7 +155,7 @@ def describe(
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     if scene.reference is not None:
         for name, column in scene.reference.columns.items():
-            node = select(name, *scene.words)
+            node = scene.node(name)
             attributes = {
                 **_attributes(plan, node),
                 "long_name": f"{node.long_name}, published",
@@ -181,7 +181,7 @@ def _about_several(plan: Plan, name: str) -> dict[str, Any]:
     """Attributes of a result of several engines: those of the first that has it."""
     parts = (plan.whole or plan).parts
     plans = [part.plan for part in parts if name in part.plan.outputs]
-    each = [_attributes(one, select(name, *one.scene.words)) for one in plans]
+    each = [_attributes(one, one.scene.node(name)) for one in plans]
     attributes = each[0]
     if any(other.get("units") != attributes.get("units") for other in each):
         attributes.pop("units", None)
@@ -326,6 +326,11 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
     for name, points in plan.points.items():
         if name in used:
             found[name] = _of_values(name, points, DIMENSIONS[name])
+    shaft = scene.engine.shaft
+    if shaft is not None and not plan.parts:
+        for name, texts in (("disc", shaft.discs), ("shaft", shaft.shaft_names)):
+            if name in used:
+                found[f"{name}_name"] = _of_texts(name, texts, f"name of the {name}")
     for dimension in (d for d in (PARAMETER, UNCERTAIN) if d in used):
         for fact, text in (("unit", "unit"), ("long_name", "meaning")):
             facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]

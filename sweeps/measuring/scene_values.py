@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import select
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.speed.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
@@ -134,13 +133,12 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
 
 def values_of(scene: Scene, names: Iterable[str]) -> list[float]:
     """Parameters or quantities without dimensions [SI], the means of designs that differ."""
-    words = scene.words
     leaves = leaves_of(scene, {})
 
     def of(name: str) -> Any:
         if name in leaves:
             return np.mean(leaves[name].si) if leaves[name].dims else leaves[name].si
-        node = select(name, *words)
+        node = scene.node(name)
         if node.make is None:
             raise KeyError(name)
         return node.make(**{need: of(need) for need in node.needs})

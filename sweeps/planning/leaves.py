@@ -25,6 +25,7 @@ from engine_dyn.quantities.graph import (
     Variants,
 )
 from engine_dyn.quantities.single_cylinders import with_values
+from engine_dyn.quantities.torsion import MODES
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
@@ -46,11 +47,16 @@ FIRST_SET = MOST_CYLINDERS + 1
 def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     """Points of the dimensions that quantities add, in the units of files."""
     counts = np.unique(scene.known["cylinders"].data)
+    shaft = scene.engine.shaft
+    discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     lowest = math.tau / scene.engine.period
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
         "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
+        "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
+        "disc": np.arange(1, discs + 1, dtype=np.int32),
+        "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(scene.engine.period, scene.angle_step),
@@ -103,6 +109,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "driven": driven,
         "cylinders_by_count": sets,
         "characteristic": scene.characteristic,
+        "shaft_system": engine.shaft,
         "variant_of": Variants(scene.words),
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}

@@ -17,11 +17,11 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import DIMENSIONS, select
+from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.dimensions import DESIGN
+from sweeps.dimensions import DESIGN, STATUS, TORSION_STATUS
 from sweeps.errors import one_line, size_text
 from sweeps.planning.elasticities import changed_parameters, plan_elasticities
 from sweeps.planning.leaves import leaves_of, points_of
@@ -196,7 +196,7 @@ class Part:
 
 
 def _bytes(name: str, size: int) -> int:
-    return size if name == "status" else 8 * size
+    return size if name == STATUS else 8 * size
 
 
 @tables_in_signature
@@ -249,9 +249,11 @@ def make_plan(scene: Scene) -> Plan:
     for name in scene.quantities:
         found.visit(name)
     outputs = list(scene.quantities)
-    if any(s.node.can_fail for s in found.stages.values()) and "status" not in outputs:
-        outputs.append("status")
-        found.visit("status")
+    for stage in tuple(found.stages.values()):
+        outcome = TORSION_STATUS if TORSION_STATUS in stage.node.gives else STATUS
+        if stage.node.can_fail and outcome not in outputs:
+            outputs.append(outcome)
+            found.visit(outcome)
     named: dict[str, Value | Stage] = {**leaves, **found.stages}
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
     used = _used(scene, leaves, found.used)
@@ -361,7 +363,7 @@ class _Ancestors:
             return self.leaves[name].dims
         if name in self.stages:
             return self.stages[name].dims
-        node = select(name, *self.scene.words)
+        node = self.scene.node(name)
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = self.visit(need)

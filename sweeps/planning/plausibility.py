@@ -17,7 +17,7 @@ from engine_dyn.plausibility.judgement import Implausible, judged, judged_diagra
 from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.quantities.graph import PARAMETERS, select
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, printable
@@ -131,7 +131,7 @@ class _Given:
             return name in PARAMETERS or not (leaf.dims or isinstance(leaf.data, CycleTable))
         if name in _SOLVED:
             return False
-        node = select(name, *self.plan.scene.words)
+        node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
             return False
         return all(self._find(need, names) for need in node.needs)
@@ -142,7 +142,7 @@ class _Given:
         leaf = self.plan.leaves.get(name)
         if leaf is not None:
             return leaf.si
-        node = select(name, *self.plan.scene.words)
+        node = self.plan.scene.node(name)
         assert node.make is not None
         si[name] = node.make(**{need: self._value(need, si) for need in node.needs})
         return si[name]

@@ -12,6 +12,7 @@ for every value that the sources do not give; `[[source]]` with the citations.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +28,7 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.parameters import CYCLE_KEYS
+from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import RPM
 from sweeps.catalogue import ENGINES
@@ -51,6 +52,7 @@ from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
 from sweeps.reading.referred_files import add_files_read, kept, kept_files, referred
+from sweeps.reading.shaft_tables import GivenShaft, read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
@@ -69,6 +71,7 @@ __all__ = [
     "read_cylinders",
     "read_values",
     "the_same",
+    "with_shaft",
 ]
 
 RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
@@ -80,6 +83,12 @@ CLEARANCE = "clearance_ratio"
 
 # What every engine with diagrams must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
+
+INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
+"""What the discs of a shaft replace."""
+
+SHAFT_KEYS = ("load_damping", "load_damping_factor")
+"""Parameters of a shaft that belong to no single disc."""
 
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 
@@ -180,10 +189,17 @@ def _read_engine(path: Path, name: str) -> Engine:
     if diagrams:
         _check_own_point(values, family, scale, name)
     order, own = read_cylinders(given, values["cylinders"], period, name)
+    shaft = read_shaft(given.shaft, path.parent, f"{name}: ")
+    for key in INERTIA_KEYS if shaft is not None else ():
+        if key in values:
+            raise SceneError(
+                f"{name}: [values] {key}: not allowed together with shaft, whose discs have all "
+                "inertia"
+            )
     torque_tables = read_torque_tables(
         given.model_dump(include=set(TORQUE_TABLE_KEYS)), path.parent, f"{name}: "
     )
-    return Engine(
+    engine = Engine(
         name=given.name or path.stem,
         title=one_line(given.title or given.name or path.stem),
         period=period,
@@ -202,6 +218,20 @@ def _read_engine(path: Path, name: str) -> Engine:
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
+    )
+    return engine if shaft is None else with_shaft(engine, shaft)
+
+
+def with_shaft(engine: Engine, given: GivenShaft) -> Engine:
+    """Return the engine with this shaft, whose discs replace its moments of inertia."""
+    old = {*INERTIA_KEYS, *SHAFT_KEYS, *(engine.shaft.keys if engine.shaft else ())}
+    values = {key: value for key, value in engine.values.items() if key not in old}
+    return replace(
+        engine,
+        shaft=given.shaft,
+        values={**values, **given.values},
+        assumed={**engine.assumed, **given.assumed},
+        sources=tuple(dict.fromkeys((*engine.sources, *given.sources))),
     )
 
 

@@ -77,6 +77,10 @@ class EngineFile(Strict):
     radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
     load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
     driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
+    shaft: Any = Field(
+        default=None,
+        description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")
     data_sheet: DataSheet | None = Field(

@@ -305,13 +305,15 @@ def _filled(
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
 
-    Constants and the angles of a kernel go through as they are.
+    Constants go through as they are, and so do the points that a kernel takes whole: its axes of
+    designs are followed by those of what has such a dimension.
     """
-    if not value.dims or not set(value.dims) <= set(dims):
-        if not set(value.dims) <= set(DIMENSIONS):
-            raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
+    if not value.dims or set(value.dims) <= set(DIMENSIONS) - set(dims):
         return value.si
-    return aligned(value.si, value.dims, dims)
+    whole = tuple(d for d in value.dims if d in DIMENSIONS and d not in dims)
+    if not set(value.dims) <= {*dims, *whole}:
+        raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
+    return aligned(value.si, value.dims, (*dims, *whole))
 
 
 class _Bars:

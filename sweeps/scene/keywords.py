@@ -29,6 +29,7 @@ class TablesButOutput(TypedDict, total=False):
 
     title: str | None
     engine: Any  # a name, a path, or several of them
+    shaft: Any  # a mapping, or the name or path of a shaft
     silenced_warnings: Any  # names of checks
     set: Mapping[str, Any] | None
     axes: Mapping[str, Any] | None

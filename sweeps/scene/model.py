@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,8 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.quantities.graph import select
+from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats, Integers
 from sweeps.dimensions import DESIGN
@@ -211,6 +213,11 @@ class Scene(GivenValues):
     def driven(self) -> DrivenMachine:
         """What loads and drives the crankshaft."""
         return driven_machine(self, self.torque_tables)
+
+    def node(self, name: str) -> Node:
+        """Variant of a node that the scene has, with all that it needs, also of the shaft."""
+        found = select(name, *self.words)
+        return replace(found, needs=(*found.needs, *self.shaft_keys)) if found.of_shaft else found
 
     @property
     def engines(self) -> tuple[Engine, ...]:

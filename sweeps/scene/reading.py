@@ -22,9 +22,10 @@ from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.reading.cylinder_keys import read_cylinder_keys
-from sweeps.reading.engine_files import load_engine
+from sweeps.reading.engine_files import load_engine, with_shaft
 from sweeps.reading.referred_files import kept_files, text_of_bytes
 from sweeps.reading.regular_files import reading
+from sweeps.reading.shaft_tables import read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.reading.torque_tables import read_torque_tables
@@ -344,6 +345,9 @@ def _assembled(
     """
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
+    shaft = read_shaft(given.shaft, base, f"{name}: ")
+    if shaft is not None:
+        engine = with_shaft(engine, shaft)
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")

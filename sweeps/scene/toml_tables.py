@@ -123,6 +123,10 @@ class SceneFile(Strict):
         description="a string: an engine of the catalogue or the path of an engine file; several "
         "as a list, here or in [axes] or [designs]",
     )
+    shaft: Any = Field(
+        default=None,
+        description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")
     axes: dict[str, Any] = Field(default={}, description="a table of lists and ranges")

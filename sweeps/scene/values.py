@@ -15,6 +15,7 @@ import numpy.typing as npt
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.types import Floats
 from sweeps.dimensions import DESIGN
 
@@ -103,6 +104,13 @@ class GivenValues:
     def cylinder_keys(self) -> tuple[str, ...]:
         """Parameters of single cylinders that the scene gives."""
         return tuple(key for key in OF_CYLINDER if key in self.given)
+
+    @cached_property
+    def shaft_keys(self) -> tuple[str, ...]:
+        """Parameters that give the numbers of the shaft, of its own and of the scene."""
+        shaft = self.engine.shaft
+        own = () if shaft is None else shaft.keys
+        return (*own, *(key for key in self.given if key in OF_SHAFT and key not in own))
 
     @cached_property
     def cycle_keys(self) -> tuple[str, ...]:

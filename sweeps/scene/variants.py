@@ -62,6 +62,7 @@ def variant_words(
         "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
         "characteristic" if follows else "given_load",
         *_inertia_words(values),
+        *_shaft_words(values),
         "load_inertia" if values.nonzero("load_inertia") else "no_load_inertia",
         *_balance_words(values),
     )
@@ -87,10 +88,26 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
     in_parts = not values.gives("inertia") and (
         values.gives(*INERTIA_PARTS) or values.engine_gives(*INERTIA_PARTS)
     )
+    of_shaft = values.engine.shaft is not None
     return (
         "wanted_delta" if values.gives("wanted_delta") else "given_inertia",
-        "inertia_in_parts" if in_parts else "inertia_whole",
+        "inertia_of_shaft" if of_shaft else "inertia_in_parts" if in_parts else "inertia_whole",
         "throw_given" if _throw_given(values) else "crank_mass_given",
+    )
+
+
+def _shaft_words(values: GivenValues) -> tuple[str, ...]:
+    shaft = values.engine.shaft
+    factor = "load_damping_factor"
+    # A damping of the scene replaces the engine's factor.
+    by_factor = values.gives(factor) or (
+        values.engine_gives(factor) and not values.gives("load_damping")
+    )
+    return (
+        "reciprocating_included"
+        if shaft is None or shaft.includes_reciprocating
+        else "reciprocating_added",
+        "damping_by_factor" if by_factor else "damping_of_law",
     )
 
 

@@ -16,7 +16,6 @@ from engine_dyn.quantities.graph import (
     DIMENSIONS,
     PARAMETERS,
     UNLESS_GIVEN,
-    select,
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.speed import AT_START
@@ -120,6 +119,11 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
                     "with a kind, such as 'diesel'"
                 )
+            if need == "shaft_system" and scene.engine.shaft is None:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs a shaft: a table [shaft] "
+                    "with discs and shafts, or shaft = its name or file"
+                )
             if need in _OF_PARTS and not _parts_known(words):
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
@@ -130,7 +134,7 @@ def check_needs(scene: Scene, name: str) -> None:
             if need in seen:
                 continue
             seen.add(need)
-            node = select(need, *words)
+            node = scene.node(need)
             along_shaft |= node.throws
             if node.make is None and (need in PARAMETERS or need == "family"):
                 missing.setdefault(need, []).append(quantity)

@@ -9,6 +9,7 @@ from sweeps.scene.consistency.outputs import check_needs, check_start
 from sweeps.scene.consistency.pressure import check_diagram_count, check_motored
 from sweeps.scene.consistency.rod import check_offset, check_rod, check_throw_radii
 from sweeps.scene.consistency.rules import check_exclusions, check_ranges
+from sweeps.scene.consistency.shaft import check_shaft
 from sweeps.scene.model import Scene
 
 __all__ = ["check_scene"]
@@ -34,5 +35,6 @@ def check_scene(scene: Scene, name: str) -> None:
     check_friction_fractions(scene, name)
     check_motored(scene, name)
     check_driven(scene, name)
+    check_shaft(scene, name)
     check_needs(scene, name)
     check_start(scene, name)

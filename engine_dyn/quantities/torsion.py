@@ -1,0 +1,536 @@
+"""Nodes of the shaft that twists, and the parameters that are its numbers.
+
+The formulas are those of `engine_dyn.torsion`.
+
+Kernels are imported where they are called: importing the graph compiles and loads none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces.torque import piston_area
+from engine_dyn.loads.laws import LAWS
+from engine_dyn.quantities.arithmetic import quotient
+from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
+from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
+from engine_dyn.torsion.stress import shear_stress
+from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
+from engine_dyn.units import DEGREE, GPA, MPA, RPM
+
+__all__ = ["MODES", "NODES", "OF_SHAFT", "PARAMETERS", "PATTERNS"]
+
+MODES = 6
+"""Most elastic modes that are given."""
+
+COMPLEX = 16
+"""Bytes of a harmonic."""
+
+WILSON = "Ker Wilson, Practical Solution of Torsional Vibration Problems"
+
+_POSITIVE: dict[str, Any] = {"low": 0.0}
+_FROM_ZERO: dict[str, Any] = {"low": 0.0, "low_included": True}
+
+
+def _numbered(what: str, symbol: str, unit: str, long_name: str, most: int, **more: Any) -> Node:
+    return Node(f"{what}_N", symbol, unit, long_name, WILSON, kind="parameter", width=most, **more)
+
+
+_SHAFTS, _HALF = MOST_OF_SCENE - 1, MOST_DAMPERS
+
+_PATTERNS = (
+    _numbered("disc_inertia", "J_N", "kg m2", "moment of inertia of disc N of the shaft",
+              MOST_OF_SCENE, **_POSITIVE),
+    _numbered("disc_damping", "c_N", "N m s rad-1", "viscous damping of disc N against the frame",
+              MOST_OF_SCENE, **_FROM_ZERO),
+    _numbered("disc_ground_stiffness", "k_{g,N}", "N m rad-1",
+              "spring of disc N to the frame, such as the synchronising torque of a generator on "
+              "the grid", MOST_OF_SCENE, **_FROM_ZERO),
+    _numbered("shaft_stiffness", "k_N", "N m rad-1", "stiffness of shaft N", _SHAFTS, **_POSITIVE),
+    _numbered("shaft_loss_factor", r"\eta_N", "1",
+              "loss factor of shaft N, the relative damping psi of couplings over 2 pi", _SHAFTS,
+              high=10.0, **_FROM_ZERO),
+    _numbered("shaft_damping", "c_{s,N}", "N m s rad-1", "viscous damping in shaft N", _SHAFTS,
+              **_FROM_ZERO),
+    _numbered("shaft_length", "l_N", "m", "length of shaft N, in place of its stiffness", _SHAFTS,
+              **_POSITIVE),
+    _numbered("shaft_diameter", "d_N", "m", "diameter of shaft N", _SHAFTS, **_POSITIVE),
+    _numbered("shaft_bore", "d_{b,N}", "m", "bore of shaft N", _SHAFTS, **_FROM_ZERO),
+    _numbered("shaft_shear_modulus", "G_N", "GPa", "shear modulus of shaft N", _SHAFTS, si=GPA,
+              **_POSITIVE),
+    _numbered("shaft_gear_ratio", "i_N", "1",
+              "speed of the second disc of gear N over that of the first, below 0 where it turns "
+              "the other way", MOST_GEARS, low=-1000.0, high=1000.0),
+    _numbered("damper_inertia", "J_{d,N}", "kg m2", "moment of inertia of the ring of damper N",
+              _HALF, **_POSITIVE),
+    _numbered("damper_damping", "c_{d,N}", "N m s rad-1",
+              "viscous damping between ring and hub of damper N", _HALF, **_FROM_ZERO),
+    _numbered("damper_stiffness", "k_{d,N}", "N m rad-1", "stiffness that holds the ring of "
+              "damper N", _HALF, **_FROM_ZERO),
+    _numbered("damper_loss_factor", r"\eta_{d,N}", "1",
+              "loss factor of what holds the ring of damper N", _HALF, high=10.0, **_FROM_ZERO),
+)  # fmt: skip
+
+PATTERNS: Mapping[str, Node] = MappingProxyType(
+    {node.name: replace(node, width=8) for node in _PATTERNS}
+)
+"""Parameters of single discs, shafts, gears and dampers as lists show them: N counts from 1."""
+
+
+def _named(pattern: Node) -> list[Node]:
+    """Parameters of all numbers; `width` of a pattern is the largest number."""
+    return [
+        replace(
+            pattern,
+            name=pattern.name.replace("_N", f"_{number}"),
+            symbol=pattern.symbol.replace("N", f"{{{number}}}"),
+            long_name=pattern.long_name.replace(" N", f" {number}", 1),
+            public=False,
+            width=8,
+        )
+        for number in range(1, pattern.width + 1)
+    ]
+
+
+_OF_NUMBERS = tuple(node for pattern in _PATTERNS for node in _named(pattern))
+
+OF_SHAFT = frozenset(node.name for node in _OF_NUMBERS)
+"""Names of the parameters that belong to a single disc, shaft, gear or damper."""
+
+_LOAD_DAMPING = (
+    "load_damping", "c_L", "N m s rad-1",
+    "damping by the load of the shaft, against the frame, at the crank's speed; by default the "
+    "slope of the load's torque over the speed",
+)  # fmt: skip
+
+PARAMETERS: tuple[Node, ...] = (
+    *_OF_NUMBERS,
+    parameter(
+        *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_of_law",
+        needs=("load_surplus", "load_slope"),
+        make=lambda load_surplus, load_slope: np.maximum(load_surplus * load_slope, 0.0),
+    ),
+    parameter(
+        *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_by_factor",
+        needs=("load_surplus", "load_damping_factor", "speed"),
+        make=lambda load_surplus, load_damping_factor, speed: np.maximum(load_surplus, 0.0)
+        * load_damping_factor / speed,
+    ),
+    parameter(
+        "load_damping_factor", "a", "1",
+        "damping by the load over its mean torque and speed, c omega/M: of a propeller a number "
+        "after Archer, divided by 9.55 if it belongs to rpm", WILSON, **_FROM_ZERO,
+    ),
+)  # fmt: skip
+
+
+def _slope(name: str) -> Any:
+    """Slope of a law at nominal speed over its torque there [s/rad]."""
+    law = next(law for law in LAWS if law.name == name)
+
+    def make(speed: Any, **needs: Any) -> Any:
+        assert law.torque is not None
+        torque, slope = law.torque(speed, *(needs[number] for number in law.needs))
+        return quotient(slope, torque)
+
+    return make
+
+
+def _table_slope(driven: Any, speed: Any, ratio: Any = 1.0) -> Any:
+    """Slope of a table at nominal speed over its torque there; `ratio`: its speed over the crank's.
+
+    By a difference over a ten-thousandth of the speed, within the table.
+    """
+    table, omega = driven.over_speed, np.asarray(ratio * speed)
+    low, high = np.maximum(0.9999 * omega, table.low), np.minimum(1.0001 * omega, table.high)
+    return ratio * quotient((table(high) - table(low)) / (high - low), table(omega))
+
+
+def _load_slope(when: str, needs: tuple[str, ...], make: Any) -> Node:
+    return hidden(
+        "load_slope", "s rad-1",
+        "slope of the torque of load or driver over the speed, over that torque, at nominal speed",
+        needs, make, when=when,
+    )  # fmt: skip
+
+
+_LOAD_SLOPES = (
+    *(_load_slope(law.name, ("speed", *law.needs), _slope(law.name))
+      for law in LAWS if law.torque is not None),
+    _load_slope("table with_driver", ("driven", "speed"), _table_slope),
+    _load_slope("table no_driver", ("driven", "speed", "load_gear"),
+                lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
+)  # fmt: skip
+
+# --- modes ----------------------------------------------------------------------------------------
+
+_OF_SYSTEM = ("shaft_system", "throw_reciprocating_inertia", "flywheel_excess")
+
+
+def _first(values: Any, modes: int) -> Any:
+    """The first modes; NaN where there are fewer."""
+    array = np.asarray(values)
+    return array[..., :modes]
+
+
+def _modes(
+    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any, mode: Any,
+    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.modes import natural_modes, zero_crossings
+
+    del threads, progress
+    shaft = shaft_system
+    excess, bad = _possible(shaft, values, throw_reciprocating_inertia, flywheel_excess)
+    system = shaft.system(values, throw_reciprocating_inertia, excess)
+    modes = natural_modes(system)
+    count = np.size(mode)
+
+    def cut(array: Any, own: int) -> Any:
+        """The first modes, which `own` axes follow; NaN where there are fewer, or no flywheel."""
+        kept = array[(..., slice(count), *(slice(None),) * own)]
+        short = count - kept.shape[-1 - own]
+        kept = np.pad(
+            kept, [(0, 0)] * (kept.ndim - 1 - own) + [(0, short)] + [(0, 0)] * own,
+            constant_values=np.nan,
+        )  # fmt: skip
+        return np.where(bad[(..., *(None,) * (1 + own))], np.nan, kept)
+
+    found = {}
+    if "mode_node" in wanted:
+        found["mode_node"] = cut(zero_crossings(system, modes), 1)
+    return found | {
+        "natural_frequency": cut(modes.frequency, 0),
+        "mode_shape": cut(modes.shape, 1),
+        "modal_inertia": cut(modes.modal_inertia, 0),
+    }
+
+
+def _possible(
+    shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any
+) -> tuple[Any, Any]:
+    """Excess of the flywheel, 0 where it leaves no flywheel, and where that is."""
+    if not np.any(excess):
+        return 0.0, np.asarray(False)
+    own = shaft.inertias(values, reciprocating)[shaft.flywheel]
+    ratio = shaft.speed_ratios(values)[shaft.flywheel]
+    possible = own + np.asarray(excess) / ratio**2 > 0.0
+    return np.where(possible, excess, 0.0), ~possible
+
+
+def _damping_ratio(
+    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
+    load_damping: Any, natural_frequency: Any, mode_shape: Any, modal_inertia: Any, **values: Any,
+) -> Any:  # fmt: skip
+    from engine_dyn.torsion.modes import Modes, modal_damping
+
+    def outer(value: Any) -> Any:
+        """Without the axes of throw, mode and disc, which come last."""
+        return np.asarray(value)[..., 0, 0, 0] if np.ndim(value) else value
+
+    shaft, own = shaft_system, {name: outer(value) for name, value in values.items()}
+    added = np.asarray(throw_reciprocating_inertia)[..., 0, 0]
+    excess, _ = _possible(shaft, own, added, outer(flywheel_excess))
+    system = shaft.system(own, added, excess, outer(load_damping))
+    modes = Modes(
+        2.0 * np.pi * np.asarray(natural_frequency)[..., 0, :, 0],
+        np.asarray(mode_shape)[..., 0, :, :], np.asarray(modal_inertia)[..., 0, :, 0],
+    )  # fmt: skip
+    return modal_damping(system, modes)
+
+
+def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
+    """|sum_j a_j exp(i nu psi_j)|; both have the axes throw, mode, disc and order last."""
+    vectors, shape = np.asarray(throw_phase_vectors), np.asarray(mode_shape)
+    total: Any = 0.0  # axes: cylinder, mode, disc, order
+    for throw, disc in enumerate(shaft_system.throws):
+        total = total + shape[..., 0, :, disc, :] * vectors[..., throw, 0, :, :]
+    return np.abs(total)
+
+
+# --- forced vibration -----------------------------------------------------------------------------
+
+_RESULTS = {
+    "disc_harmonics": "angle", "shaft_harmonics": "torque",
+    "disc_angle_half_range": "angle_extremes", "shaft_torque_half_range": "torque_extremes",
+    "shaft_torque_lowest": "torque_extremes", "shaft_torque_highest": "torque_extremes",
+    "shaft_twist_half_range": "twist_extremes", "crankshaft_twist_half_range": "twist_extremes",
+    "delta_elastic": "speed_extremes", "shaft_loss": "shaft_loss",
+}  # fmt: skip
+"""Results of the stage, and the ones of `engine_dyn.torsion.forced` that they come from."""
+
+
+def _respond(
+    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
+    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_torque_harmonics: Any,
+    throw_inertia_sum: Any, reciprocating_mass: Any, double_radius: Any,
+    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.forced import forced_response
+    from engine_dyn.torsion.synthesis import half_range
+
+    shaft = shaft_system
+    excess, bad = _possible(shaft, values, throw_reciprocating_inertia, flywheel_excess)
+    damping = np.asarray(load_damping)
+    bad = bad | ~np.isfinite(damping)
+    system = shaft.system(
+        values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0)
+    )
+    throws = len(shaft.throws)
+    moment = np.asarray(reciprocating_mass * (0.5 * double_radius) ** 2)[..., None, None]
+    pairs = [*shaft.shafts, (0, shaft.flywheel)]
+    found = forced_response(
+        system, np.ravel(order), speed, shaft.throws,
+        np.asarray(throw_gas_torque_harmonics)[..., :throws, :],
+        moment * np.asarray(throw_inertia_sum)[..., :throws, :],
+        wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
+        twist=pairs, speed_of=(shaft.flywheel,), period=period, threads=threads,
+        progress=progress,
+    )  # fmt: skip
+
+    def value(name: str) -> Any:
+        result = found[_RESULTS[name]]
+        match name:
+            case "shaft_torque_lowest":
+                return result[..., 0]
+            case "shaft_torque_highest":
+                return result[..., 1]
+            case "delta_elastic":
+                return result[..., 0, 1] - result[..., 0, 0]
+            case "shaft_twist_half_range":
+                return half_range(result)[..., :-1]
+            case "crankshaft_twist_half_range":
+                return half_range(result)[..., -1]
+        return half_range(result) if name.endswith("half_range") else result
+
+    results = {name: value(name) for name in wanted if name in _RESULTS}
+    status = found["status"]
+    if bad.any():
+        for name, array in results.items():
+            own = array.ndim - status.ndim
+            results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
+        status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
+    return {**results, "torsion_status": status.astype(float)}
+
+
+def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any) -> Any:
+    """Nominal stress; NaN in shafts without diameter."""
+    diameter, bore = (
+        _of_shafts(shaft_system, what, values, default)
+        for what, default in (("shaft_diameter", np.nan), ("shaft_bore", 0.0))
+    )
+    return shear_stress(shaft_torque_half_range, diameter, bore)
+
+
+def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
+    """Values along the last axis, which those given have with the length 1."""
+    each = (np.atleast_1d(value) for value in shaft.along(what, values, default))
+    return np.concatenate(np.broadcast_arrays(*each), axis=-1)
+
+
+def _mean_torques(
+    *, shaft_system: Shaft, throw_torque_mean: Any, throw_reciprocating_inertia: Any,
+    **values: Any,
+) -> Any:  # fmt: skip
+    """Mean torque in each shaft; what is given has the axis of throws last."""
+    from engine_dyn.torsion.system import mean_torques
+
+    def outer(value: Any) -> Any:
+        return np.asarray(value)[..., 0] if np.ndim(value) else value
+
+    shaft, own = shaft_system, {name: outer(value) for name, value in values.items()}
+    system, each = shaft.system(own, throw_reciprocating_inertia), np.asarray(throw_torque_mean)
+    torque = np.zeros((*each.shape[:-1], len(shaft.discs)))
+    for number, disc in enumerate(shaft.throws):
+        torque[..., disc] += each[..., number]
+    return mean_torques(system, torque, shaft.load)
+
+
+def _largest_order(of: str) -> Any:
+    def make(order: Any, **needs: Any) -> Any:
+        size = np.abs(needs[of])
+        known = np.where(np.isnan(size), -1.0, size)
+        place = known.argmax(axis=-1)
+        return np.where(known.max(axis=-1) < 0.0, np.nan, np.ravel(order)[place])
+
+    return make
+
+
+def _result(name: str, symbol: str, unit: str, long_name: str, adds: tuple[str, ...] = (),
+            **more: Any) -> Node:  # fmt: skip
+    return Node(
+        name, symbol, unit, long_name, WILSON, needs=("torsional_response",), adds=adds,
+        **more,
+    )  # fmt: skip
+
+
+def _of_modes(name: str, symbol: str, unit: str, long_name: str, adds: tuple[str, ...],
+              **more: Any) -> Node:  # fmt: skip
+    return Node(
+        name, symbol, unit, long_name, WILSON, needs=("torsional_modes",), adds=("mode", *adds),
+        **more,
+    )  # fmt: skip
+
+
+def _polar(what: str, symbol: str, unit: str, si: float, long_name: str, of: str) -> list[Node]:
+    """Amplitude, phase and largest order of harmonics."""
+    return [
+        Node(f"{what}_order", symbol, unit, f"amplitude of the orders of the {long_name}", WILSON,
+             needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),
+        Node(f"{what}_phase", rf"\psi({symbol})", "degree",
+             f"phase of the orders of the {long_name}, psi of cos(nu phi + psi)", WILSON,
+             needs=(of,), si=DEGREE, make=lambda **needs: np.angle(needs[of])),
+        Node(f"{what}_largest_order", rf"\nu_{{max}}({symbol})", "1",
+             f"order of the largest amplitude of the {long_name}", WILSON, needs=(of, "order"),
+             removes=("order",), make=_largest_order(of)),
+    ]  # fmt: skip
+
+
+_DISC_ANGLE = "angle of each disc, in its own turns, against uniform rotation"
+_SHAFT_TORQUE = "vibratory torque in each shaft"
+
+NODES: tuple[Node, ...] = (
+    *_LOAD_SLOPES,
+    hidden(
+        "throw_reciprocating_inertia", "kg m2",
+        "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
+        ("cylinder",), lambda cylinder: 0.0 * cylinder, when="reciprocating_included",
+    ),
+    hidden(
+        "throw_reciprocating_inertia", "kg m2",
+        "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
+        ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinder_set",
+         "cylinders_by_count", "cylinder"),
+        lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinder_set,
+        cylinders_by_count, cylinder: reciprocating_inertia_of_throws(
+            reciprocating_mass, 0.5 * double_radius, crank_ratio, offset_ratio, cylinder_set,
+            cylinders_by_count, cylinder,
+        ),
+        when="reciprocating_added",
+    ),
+    hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank", (),
+           lambda: 0.0, when="given_inertia"),
+    hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank",
+           ("inertia", "shaft_inertia"),
+           lambda inertia, shaft_inertia: inertia - shaft_inertia, when="wanted_delta"),
+    *(
+        Node(
+            "shaft_inertia", r"\Theta_s", "kg m2",
+            "moment of inertia of all discs, referred to the crank: that of the rigid engine",
+            WILSON, when=when, needs=("shaft_system", *needs), make=make,
+            of_shaft=True,
+        )
+        for when, needs, make in (
+            ("reciprocating_included", (), lambda shaft_system, **values: shaft_system.inertia(
+                values, np.zeros(len(shaft_system.throws)))),
+            ("reciprocating_added", ("mean_reciprocating_inertia",),
+             lambda shaft_system, mean_reciprocating_inertia, **values:
+             shaft_system.inertia(
+                 values, np.zeros(len(shaft_system.throws))) + mean_reciprocating_inertia),
+        )
+    ),
+    Node(
+        "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
+        kind="stage", public=False, needs=(*_OF_SYSTEM, "mode"),
+        gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
+        source=WILSON, of_shaft=True,
+    ),
+    _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
+    _of_modes("mode_shape", "a", "1",
+              "mode shape: amplitude of each disc, in its own turns, over that of disc 1",
+              ("disc",)),
+    _of_modes("mode_node", "x_0", "1",
+              "node of a mode: where in a shaft it does not move, as the part of the way from its "
+              "first disc", ("shaft",)),
+    _of_modes("modal_inertia", "J_m", "kg m2", "modal inertia, referred to disc 1", ()),
+    Node(
+        "modal_damping_ratio", r"\zeta_m", "1",
+        "damping ratio of each mode, from the losses of its undamped shape", WILSON,
+        removes=("cylinder", "disc"),
+        needs=(*_OF_SYSTEM, "load_damping", "natural_frequency", "mode_shape", "modal_inertia"),
+        make=_damping_ratio, of_shaft=True,
+    ),
+    Node(
+        "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
+        "frequency", WILSON, si=RPM, needs=("natural_frequency", "order"),
+        make=lambda natural_frequency, order: 2.0 * np.pi * natural_frequency / order,
+    ),
+    Node(
+        "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
+        "sum of the phase vectors of all throws, each times the amplitude of its disc in a mode",
+        WILSON, removes=("cylinder", "disc"),
+        needs=("shaft_system", "mode_shape", "throw_phase_vectors"), make=_vector_sum,
+    ),
+    Node(
+        "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
+        public=False, can_fail=True, source=WILSON, make=_respond,
+        of_shaft=True, gives=(*_RESULTS, "torsion_status"),
+        needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "period",
+               "throw_gas_torque_harmonics", "throw_inertia_sum", "reciprocating_mass",
+               "double_radius"),
+    ),
+    _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
+            public=False, width=COMPLEX),
+    _result("shaft_harmonics", "", "N m", f"harmonics of the {_SHAFT_TORQUE}",
+            ("shaft", "order"), public=False, width=COMPLEX),
+    *_polar("disc_angle", r"\theta_\nu", "degree", DEGREE, _DISC_ANGLE, "disc_harmonics"),
+    *_polar("shaft_torque", r"T_\nu", "N m", 1.0, _SHAFT_TORQUE, "shaft_harmonics"),
+    _result("disc_angle_half_range", r"\hat\theta", "degree",
+            f"half of the range over the cycle of the {_DISC_ANGLE}", ("disc",), si=DEGREE),
+    _result("shaft_twist_half_range", r"\hat{\Delta\theta}", "degree",
+            "half of the range over the cycle of the angle between the two discs of each shaft",
+            ("shaft",), si=DEGREE),
+    _result("crankshaft_twist_half_range", r"\hat{\Delta\theta}_F", "degree",
+            "half of the range over the cycle of the angle between disc 1 and flywheel",
+            si=DEGREE),
+    _result("shaft_torque_half_range", r"\hat T", "N m",
+            f"half of the range over the cycle of the {_SHAFT_TORQUE}", ("shaft",)),
+    _result("shaft_torque_lowest", "", "N m", f"least {_SHAFT_TORQUE}", ("shaft",),
+            public=False),
+    _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
+            public=False),
+    _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",
+            ("shaft",)),
+    _result("delta_elastic", r"\delta_e", "1",
+            "speed fluctuation of the flywheel on the elastic shaft, at constant load torque "
+            "slope; delta is that of the rigid engine"),
+    _result("torsion_status", "", "1", "outcome of the torsional vibration", meanings=MEANINGS),
+    hidden(
+        "throw_torque_mean", "N m", "mean torque on each throw, less its share of the friction",
+        ("pressure_scale", "bore", "double_radius", "crank_ratio", "offset_ratio", "row", "family",
+         "friction_torque", "cylinder_set", "cylinders_by_count", "cylinder"),
+        lambda pressure_scale, bore, double_radius, crank_ratio, offset_ratio, row, family,
+        friction_torque, cylinder_set, cylinders_by_count, cylinder: mean_torques_of_throws(
+            pressure_scale * piston_area(bore) * 0.5 * double_radius, crank_ratio, offset_ratio,
+            row, family, friction_torque, cylinder_set, cylinders_by_count, cylinder,
+        ),
+    ),
+    Node(
+        "shaft_torque_mean", r"\bar T", "N m",
+        "mean torque in each shaft, positive where it drives the second disc", WILSON,
+        adds=("shaft",), removes=("cylinder",),
+        needs=("shaft_system", "throw_torque_mean", "throw_reciprocating_inertia"),
+        make=_mean_torques, of_shaft=True,
+    ),
+    Node(
+        "shaft_torque_min", "T_{min}", "N m",
+        "least torque in each shaft, mean and vibration, in the direction of the mean: below 0 a "
+        "coupling or a mesh reverses", WILSON,
+        needs=("shaft_torque_mean", "shaft_torque_lowest", "shaft_torque_highest"),
+        make=lambda shaft_torque_mean, shaft_torque_lowest, shaft_torque_highest: np.abs(
+            shaft_torque_mean
+        ) + np.where(shaft_torque_mean < 0.0, -shaft_torque_highest, shaft_torque_lowest),
+    ),
+    Node(
+        "shaft_stress_half_range", r"\hat\tau", "MPa",
+        "nominal shear stress of the vibratory torque in each shaft: half of its range over the "
+        "cycle", WILSON, si=MPA,
+        needs=("shaft_system", "shaft_torque_half_range"), make=_stress, of_shaft=True,
+    ),
+)  # fmt: skip

@@ -1,0 +1,189 @@
+"""The shaft of an engine as people describe it: discs by name, and numbers that vary.
+
+What is the same for all designs (names, what joins what, where the throws, the flywheel and the
+load are) is a `Shaft`. Its numbers go by keys, such as `disc_inertia_3`, which scenes may vary;
+they and a `Shaft` make a `ShaftSystem`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.torsion.stress import shaft_stiffness
+from engine_dyn.torsion.system import ShaftSystem, shaft_system
+from engine_dyn.types import Floats
+
+__all__ = ["MOST_DAMPERS", "MOST_GEARS", "MOST_OF_SCENE", "Shaft"]
+
+MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
+"""Most discs, gears and dampers of a shaft whose numbers have keys; shafts of ships have some 30
+discs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shaft:
+    """What of a shaft is the same for all designs. Discs and shafts are numbered from 0.
+
+    Parameters
+    ----------
+    discs : tuple of str
+        Names of the discs; the ring of each damper follows them.
+    shafts : tuple of (int, int)
+        Discs that each shaft joins; what holds the ring of each damper follows.
+    shaft_names : tuple of str
+        Their names.
+    gears : tuple of (int, int)
+        Discs in mesh.
+    throws : tuple of int
+        Disc of each throw of the engine, in the order along the shaft.
+    flywheel, load : int
+        Discs on which they are.
+    dampers : int
+        Number of dampers.
+    includes_reciprocating : bool
+        Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
+    keys : tuple of str
+        Parameters that give its numbers, as `engine_dyn.quantities.torsion` has them.
+    """
+
+    discs: tuple[str, ...]
+    shafts: tuple[tuple[int, int], ...]
+    shaft_names: tuple[str, ...]
+    gears: tuple[tuple[int, int], ...]
+    throws: tuple[int, ...]
+    flywheel: int
+    load: int
+    dampers: int
+    includes_reciprocating: bool
+    keys: tuple[str, ...]
+
+    @property
+    def modes(self) -> int:
+        """Number of its elastic modes, at most."""
+        return len(self.shafts)
+
+    @cached_property
+    def _rings(self) -> dict[str, int]:
+        """Number of dampers, from 1, of the disc and the shaft of each."""
+        found = {}
+        for i in range(self.dampers):
+            found[f"disc {len(self.discs) - self.dampers + i}"] = i + 1
+            found[f"shaft {len(self.shafts) - self.dampers + i}"] = i + 1
+        return found
+
+    def key_of(self, what: str, place: int) -> str:
+        """Key of a number of a disc or shaft: `shaft_stiffness_2`, or `damper_stiffness_1`.
+
+        Empty where there is none.
+        """
+        kind, quantity = what.split("_", 1)
+        ring = self._rings.get(f"{kind} {place}")
+        if ring is None:
+            return f"{what}_{place + 1}"
+        # What damps the ring against its hub is a shaft's; nothing damps it against the frame.
+        return "" if what == "disc_damping" else f"damper_{quantity}_{ring}"
+
+    def along(self, what: str, values: Mapping[str, Any], default: float) -> list[Any]:
+        """Values of all discs (`disc_inertia`) or shafts, `default` where none is given."""
+        count = len(self.discs if what.startswith("disc_") else self.shafts)
+        return [values.get(self.key_of(what, i), default) for i in range(count)]
+
+    def stiffnesses(self, values: Mapping[str, Any]) -> list[Any]:
+        """Stiffness of each shaft [N m/rad], from its length and diameter where these are given."""
+        found = self.along("shaft_stiffness", values, np.nan)
+        for i, given in enumerate(found):
+            number = i + 1
+            if f"shaft_length_{number}" in values:
+                found[i] = shaft_stiffness(
+                    values[f"shaft_shear_modulus_{number}"], values[f"shaft_length_{number}"],
+                    values[f"shaft_diameter_{number}"], values.get(f"shaft_bore_{number}", 0.0),
+                )  # fmt: skip
+            elif i >= len(found) - self.dampers and not np.ndim(given) and np.isnan(given):
+                found[i] = 0.0  # a ring in oil alone
+        return found
+
+    def inertias(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> list[Any]:
+        """Inertia of each disc [kg m2].
+
+        `reciprocating`, of the masses of each throw along the last axis, is added.
+        """
+        found = self.along("disc_inertia", values, 0.0)
+        if not self.includes_reciprocating:
+            of_throws = np.asarray(reciprocating)
+            for number, disc in enumerate(self.throws):
+                found[disc] = found[disc] + of_throws[..., number]
+        return found
+
+    def ratios(self, values: Mapping[str, Any]) -> list[Any]:
+        """Speed of the second disc of each gear over that of the first."""
+        return [values[f"shaft_gear_ratio_{i + 1}"] for i in range(len(self.gears))]
+
+    def speed_ratios(self, values: Mapping[str, Any]) -> list[Any]:
+        """Speed of each disc over that of the crank."""
+        found: dict[int, Any] = {self.throws[0]: 1.0}
+        links = [(pair, 1.0) for pair in self.shafts]
+        links += list(zip(self.gears, self.ratios(values), strict=True))
+        while len(found) < len(self.discs):
+            for (first, second), ratio in links:
+                if first in found:
+                    found.setdefault(second, found[first] * ratio)
+                elif second in found:
+                    found[first] = found[second] / ratio
+        return [found[disc] for disc in range(len(self.discs))]
+
+    def inertia(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> Any:
+        """Sum of i^2 J of all discs [kg m2]: what a rigid shaft has, at the crank."""
+        pairs = zip(self.speed_ratios(values), self.inertias(values, reciprocating), strict=True)
+        return sum(ratio**2 * inertia for ratio, inertia in pairs)
+
+    def system(
+        self, values: Mapping[str, Any], reciprocating: Any = 0.0, flywheel_excess: Any = 0.0,
+        load_damping: Any = 0.0,
+    ) -> ShaftSystem:  # fmt: skip
+        """Return the system of these numbers.
+
+        Parameters
+        ----------
+        values : mapping
+            Numbers by their keys, SI; they broadcast.
+        reciprocating : array_like
+            As of `inertias`.
+        flywheel_excess : array_like
+            What the flywheel has beyond its disc, at the crank [kg m2].
+        load_damping : array_like
+            Of the load against the frame, at the crank [N m s/rad].
+        """
+        inertia = self.inertias(values, reciprocating)
+        if np.any(flywheel_excess):
+            ratio = self.speed_ratios(values)[self.flywheel]
+            inertia[self.flywheel] = inertia[self.flywheel] + flywheel_excess / ratio**2
+        made = shaft_system(
+            stacked(inertia), stacked(self.stiffnesses(values)), self.shafts,
+            loss_factor=stacked(self.along("shaft_loss_factor", values, 0.0)),
+            damping=stacked(self.along("shaft_damping", values, 0.0)),
+            disc_damping=stacked(self.along("disc_damping", values, 0.0)),
+            ground_stiffness=stacked(self.along("disc_ground_stiffness", values, 0.0)),
+            meshes=self.gears, ratios=stacked(self.ratios(values)) if self.gears else 1.0,
+            crank=self.throws[0], loose=True,
+        )  # fmt: skip
+        if not np.any(load_damping):
+            return made
+        of_load = np.asarray(load_damping, dtype=float)[..., None]
+        at_load = np.arange(made.parent.size) == made.node_of_disc[self.load]
+        damping = made.disc_damping + np.where(at_load, of_load, 0.0)
+        shape = damping.shape[:-1]
+        wider = {
+            name: np.broadcast_to(value, (*shape, value.shape[-1]))
+            for name, value in vars(made).items() if value.dtype.kind == "f"
+        }  # fmt: skip
+        return replace(made, **{**wider, "disc_damping": damping})
+
+
+def stacked(values: list[Any]) -> Floats:
+    """Numbers and arrays that broadcast, along a new last axis."""
+    return np.stack(np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values)), axis=-1)

@@ -1,0 +1,101 @@
+"""Whether the shaft of a scene fits its engine, and the keys of single discs fit the shaft."""
+
+from __future__ import annotations
+
+from engine_dyn.quantities.torsion import OF_SHAFT
+from engine_dyn.torsion.shaft import Shaft
+from sweeps.errors import SceneError, counted
+from sweeps.reading.engine_files import INERTIA_KEYS, SHAFT_KEYS
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.model import Scene
+
+__all__ = ["check_shaft"]
+
+
+def check_shaft(scene: Scene, name: str) -> None:
+    """Check the shaft of a scene, and the keys that belong to shafts.
+
+    Raises
+    ------
+    SceneError
+        For the first key that has no shaft, disc or damper, that says the inertia again, or whose
+        values a shaft cannot have; for a shaft with other throws than the engine.
+    """
+    shaft = scene.engine.shaft
+    given = [key for key in scene.given if key in OF_SHAFT or key in SHAFT_KEYS]
+    if shaft is None:
+        if given:
+            raise SceneError(
+                f"{name}: [{scene.table_of(given[0])}] {given[0]}: the scene has no shaft: a table "
+                "[shaft] with discs and shafts, or shaft = its name or file"
+            )
+        return
+    for key in INERTIA_KEYS:
+        if key in scene.given:
+            raise SceneError(
+                f"{name}: [{scene.table_of(key)}] {key}: not allowed together with a shaft, whose "
+                "discs have all inertia; give disc_inertia_N"
+            )
+    for key in given:
+        _check_key(scene, shaft, key, f"{name}: [{scene.table_of(key)}] {key}")
+    _check_bores(scene, name)
+    _check_throws(scene, shaft, name)
+
+
+def _check_key(scene: Scene, shaft: Shaft, key: str, where: str) -> None:
+    if key in SHAFT_KEYS:
+        other = next(k for k in SHAFT_KEYS if k != key)
+        if other in scene.given:
+            raise SceneError(f"{where}: not allowed together with {other}; give one of them")
+        return
+    what, _, text = key.rpartition("_")
+    kind = "gear" if what == "shaft_gear_ratio" else what.split("_")[0]
+    counts = {
+        "disc": len(shaft.discs) - shaft.dampers, "shaft": len(shaft.shafts) - shaft.dampers,
+        "gear": len(shaft.gears), "damper": shaft.dampers,
+    }  # fmt: skip
+    if int(text) > counts[kind]:
+        raise SceneError(
+            f"{where}: there is no {kind} number {text}; the shaft has "
+            f"{counted(counts[kind], kind)}"
+        )
+    if kind == "gear" and not scene.given[key].values.all():
+        raise SceneError(f"{where} = 0: must not be 0")
+    by_length = f"shaft_length_{text}" in shaft.keys
+    if what in ("shaft_length", "shaft_shear_modulus") and not by_length:
+        raise SceneError(f"{where}: has no effect: the stiffness of shaft {text} is given")
+    if what == "shaft_stiffness" and by_length:
+        raise SceneError(
+            f"{where}: not allowed: the stiffness of shaft {text} follows from its length"
+        )
+
+
+def _check_bores(scene: Scene, name: str) -> None:
+    for key in scene.shaft_keys:
+        if not key.startswith("shaft_bore_"):
+            continue
+        diameter = key.replace("bore", "diameter")
+        largest = float(scene.given_or_own(key).values.max())
+        smallest = float(scene.given_or_own(diameter).values.min())
+        if not largest < smallest:
+            raise SceneError(
+                f"{name}: [{scene.table_of(key)}] {key} = {largest:g}: must be below the smallest "
+                f"{diameter}, {smallest:g} m"
+            )
+
+
+def _check_throws(scene: Scene, shaft: Shaft, name: str) -> None:
+    if len(scene.counts) > 1:
+        raise SceneError(
+            f"{name}: [{scene.table_of('cylinders')}] cylinders: not allowed to vary with a shaft, "
+            "which has a disc for each throw"
+        )
+    engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
+    for engine in engines:
+        along = engine.along_shaft
+        count = engine.count if along is None else len(along)
+        if count != len(shaft.throws):
+            raise SceneError(
+                f"{name}: shaft: has discs for {counted(len(shaft.throws), 'throw')}, the engine "
+                f"{scene.engine.name} has {counted(count, 'throw')}; must be equally many"
+            )
