@@ -18,8 +18,14 @@ from pages import DOCS, csv_rows, csv_text, markdown, write
 
 import sweeps
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
-from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.graph import (
+    DIMENSIONS,
+    NODES,
+    NUMBERED,
+    PARAMETERS,
+    PATTERNS,
+    QUANTITIES,
+)
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
@@ -51,7 +57,7 @@ def key_rows() -> list[dict[str, str]]:
                      for name in ("set", "designs"))  # fmt: skip
     engine = engine_schema()
     of_engine = _abouts(engine, _resolved(engine, engine["properties"]["values"]))
-    nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
+    nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
     for name, node in nodes.items():
         one = name.replace("_N", "_2")
         where = ["scene"] if one in free else ["[solver]", "[designs]"]

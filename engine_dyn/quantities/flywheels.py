@@ -107,7 +107,9 @@ NODES = (
                 inertia, engine_inertia + auxiliary_inertia
             ),
         )
-        for when in ("given_inertia inertia_whole", "wanted_delta")
+        for when in (
+            "given_inertia inertia_whole", "given_inertia inertia_of_shaft", "wanted_delta",
+        )
     ),
     Node(
         "flywheel_shaft_torque", "M_{F}", "N m",
@@ -133,10 +135,13 @@ NODES = (
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
     # Of an inertia that is given whole, the load's part is not known: scenes are refused.
-    Node(
-        "load_side_inertia", "", "kg m2",
-        "moment of inertia of the load, referred to the crankshaft",
-        public=False, when="given_inertia inertia_whole", kind="parameter",
+    *(
+        Node(
+            "load_side_inertia", "", "kg m2",
+            "moment of inertia of the load, referred to the crankshaft",
+            public=False, when=f"given_inertia {when}", kind="parameter",
+        )
+        for when in ("inertia_whole", "inertia_of_shaft")
     ),
     Node(
         "load_shaft_torque", "M_{FL}", "N m",
@@ -284,7 +289,10 @@ NODES = (
         make=lambda flywheel_inertia: flywheel_inertia,
     ),
     # Of an inertia that is given whole, the flywheel's part is not known: scenes are refused.
-    Node(*_SIZED, public=False, when="given_inertia inertia_whole", kind="parameter"),
+    *(
+        Node(*_SIZED, public=False, when=f"given_inertia {when}", kind="parameter")
+        for when in ("inertia_whole", "inertia_of_shaft")
+    ),
     Node(
         "inertia_share", "I_F/I_T", "1",
         "share of the flywheel in the inertia of all rotating parts of the engine, usually 0.8 to "

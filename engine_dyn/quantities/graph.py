@@ -43,7 +43,9 @@ __all__ = [
     "CURVE_MEANS",
     "DIMENSIONS",
     "NODES",
+    "NUMBERED",
     "PARAMETERS",
+    "PATTERNS",
     "QUANTITIES",
     "UNLESS_GIVEN",
     "Variants",
@@ -163,6 +165,12 @@ check_needs(NODES)
 
 PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
 """What a scene may set or vary."""
+
+NUMBERED: frozenset[str] = frozenset({*single_cylinders.OF_CYLINDER, *torsion.OF_SHAFT})
+"""Those of them that belong to a single cylinder, disc, shaft, gear or damper."""
+
+PATTERNS: Mapping[str, Node] = MappingProxyType({**single_cylinders.PATTERNS, **torsion.PATTERNS})
+"""What lists show of these: N stands for the number."""
 
 UNLESS_GIVEN: Mapping[str, float] = MappingProxyType(
     {n.name: n.unless_given for n in _PARAMETERS if n.unless_given is not None}

@@ -86,9 +86,9 @@ class Node:
         Bytes of one value, with what `make` keeps beside it, for the size of blocks.
     threaded : bool
         `make` also takes `threads`, the most threads that it may use, None for one a processor.
-    of_shaft : bool
-        The node also needs the parameters that give the numbers of the scene's shaft, and `make`
-        takes them by their names.
+    of_shaft : tuple of str
+        Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
+        `make` takes those that there are by their names, `disc_inertia_1` and so on.
 
     Raises
     ------
@@ -123,7 +123,7 @@ class Node:
     throws: bool = False
     width: int = 8
     threaded: bool = False
-    of_shaft: bool = False
+    of_shaft: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)

@@ -163,10 +163,22 @@ def _load_slope(when: str, needs: tuple[str, ...], make: Any) -> Node:
 _LOAD_SLOPES = (
     *(_load_slope(law.name, ("speed", *law.needs), _slope(law.name))
       for law in LAWS if law.torque is not None),
-    _load_slope("table with_driver", ("driven", "speed"), _table_slope),
+    _load_slope("table with_driver", ("driven", "speed"),
+                lambda driven, speed: _table_slope(driven, speed)),
     _load_slope("table no_driver", ("driven", "speed", "load_gear"),
                 lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
 )  # fmt: skip
+
+_INERTIAS = ("disc_inertia", "damper_inertia", "shaft_gear_ratio")
+_ELASTIC = (
+    *_INERTIAS, "disc_ground_stiffness", "shaft_stiffness", "shaft_length", "shaft_diameter",
+    "shaft_bore", "shaft_shear_modulus", "damper_stiffness",
+)  # fmt: skip
+_ALL = (
+    *_ELASTIC, "disc_damping", "shaft_loss_factor", "shaft_damping", "damper_damping",
+    "damper_loss_factor",
+)  # fmt: skip
+"""Kinds of numbers of a shaft: what its inertia, its modes and its response depend on."""
 
 # --- modes ----------------------------------------------------------------------------------------
 
@@ -334,30 +346,23 @@ def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: floa
     return np.concatenate(np.broadcast_arrays(*each), axis=-1)
 
 
-def _mean_torques(
-    *, shaft_system: Shaft, throw_torque_mean: Any, throw_reciprocating_inertia: Any,
-    **values: Any,
-) -> Any:  # fmt: skip
+def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any) -> Any:
     """Mean torque in each shaft; what is given has the axis of throws last."""
     from engine_dyn.torsion.system import mean_torques
 
-    def outer(value: Any) -> Any:
-        return np.asarray(value)[..., 0] if np.ndim(value) else value
-
-    shaft, own = shaft_system, {name: outer(value) for name, value in values.items()}
-    system, each = shaft.system(own, throw_reciprocating_inertia), np.asarray(throw_torque_mean)
-    torque = np.zeros((*each.shape[:-1], len(shaft.discs)))
-    for number, disc in enumerate(shaft.throws):
+    own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
+    each = np.asarray(throw_torque_mean)
+    torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
+    for number, disc in enumerate(shaft_system.throws):
         torque[..., disc] += each[..., number]
-    return mean_torques(system, torque, shaft.load)
+    return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
 def _largest_order(of: str) -> Any:
     def make(order: Any, **needs: Any) -> Any:
-        size = np.abs(needs[of])
-        known = np.where(np.isnan(size), -1.0, size)
-        place = known.argmax(axis=-1)
-        return np.where(known.max(axis=-1) < 0.0, np.nan, np.ravel(order)[place])
+        from engine_dyn.torsion.forced import largest_order
+
+        return largest_order(needs[of], order)[1]
 
     return make
 
@@ -424,7 +429,7 @@ NODES: tuple[Node, ...] = (
             "shaft_inertia", r"\Theta_s", "kg m2",
             "moment of inertia of all discs, referred to the crank: that of the rigid engine",
             WILSON, when=when, needs=("shaft_system", *needs), make=make,
-            of_shaft=True,
+            of_shaft=_INERTIAS,
         )
         for when, needs, make in (
             ("reciprocating_included", (), lambda shaft_system, **values: shaft_system.inertia(
@@ -439,7 +444,7 @@ NODES: tuple[Node, ...] = (
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
         kind="stage", public=False, needs=(*_OF_SYSTEM, "mode"),
         gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
-        source=WILSON, of_shaft=True,
+        source=WILSON, of_shaft=_ELASTIC,
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
     _of_modes("mode_shape", "a", "1",
@@ -454,7 +459,7 @@ NODES: tuple[Node, ...] = (
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
         removes=("cylinder", "disc"),
         needs=(*_OF_SYSTEM, "load_damping", "natural_frequency", "mode_shape", "modal_inertia"),
-        make=_damping_ratio, of_shaft=True,
+        make=_damping_ratio, of_shaft=_ALL,
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
@@ -470,7 +475,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
-        of_shaft=True, gives=(*_RESULTS, "torsion_status"),
+        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"),
         needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "period",
                "throw_gas_torque_harmonics", "throw_inertia_sum", "reciprocating_mass",
                "double_radius"),
@@ -498,9 +503,10 @@ NODES: tuple[Node, ...] = (
     _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",
             ("shaft",)),
     _result("delta_elastic", r"\delta_e", "1",
-            "speed fluctuation of the flywheel on the elastic shaft, at constant load torque "
-            "slope; delta is that of the rigid engine"),
-    _result("torsion_status", "", "1", "outcome of the torsional vibration", meanings=MEANINGS),
+            "coefficient of speed fluctuation of the flywheel's disc on the elastic shaft, linear; "
+            "delta is that of the rigid engine"),
+    _result("torsion_status", r"\chi_T", "1", "outcome of the torsional vibration",
+            meanings=MEANINGS),
     hidden(
         "throw_torque_mean", "N m", "mean torque on each throw, less its share of the friction",
         ("pressure_scale", "bore", "double_radius", "crank_ratio", "offset_ratio", "row", "family",
@@ -513,10 +519,11 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "shaft_torque_mean", r"\bar T", "N m",
-        "mean torque in each shaft, positive where it drives the second disc", WILSON,
+        "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
+        "drives the second", WILSON,
         adds=("shaft",), removes=("cylinder",),
-        needs=("shaft_system", "throw_torque_mean", "throw_reciprocating_inertia"),
-        make=_mean_torques, of_shaft=True,
+        needs=("shaft_system", "throw_torque_mean"), make=_mean_torques,
+        of_shaft=("shaft_gear_ratio",),
     ),
     Node(
         "shaft_torque_min", "T_{min}", "N m",
@@ -531,6 +538,7 @@ NODES: tuple[Node, ...] = (
         "shaft_stress_half_range", r"\hat\tau", "MPa",
         "nominal shear stress of the vibratory torque in each shaft: half of its range over the "
         "cycle", WILSON, si=MPA,
-        needs=("shaft_system", "shaft_torque_half_range"), make=_stress, of_shaft=True,
+        needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
+        of_shaft=("shaft_diameter", "shaft_bore"),
     ),
 )  # fmt: skip

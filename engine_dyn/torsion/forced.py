@@ -35,9 +35,9 @@ from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
 from engine_dyn.torsion.system import ShaftSystem
-from engine_dyn.types import Complexes, Floats, Integers
+from engine_dyn.types import Floats, Integers
 
-__all__ = ["RESULTS", "forced_response", "largest_order", "misfiring"]
+__all__ = ["RESULTS", "forced_response", "largest_order"]
 
 RESULTS = {
     "angle": "harmonics of the angle of each disc [rad], (..., N, orders)",
@@ -519,55 +519,23 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
     return found, resonant
 
 
-def misfiring(torque: Any, change: Any, throws: Sequence[int]) -> Complexes:
-    """Torques on the throws with each cylinder misfiring in turn, for `forced_response`.
-
-    The response is linear in the torques, so these are just more of them: the elimination of one
-    more right-hand side costs as much as to superpose the unit responses of the throws.
-
-    Parameters
-    ----------
-    torque : array_like of complex
-        Harmonics on each throw with all cylinders firing, shape (..., T, orders).
-    change : array_like of complex
-        Harmonics of each cylinder's motored torque less its firing torque, shape (..., Z, orders).
-    throws : sequence of int
-        Number of the throw of each cylinder, from 0.
-
-    Returns
-    -------
-    ndarray of complex, shape (..., Z, T, orders)
-    """
-    each = np.asarray(change, dtype=np.complex128)
-    at = np.eye(np.shape(torque)[-2])[np.asarray(throws)]  # (Z, T)
-    return np.asarray(np.asarray(torque)[..., None, :, :] + at[..., None] * each[..., None, :])
-
-
-def largest_order(harmonics: Any, orders: Any, speed: Any = None) -> tuple[Any, ...]:
-    """Largest amplitude of a single order, and that order; with speeds, the largest over them too.
+def largest_order(harmonics: Any, orders: Any) -> tuple[Any, Any]:
+    """Largest amplitude of a single order, and that order.
 
     Parameters
     ----------
     harmonics : array_like of complex
-        Orders along the last axis; with `speed`, the speeds along the first. NaN is left out.
+        Orders along the last axis. NaN is left out.
     orders : array_like
         nu.
-    speed : array_like, optional
-        Speeds of the first axis [rad/s].
 
     Returns
     -------
     tuple of ndarray
-        Amplitude, order and, with `speed`, the speed.
+        Amplitude and order, NaN where there is none.
     """
     size = np.abs(np.asarray(harmonics))
     known = np.where(np.isnan(size), -1.0, size)
-    if speed is not None:
-        known = np.moveaxis(known, 0, -2).reshape(*known.shape[1:-1], -1)
-    place = known.argmax(axis=-1)
-    most = np.take_along_axis(known, place[..., None], axis=-1)[..., 0]
-    most = np.where(most < 0.0, np.nan, most)
-    at_order = np.asarray(orders)[place % np.size(orders)]
-    if speed is None:
-        return most, at_order
-    return most, at_order, np.asarray(speed)[place // np.size(orders)]
+    place, most = known.argmax(axis=-1), known.max(axis=-1)
+    there = most >= 0.0
+    return np.where(there, most, np.nan), np.where(there, np.ravel(orders)[place], np.nan)

@@ -141,6 +141,14 @@ class Shaft:
         pairs = zip(self.speed_ratios(values), self.inertias(values, reciprocating), strict=True)
         return sum(ratio**2 * inertia for ratio, inertia in pairs)
 
+    def paths(self, values: Mapping[str, Any]) -> ShaftSystem:
+        """Return a system with its gears alone, of equal discs and shafts: where torques flow."""
+        ones = [1.0] * len(self.discs), [1.0] * len(self.shafts)
+        ratios = stacked(self.ratios(values)) if self.gears else 1.0
+        return shaft_system(
+            *ones, self.shafts, meshes=self.gears, ratios=ratios, crank=self.throws[0]
+        )
+
     def system(
         self, values: Mapping[str, Any], reciprocating: Any = 0.0, flywheel_excess: Any = 0.0,
         load_damping: Any = 0.0,

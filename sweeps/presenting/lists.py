@@ -7,8 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, key_line
 from sweeps.presenting.quantity_search import found_quantities
@@ -66,7 +65,7 @@ def quantity_lines(words: str = "") -> list[str]:
 
 
 def _keys() -> Lines:
-    nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
+    nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
     keys = [(key, key_line(node)) for key, node in nodes.items()]
     return [*keys, *CYLINDER_KEYS.items(), *TORQUE_TABLE_KEYS.items()]
 

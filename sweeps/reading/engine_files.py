@@ -30,6 +30,7 @@ from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.units import RPM
 from sweeps.catalogue import ENGINES
 from sweeps.checks import (
@@ -59,8 +60,10 @@ from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = [
     "GEOMETRIC",
+    "INERTIA_KEYS",
     "PERIODS",
     "RATIO",
+    "SHAFT_KEYS",
     "catalogue",
     "compression_ratio_in",
     "compression_ratio_of",
@@ -252,6 +255,8 @@ def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
             what = OF_CYLINDER[key].what
             what += "s" if what == "firing_angle" else ""
             raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
+        if key in OF_SHAFT or key in SHAFT_KEYS:
+            raise SceneError(f"{where}: not allowed here; belongs to [shaft]")
         if key == "wanted_delta":
             raise SceneError(
                 f"{where}: not allowed; belongs to a scene; an engine file gives the inertia"

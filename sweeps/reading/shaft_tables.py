@@ -15,7 +15,6 @@ from pydantic import Field
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
-from engine_dyn.torsion.system import shaft_system
 from sweeps.catalogue import SHAFTS
 from sweeps.checks import Strict, check_range, check_structure, mentioned, number
 from sweeps.errors import SceneError, not_known, shown
@@ -23,7 +22,7 @@ from sweeps.reading.engine_tables import Source
 from sweeps.reading.referred_files import kept, referred
 from sweeps.reading.toml_files import parse_toml
 
-__all__ = ["GivenShaft", "ShaftFile", "ShaftTable", "built_in_shafts", "read_shaft"]
+__all__ = ["SHAFT", "GivenShaft", "ShaftFile", "ShaftTable", "built_in_shafts", "read_shaft"]
 
 SHAFT = (
     "a table [shaft] with discs and shafts, the name of a built-in shaft, or the path of a file "
@@ -257,7 +256,6 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
             [*given.shafts, *(ShaftPiece() for _ in rings)], pairs, strict=True
         )
     ]
-    _check_different(called, where)
     shaft = Shaft(
         discs=tuple(every),
         shafts=tuple(pairs),
@@ -271,6 +269,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         keys=tuple(key for key in values.found if not key.startswith("load_")),
     )
     _check_joined(shaft, where)
+    _check_different(called, where)
     return GivenShaft(shaft, values.found)
 
 
@@ -347,9 +346,8 @@ def _throws(given: ShaftTable, where: str) -> tuple[int, ...]:
 
 def _check_joined(shaft: Shaft, where: str) -> None:
     """Check that shafts and gears join all discs, and form no ring."""
-    ones = [1.0] * len(shaft.discs), [1.0] * len(shaft.shafts)
     try:
-        shaft_system(*ones, shaft.shafts, meshes=shaft.gears, crank=shaft.throws[0])
+        shaft.paths({f"shaft_gear_ratio_{i + 1}": 1.0 for i in range(len(shaft.gears))})
     except ValueError as error:
         text = mentioned(error)
         for i in range(len(shaft.discs)):

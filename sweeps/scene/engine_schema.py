@@ -12,11 +12,11 @@ from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
-from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
+from sweeps.reading.engine_files import SHAFT_KEYS
 from sweeps.reading.engine_tables import EngineFile
 from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.reading.silenced_warnings import ALL
@@ -26,6 +26,7 @@ from sweeps.scene.schema_parts import (
     Schema,
     closed,
     key_of_cylinders,
+    key_of_shaft,
     model_schema,
     reference,
     text_schema,
@@ -34,7 +35,7 @@ from sweeps.scene.schema_parts import (
 
 __all__ = ["engine_schema"]
 
-_NOT_OF_ENGINES = (*CYCLE_KEYS, *OF_CYLINDER, *SOLVER_COLUMNS, "wanted_delta")
+_NOT_OF_ENGINES = (*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, "wanted_delta")
 
 
 def engine_schema() -> Schema:
@@ -47,6 +48,7 @@ def engine_schema() -> Schema:
         properties[name] = key_of_cylinders(name)
     for name, about in TORQUE_TABLE_KEYS.items():
         properties[name] = text_schema(about)
+    properties["shaft"] = key_of_shaft()
     properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
     head: Schema = {"load": reference("load"), "speed": reference("speed")}
     tables["PointsDiagram"] = {

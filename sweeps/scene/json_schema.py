@@ -24,6 +24,7 @@ from sweeps.scene.schema_parts import (
     Schema,
     closed,
     key_of_cylinders,
+    key_of_shaft,
     list_of,
     list_of_different,
     model_schema,
@@ -75,6 +76,7 @@ def scene_schema() -> Schema:
             },
         }
     )
+    properties["shaft"] = key_of_shaft()
     properties["designs"] = {
         "description": properties["designs"]["description"],
         "anyOf": [

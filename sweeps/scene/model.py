@@ -217,7 +217,8 @@ class Scene(GivenValues):
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
         found = select(name, *self.words)
-        return replace(found, needs=(*found.needs, *self.shaft_keys)) if found.of_shaft else found
+        of_shaft = [k for k in self.shaft_keys if k.rpartition("_")[0] in found.of_shaft]
+        return replace(found, needs=(*found.needs, *of_shaft)) if of_shaft else found
 
     @property
     def engines(self) -> tuple[Engine, ...]:

@@ -16,6 +16,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, Unpack
 
+from engine_dyn.engine import Engine
+from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
@@ -70,6 +72,9 @@ __all__ = [
 MOST_DESIGNS = 10**15
 
 WHAT = "a scene (TOML)"
+
+ORDERS_OF_TWO_STROKE = 15.0
+"""Highest order of the torsional vibration of two-stroke engines: Lloyd's Register asks for it."""
 
 STANDARD_INPUT = "-"
 """In place of a file."""
@@ -394,7 +399,7 @@ def _assembled(
         fail_on=tuple(given.output.fail_on),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         angle_step=given.output.angle_step,
-        highest_order=given.output.highest_order,
+        highest_order=_highest_order(given, engine),
         reference=None,
         uncertainty=read_uncertainty(given.uncertainty, values, name),
         folder=str(base),
@@ -412,6 +417,15 @@ def _dimensions(
         first = "axes" in raw and list(raw).index("axes") < list(raw).index("designs")
         dimensions.insert(len(dimensions) if first else 0, DESIGN)
     return (*dimensions, *of_solver)
+
+
+def _highest_order(given: SceneFile, engine: Engine) -> float:
+    """Highest order that is asked for; by default, shafts of two-stroke engines have 15."""
+    asked = "highest_order" in given.output.model_fields_set
+    two_stroke = engine.period == TWO_STROKE
+    if engine.shaft is not None and two_stroke and not asked:
+        return ORDERS_OF_TWO_STROKE
+    return given.output.highest_order
 
 
 def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> None:

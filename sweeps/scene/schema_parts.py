@@ -8,6 +8,7 @@ from typing import Any
 from engine_dyn.quantities.node import Node
 from sweeps.checks import Strict, allowed, is_ratio
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.shaft_tables import SHAFT, ShaftTable
 
 __all__ = [
     "DRAFT",
@@ -15,6 +16,7 @@ __all__ = [
     "Schema",
     "closed",
     "key_of_cylinders",
+    "key_of_shaft",
     "list_of",
     "list_of_different",
     "model_schema",
@@ -34,10 +36,12 @@ FRACTION: Schema = {"type": "string", "pattern": "^[^/]+/[^/]+$"}
 
 
 def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
-    """Schema of a file, and of the tables in it and those of an arrangement, by their names."""
+    """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
     schema: Schema = plain_schema(model.model_json_schema())
-    arrangement: Schema = plain_schema(ArrangementTable.model_json_schema())
-    tables = {**schema.pop("$defs"), **arrangement.pop("$defs"), "ArrangementTable": arrangement}
+    tables = schema.pop("$defs")
+    for part in (ArrangementTable, ShaftTable):
+        own: Schema = plain_schema(part.model_json_schema())
+        tables |= {**own.pop("$defs"), part.__name__: own}
     return schema, tables
 
 
@@ -115,6 +119,14 @@ def key_of_cylinders(name: str) -> Schema:
     if name == "arrangement":
         return {**ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
     return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
+
+
+def key_of_shaft() -> Schema:
+    """Schema of the key `shaft`."""
+    return {
+        "description": SHAFT,
+        "anyOf": [{"type": "string", "minLength": 1}, reference("ShaftTable")],
+    }
 
 
 def closed(properties: Schema, *required: str) -> Schema:

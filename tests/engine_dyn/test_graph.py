@@ -17,12 +17,12 @@ from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     DIMENSIONS,
     NODES,
+    NUMBERED,
     PARAMETERS,
     select,
 )
 from engine_dyn.quantities.node import Node, check_needs
 from engine_dyn.quantities.parameters import CYCLE_KEYS
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from tests.support.scenes import NOT_OF_AN_ENGINE, computed
 
@@ -47,8 +47,8 @@ def test_arguments_are_needs() -> None:
             continue
         arguments = inspect.signature(node.make).parameters.values()
         named = {a.name for a in arguments if a.kind in (a.POSITIONAL_OR_KEYWORD, a.KEYWORD_ONLY)}
-        if node.threaded:
-            named -= {"threads"}
+        if node.threaded or node.kind == "stage":
+            named -= {"threads", "wanted", "progress"}
         if any(a.kind is a.VAR_KEYWORD for a in arguments):
             assert named <= set(node.needs), node.name
         else:
@@ -120,7 +120,7 @@ def test_every_unit_is_read_by_udunits() -> None:
 def test_factors_to_si_are_those_of_udunits() -> None:
     base = {
         "bar": "Pa", "rpm": "rad s-1", "degree": "rad", "bar s m-1": "Pa s m-1",
-        "bar s2 m-2": "Pa s2 m-2", "MPa": "Pa", "cm3": "m3", "min-1": "s-1",
+        "bar s2 m-2": "Pa s2 m-2", "MPa": "Pa", "GPa": "Pa", "cm3": "m3", "min-1": "s-1",
     }  # fmt: skip
     for node in (*PARAMETERS.values(), *ALL_QUANTITIES.values()):
         if node.unit in base:
@@ -151,7 +151,7 @@ def test_every_quantity_is_computed(closure: str) -> None:
     used = {need for variants in NODES.values() for node in variants for need in node.needs}
     used |= {*DIMENSIONS}  # points of what quantities add
     used |= set(CYCLE_KEYS)  # the planner makes the family and which cycle of it from them
-    used |= {"misfire", *OF_CYLINDER}  # and the sets of cylinders
+    used |= {"misfire", *NUMBERED}  # and the sets of cylinders
     used |= {"friction_law"}  # and a word
     assert {name for name in NODES if name not in used and name not in ALL_QUANTITIES} == set()
 

@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
-__all__ = ["DIESEL", "DIESEL_NODES", "DIESEL_ORDERS", "DIESEL_SPEED", "dense", "diesel_torques"]
+__all__ = [
+    "DIESEL",
+    "DIESEL_NODES",
+    "DIESEL_ORDERS",
+    "DIESEL_SPEED",
+    "dense",
+    "diesel_torques",
+    "shaft_with",
+]
 
 DIESEL: dict[str, Any] = {
     "inertia": [0.017, 0.009, 0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487, 2.075],
@@ -41,6 +49,29 @@ _THROW_1 = np.array([
 ])  # fmt: skip
 
 DIESEL_ORDERS = _THROW_1[:, 0]
+
+
+def shaft_with(key: str) -> dict[str, Any]:
+    """The table [shaft] of an engine of one throw that has the disc, shaft or damper of a key."""
+    number = int(key.rpartition("_")[2]) if key[-1].isdigit() else 1
+    discs = [{"name": f"disc {i}", "inertia": 1.0} for i in range(1, 41)]
+    discs[0]["throw"] = 1
+    shafts: list[dict[str, Any]] = [{"stiffness": 1e5} for _ in discs[1:]]
+    found: dict[str, Any] = {
+        "reciprocating": "included", "flywheel": "disc 2", "discs": discs, "shafts": shafts,
+    }  # fmt: skip
+    if key.startswith("shaft_gear_ratio"):
+        found["shafts"] = shafts[:-number]
+        found["gears"] = [
+            {"between": [f"disc {40 - i}", f"disc {41 - i}"], "ratio": 2.0}
+            for i in range(number, 0, -1)
+        ]  # fmt: skip
+    elif key.startswith("damper"):
+        found["dampers"] = [{"on": "disc 3", "inertia": 1.0, "damping": 1.0}] * number
+    elif key.startswith(("shaft_length", "shaft_shear", "shaft_bore")):
+        size = {"length": 1.0, "diameter": 2.0, "shear_modulus": 80.0}
+        shafts[number - 1] = size if "bore" not in key else {"stiffness": 1e5, "diameter": 2.0}
+    return found
 
 
 def diesel_torques() -> Any:

@@ -19,8 +19,7 @@ from hypothesis import HealthCheck, event, given, note, settings
 from hypothesis import strategies as st
 
 import sweeps
-from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from oracle import solution
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
@@ -73,8 +72,8 @@ def test_strategies_use_the_whole_language() -> None:
     draw()
     schema = scene_schema()
     wanted = {*schema["properties"], *CYLINDER_KEYS, *TORQUE_TABLE_KEYS, "case"}
-    wanted |= {key for key in PARAMETERS if key not in OF_CYLINDER}
-    wanted |= {re.sub(r"_\d+$", "_*", key) for key in OF_CYLINDER}
+    wanted |= {key for key in PARAMETERS if key not in NUMBERED}
+    wanted |= {re.sub(r"_\d+$", "_*", key) for key in NUMBERED}
     for table in ("Solver", "Output", "Range", "Characteristic"):
         wanted |= set(schema["$defs"][table]["properties"])
     wanted -= {"measured", "recorded_cycle"}  # of recordings: they have own tests

@@ -21,8 +21,7 @@ from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
 import sweeps
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
@@ -403,7 +402,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
         (
             "keys",
             [
-                *(k for k in PARAMETERS if k not in OF_CYLINDER),
+                *(k for k in PARAMETERS if k not in NUMBERED),
                 *PATTERNS,
                 *CYLINDER_KEYS,
                 *TORQUE_TABLE_KEYS,

@@ -21,6 +21,7 @@ from engine_dyn.quantities.parameters import (
     STROKE_SHARES,
 )
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.checks import outside
 from sweeps.errors import SceneError
@@ -29,6 +30,7 @@ from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES
 from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import NOT_OF_AN_ENGINE, refusal
+from tests.support.shafts import shaft_with
 
 
 def scene(**tables: Any) -> dict[str, Any]:
@@ -188,6 +190,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             raw = scene(set={key: 0.5, "ring_pressure": 1.0})
         elif key in OF_CYLINDER:
             raw = scene(set={key: value, "cylinders": MOST_CYLINDERS})
+        elif key in OF_SHAFT or key.startswith("load_damping"):
+            raw = scene(set={key: value}, shaft=shaft_with(key))
         elif key == "recorded_cycle":
             (tmp_path / "run.csv").write_text(
                 "crank_angle_deg,pressure_bar,cycle_1_bar\n"

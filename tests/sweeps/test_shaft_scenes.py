@@ -1,0 +1,438 @@
+"""Scenes with a shaft that twists: the same numbers as by other ways, and what is refused."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from engine_dyn.units import RPM
+from sweeps.catalogue import SHAFTS
+from tests.support.scenes import refusal
+from tests.support.shafts import DIESEL, dense
+
+ENGINE = "diesel_105x137"
+FORCED = ["shaft_torque_order", "shaft_torque_phase", "shaft_torque_half_range"]
+
+GEARED: dict[str, Any] = {
+    "reciprocating": "added",
+    "loss_factor": 0.02,
+    "load": "propeller",
+    "discs": [
+        *({"name": f"throw {i}", "throw": i, "inertia": 0.03, "damping": 1.5} for i in range(1, 7)),
+        {"name": "flywheel", "inertia": 2.0},
+        {"name": "pinion", "inertia": 0.05},
+        {"name": "wheel", "inertia": 1.0},
+        {"name": "propeller", "inertia": 5.0, "ground_stiffness": 100.0},
+    ],
+    "shafts": [
+        *({"stiffness": 1.25e6, "diameter": 0.083} for _ in range(5)),
+        {"length": 0.2, "diameter": 0.08, "bore": 0.02, "shear_modulus": 80.0},
+        {"name": "coupling", "stiffness": 2e4, "loss_factor": 0.15, "damping": 3.0},
+        {"between": ["wheel", "propeller"], "stiffness": 1e5},
+    ],
+    "gears": [{"between": ["pinion", "wheel"], "ratio": -0.4}],
+    "dampers": [{"on": "throw 1", "inertia": 0.1, "damping": 20.0, "stiffness": 1e4}],
+}
+"""Six throws with a damper, a rubber coupling, a gear and a propeller on a branch."""
+
+
+def run(quantities: list[str], shaft: Any = ENGINE, **tables: Any) -> xr.Dataset:
+    """What a scene of the diesel gives; nobody is warned of inertias that are made up."""
+    tables.setdefault("set", {"speed": 1500})
+    tables.setdefault("engine", ENGINE)
+    output = {"quantities": quantities, **tables.pop("output", {})}
+    return sweeps.run(shaft=shaft, silenced_warnings=["all"], output=output, **tables)
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    """The geared shaft with other keys, or values of lists: `discs__6__inertia`."""
+    shaft: dict[str, Any] = copy.deepcopy(GEARED)
+    for place, value in changes.items():
+        *path, last = place.split("__")
+        inside: Any = shaft
+        for key in path:
+            inside = inside[int(key) if key.isdigit() else key]
+        if value is None:
+            del inside[int(last) if last.isdigit() else last]
+        else:
+            inside[int(last) if last.isdigit() else last] = value
+    return shaft
+
+
+def throw_torques(archive: xr.Dataset) -> Any:
+    """Complex harmonics of the torque on each throw, (throw, order)."""
+    phase = np.radians(archive.throw_torque_phase.values)
+    return archive.throw_torque_order.values * np.exp(1j * phase)
+
+
+def shaft_torques(archive: xr.Dataset) -> Any:
+    """Complex harmonics of the torque in each shaft."""
+    return archive.shaft_torque_order.values * np.exp(
+        1j * np.radians(archive.shaft_torque_phase.values)
+    )
+
+
+# --- the same by another way ----------------------------------------------------------------------
+
+
+def test_the_measured_diesel_is_a_dense_solution_with_torques_of_the_same_archive() -> None:
+    found = run(
+        [*FORCED, "throw_torque_order", "throw_torque_phase", "natural_frequency"],
+        set={"speed": 2170, "load_damping": 0.0},
+    )
+    torque = np.zeros((9, 24), dtype=complex)
+    torque[2:8] = throw_torques(found)
+    for place, order in enumerate(found.order.values):
+        _, expected = dense(order * 2170 * RPM, torque[:, place], **DIESEL)
+        np.testing.assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-9)
+    # The page's numbers, by openTorsion's matrices and a synthesis over 1440 angles.
+    assert found.natural_frequency.values[:3] == pytest.approx([216.6, 592.7, 984.9], abs=0.05)
+    assert float(found.shaft_torque_half_range[-1]) == pytest.approx(8064, rel=1e-3)
+
+
+def test_gear_branch_damper_and_load_are_a_dense_solution() -> None:
+    """The load damps by the slope of its law at the crank; its disc turns 0.4 times as fast."""
+    found = run(
+        [*FORCED, "throw_torque_order", "throw_torque_phase", "torque_mean", "shaft_inertia"],
+        GEARED,
+    )
+    radius, ratio, mass = 0.0685, 0.0685 / 0.207, 2.521
+    phi = np.arange(720) * math.pi / 360
+    velocity = np.sin(phi) * (1 + ratio * np.cos(phi) / np.sqrt(1 - (ratio * np.sin(phi)) ** 2))
+    fast = mass * radius**2 * np.mean(velocity**2)
+    omega = 1500 * RPM
+    slope = 2.0 * float(found.torque_mean) / omega  # exponent 2 and no constant part
+    inertia = [0.03 + fast] * 6 + [2.0, 0.05, 1.0, 5.0, 0.1]
+    shafts = [(i, i + 1) for i in range(7)] + [(8, 9), (0, 10)]
+    tube = math.pi * 80e9 * (0.08**4 - 0.02**4) / (32 * 0.2)
+    assert float(found.shaft_inertia) == pytest.approx(
+        sum(inertia[:8]) + 0.1 + 0.16 * 6.0, rel=1e-6
+    )
+    for place, order in enumerate(found.order.values):
+        torque = np.zeros(11, dtype=complex)
+        torque[:6] = throw_torques(found)[:, place]
+        _, expected = dense(
+            order * omega, torque, inertia, [1.25e6] * 5 + [tube, 2e4, 1e5, 1e4], shafts,
+            loss_factor=[0.02] * 6 + [0.15, 0.02, 0.0],
+            damping=[0.0] * 6 + [3.0, 0.0, 20.0],
+            disc_damping=[1.5] * 6 + [0.0] * 3 + [slope / 0.4**2, 0.0],
+            ground_stiffness=[0.0] * 9 + [100.0, 0.0], meshes=[(7, 8)], ratios=[-0.4],
+        )  # fmt: skip
+        np.testing.assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-8)
+
+
+def test_a_stiff_shaft_is_the_rigid_engine() -> None:
+    """At small fluctuation, with all damping that of the load and friction of the load's law.
+
+    The rigid engine is not linear: what is left falls with the square of delta.
+    """
+    off = []
+    for heavy in (20.0, 200.0):
+        shaft = {
+            "reciprocating": "included",
+            "load": "flywheel",
+            "discs": [
+                *({"name": f"throw {i}", "throw": i, "inertia": 0.02} for i in range(1, 7)),
+                {"name": "flywheel", "inertia": heavy},
+            ],
+            "shafts": [{"stiffness": 1e12} for _ in range(6)],
+        }
+        found = run(
+            ["delta", "delta_elastic", "crankshaft_twist_half_range"], shaft,
+            set={"speed": 1500, "load": 100}, output={"highest_order": 24},
+        )  # fmt: skip
+        off.append(abs(float(found.delta_elastic / found.delta) - 1.0))
+        assert float(found.crankshaft_twist_half_range) < 1e-6
+    assert off[0] < 3e-4 and off[1] < 5e-5, off
+
+
+def test_a_misfire_takes_the_torque_of_its_throw_and_wakes_the_half_order() -> None:
+    names = ["shaft_torque_mean", "shaft_torque_order", "torque_mean", "shaft_torque_min",
+             "shaft_torque_half_range"]  # fmt: skip
+    found = run(names, axes={"misfire": range(7)})
+    mean = found.shaft_torque_mean
+    np.testing.assert_allclose(-mean[:, -1], found.torque_mean, rtol=1e-12)
+    step = -np.diff(mean.values[:, 1:], axis=1)  # of each throw
+    assert np.allclose(step[0], step[0, 0])
+    for silent in range(1, 7):
+        assert step[silent].argmin() == silent - 1 and step[silent].min() < 0.0
+    half = found.shaft_torque_order.sel(order=0.5).isel(shaft=-1)
+    assert float(half[0]) < 0.01 * float(half[1:].min())
+    # The least of the whole torque: below the mean by at most the range of the vibration.
+    lowest = np.abs(mean) - found.shaft_torque_min
+    assert (lowest <= 2.0 * found.shaft_torque_half_range).all()
+    assert (lowest >= 0.0).all()
+
+
+def test_a_wanted_delta_changes_the_flywheel() -> None:
+    names = ["natural_frequency", "delta_elastic", "shaft_torque_half_range", "modal_damping_ratio"]
+    wanted = run([*names, "inertia_required"], set={"speed": 1500, "wanted_delta": 0.01})
+    assert float(wanted.inertia_required) > 2.3552
+    own = 2.075 + float(wanted.inertia_required) - 2.3552
+    given = run(names, set={"speed": 1500, "disc_inertia_9": own})
+    for name in names:
+        np.testing.assert_allclose(wanted[name], given[name], rtol=1e-9, err_msg=name)
+    # Where less than the rest of the shaft would be needed, the design fails and the others do not.
+    found = run(names, set={"speed": 1500}, axes={"wanted_delta": [0.01, 0.3]})
+    assert found.torsion_status.values.tolist() == [0, 4]
+    for name in names:
+        assert np.isnan(found[name][1]).all() and np.isfinite(found[name][0]).all(), name
+
+
+def test_the_load_damps_by_its_law_a_factor_or_a_number() -> None:
+    mean = float(run(["torque_mean"]).torque_mean)
+    names = ["shaft_torque_half_range", "delta_elastic", "modal_damping_ratio"]
+
+    def same(one: dict[str, float], other: dict[str, float]) -> bool:
+        found = [run(names, set={"speed": 1500, **keys}) for keys in (one, other)]
+        return all(np.allclose(found[0][n], found[1][n], rtol=1e-11) for n in names)
+
+    number = {"load_damping": 2.0 * mean / (1500 * RPM)}
+    assert same({}, number)
+    assert same({"load_damping_factor": 2.0}, number)
+    assert same({"load_exponent": 3.0}, {"load_damping_factor": 3.0})
+    assert same({"load_exponent": 0.0}, {"load_damping": 0.0})
+    assert not same({"load_damping_factor": 4.0}, number)
+
+
+@pytest.mark.parametrize(
+    ("load", "slope"),
+    [
+        ({"load_linear": 2.0, "load_square": 0.01}, None),
+        ({"load_table": "fan.csv"}, 2.0),
+    ],
+    ids=["linear and square", "table"],
+)
+def test_the_slope_of_other_loads(
+    load: dict[str, Any], slope: float | None, tmp_path: Path
+) -> None:
+    speeds = np.linspace(500, 3000, 400)
+    rows = "".join(f"{n},{(n * RPM) ** 2}\n" for n in speeds)
+    tmp_path.joinpath("fan.csv").write_text(f"speed_rpm,torque_Nm\n{rows}")
+    load = {k: str(tmp_path / v) if k == "load_table" else v for k, v in load.items()}
+    omega = 1500 * RPM
+    if slope is None:
+        slope = (2.0 + 0.02 * omega) / (2.0 + 0.01 * omega)
+    found = run(["delta_elastic"], set={"speed": 1500, **load})
+    given = run(["delta_elastic"], set={"speed": 1500, "load_damping_factor": slope})
+    assert float(found.delta_elastic) == pytest.approx(float(given.delta_elastic), rel=1e-6)
+
+
+def test_modes_critical_speeds_and_vector_sums() -> None:
+    found = run(
+        ["natural_frequency", "critical_speed", "mode_vector_sum", "mode_shape", "mode_node",
+         "modal_inertia", "phase_vector_sum"],
+    )  # fmt: skip
+    expected = 60.0 * found.natural_frequency / found.order
+    np.testing.assert_allclose(found.critical_speed, expected, rtol=1e-12)
+    shape = found.mode_shape.values
+    np.testing.assert_allclose(shape[:, 0], 1.0)
+    inertia = np.array(DIESEL["inertia"])
+    np.testing.assert_allclose(found.modal_inertia, (inertia * shape**2).sum(axis=1), rtol=1e-12)
+    fire = np.radians([0.0, 480.0, 240.0, 600.0, 120.0, 360.0])  # 1-5-3-6-2-4
+    vectors = np.exp(-1j * np.outer(fire, found.order))
+    np.testing.assert_allclose(
+        found.mode_vector_sum, np.abs(shape[:, 2:8] @ vectors), rtol=1e-9, atol=1e-12
+    )
+    # One node in the first mode, two in the second.
+    assert np.isfinite(found.mode_node).sum(axis=1).values.tolist()[:3] == [1, 2, 3]
+
+
+def test_stress_is_nominal_and_needs_a_diameter() -> None:
+    found = run(["shaft_stress_half_range", "shaft_torque_half_range"], GEARED)
+    stress, torque = (found[name].values for name in found.data_vars if "half" in str(name))
+    tube = 16.0 * 0.08 / (math.pi * (0.08**4 - 0.02**4)) / 1e6
+    assert stress[5] == pytest.approx(tube * torque[5], rel=1e-12)
+    assert stress[0] == pytest.approx(16.0 / (math.pi * 0.083**3) / 1e6 * torque[0], rel=1e-12)
+    assert np.isnan(stress[6:]).all()
+
+
+# --- axes, designs, archives ----------------------------------------------------------------------
+
+
+def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
+    names = [
+        "natural_frequency", "modal_damping_ratio", "shaft_torque_half_range", "shaft_loss",
+        "shaft_stress_half_range", "delta_elastic", "delta", "disc_angle_largest_order",
+    ]  # fmt: skip
+    columns = {
+        "disc_inertia_7": [1.5, 2.5], "disc_damping_2": [0.0, 4.0],
+        "disc_ground_stiffness_9": [0.0, 9.0], "shaft_stiffness_3": [1e6, 2e6],
+        "shaft_loss_factor_7": [0.1, 0.2],
+        "shaft_damping_7": [0.0, 9.0], "shaft_length_6": [0.1, 0.3],
+        "shaft_diameter_6": [0.07, 0.09], "shaft_bore_6": [0.0, 0.03],
+        "shaft_shear_modulus_6": [79.0, 82.0], "shaft_gear_ratio_1": [-0.4, 0.5],
+        "damper_inertia_1": [0.1, 0.2], "damper_damping_1": [10.0, 30.0],
+        "damper_stiffness_1": [0.0, 2e4], "damper_loss_factor_1": [0.0, 0.2],
+        "load_damping": [0.0, 40.0], "speed": [1200.0, 1900.0],
+    }  # fmt: skip
+    both = run(names, GEARED, designs=columns, set={})
+    for i in range(2):
+        alone = run(names, GEARED, set={key: values[i] for key, values in columns.items()})
+        for name in names:
+            np.testing.assert_array_equal(both[name].isel(design=i), alone[name], err_msg=name)
+    # As axes, each is an axis of what depends on it alone.
+    found = run(
+        names, GEARED, axes={"shaft_stiffness_3": [1e6, 2e6], "speed": [1200, 1900]}, set={}
+    )
+    assert found.natural_frequency.dims == ("shaft_stiffness_3", "mode")
+    assert found.delta.dims == ("speed",)
+    assert found.delta_elastic.dims == ("shaft_stiffness_3", "speed")
+
+
+def test_archives_in_blocks_name_discs_and_are_computed_again(tmp_path: Path) -> None:
+    tmp_path.joinpath("mine.toml").write_text(
+        SHAFTS.joinpath("diesel_105x137.toml").read_text(encoding="utf-8"), encoding="utf-8"
+    )
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        f'engine = "{ENGINE}"\nshaft = "mine.toml"\nsilenced_warnings = ["all"]\n'
+        "[sample]\nnumber = 64\nseed = 3\ndisc_inertia_9 = {low = 2, high = 4}\n"
+        "speed = {low = 1000, high = 2400}\n"
+        '[output]\nquantities = ["shaft_torque_half_range", "disc_angle_order", "delta"]\n'
+    )
+    archive = tmp_path / "archive.nc"
+    sweeps.stream(scene, archive, memory=17e6)
+    with sweeps.open(archive) as stored:
+        whole = sweeps.run(scene)
+        for name in whole.data_vars:
+            np.testing.assert_array_equal(stored[name], whole[name], err_msg=name)
+        assert stored.disc_name.values[-1] == "flywheel"
+        assert stored.shaft_name.values[0] == "pulley - gear train"
+        scenes = stored.attrs
+    tmp_path.joinpath("mine.toml").unlink()
+    # The archive holds the file of the shaft: what a resumed run is computed from.
+    assert any("mine.toml" in str(value) for value in scenes.values())
+
+
+def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:
+    own = Path(sweeps.__file__).parent / "catalogue/engines/diesel_105x137.toml"
+    text = own.read_text(encoding="utf-8").replace(
+        "firing_order", 'shaft = "diesel_105x137"\nfiring_order', 1
+    )
+    text = text.replace(
+        '"diesel_105x137_pressure.csv"', f'"{own.parent}/diesel_105x137_pressure.csv"'
+    )
+    path = tmp_path / "engine.toml"
+    path.write_text(text, encoding="utf-8")
+    said = refusal({"engine": str(path), "output": {"quantities": ["delta"]}})
+    assert "inertia: not allowed together with shaft" in said
+    path.write_text(text.replace("inertia = 2.3552", "# "), encoding="utf-8")
+    names = ["natural_frequency", "delta", "shaft_inertia"]
+    found = sweeps.run(engine=str(path), set={"speed": 1500}, output={"quantities": names})
+    assert float(found.shaft_inertia) == pytest.approx(2.3552)
+    # The scene's shaft replaces the engine's.
+    other = run(names, GEARED, engine=str(path))
+    assert other.natural_frequency[0] < 0.2 * found.natural_frequency[0]
+
+
+def test_two_stroke_engines_have_fifteen_orders_unless_asked() -> None:
+    shaft = {
+        "reciprocating": "included",
+        "discs": [*({"name": f"throw {i}", "throw": i, "inertia": 50.0} for i in range(1, 8)),
+                  {"name": "flywheel", "inertia": 900.0}],
+        "shafts": [{"stiffness": 1e8, "loss_factor": 0.02} for _ in range(7)],
+    }  # fmt: skip
+    scene = {"engine": "marine_80x345", "shaft": shaft, "silenced_warnings": ["all"],
+             "output": {"quantities": ["shaft_torque_order"]}}  # fmt: skip
+    assert sweeps.read_scene(scene).engine.period == pytest.approx(2 * math.pi)
+    assert sweeps.read_scene(scene).highest_order == 15.0
+    scene["output"] = {"quantities": ["shaft_torque_order"], "highest_order": 12}
+    assert sweeps.read_scene(scene).highest_order == 12.0
+
+
+# --- what is refused ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("shaft", "expected"),
+    [
+        (changed(shafts__7=None), "disc 'propeller': no shafts or gears join it"),
+        (changed(shafts__2__between=["throw 1", "throw 2"]), "form a ring"),
+        (changed(shafts__2__stiffness=-1.0), "shafts number 3 stiffness = -1: must be a finite"),
+        (changed(shafts__2__stiffness=0), "shafts number 3 stiffness = 0: must be a finite"),
+        (changed(shafts__2__stiffness=None), "shafts number 3: stiffness: missing"),
+        (changed(shafts__5__stiffness=1e6), "shafts number 6: has both stiffness and length"),
+        (changed(shafts__5__diameter=None), "shafts number 6: diameter: missing"),
+        (changed(shafts__5__bore=0.08), "shafts number 6 bore = 0.08: must be below the diameter"),
+        (changed(shafts__7__between=["wheel", "screw"]), "no such disc"),
+        (changed(shafts__7__between=["wheel", "wheel"]), "two different discs"),
+        (changed(shafts__7__between=None), "forms a ring|form a ring|no shafts or gears"),
+        (changed(discs__0__inertia=0), "discs number 1 inertia = 0: must be a finite"),
+        (changed(discs__3__name="throw 1"), "the name 'throw 1' is given twice"),
+        (changed(discs__3__throw=1), "throw = 1: is on disc number 1 already"),
+        (changed(discs__3__throw=9), "throws 1, 2, 3, 5, 6, 9: must be the numbers of all throws"),
+        (changed(discs__5__throw=None), "has discs for 5 throws, the engine diesel_105x137 has 6"),
+        (changed(gears__0__ratio=0), "gears number 1 ratio = 0: must not be 0"),
+        (changed(gears__0__ratio="fast"), "gears number 1 ratio"),
+        (changed(dampers__0__on="throw 9"), "dampers number 1 on = 'throw 9': no such disc"),
+        (changed(dampers__0__damping=0, dampers__0__stiffness=0), "nothing holds its ring"),
+        (changed(flywheel="wheels"), "flywheel = 'wheels': no such disc; did you mean 'wheel'"),
+        (changed(load="water"), "load = 'water': no such disc"),
+        (changed(reciprocating=None), "reciprocating: missing; must be 'included'"),
+        (changed(reciprocating="half"), "reciprocating = 'half': must be 'included'"),
+        (changed(load_damping=1, load_damping_factor=2), "both load_damping and load_damping_f"),
+        (changed(discs=[{"name": f"{i}", "inertia": 1.0} for i in range(41)]), "2 to 40 tables"),
+        (changed(shafts__2__stifness=3), "stifness: unknown key; did you mean 'stiffness'"),
+        ("diesel_105x138", "unknown shaft; did you mean 'diesel_105x137'"),
+        ("nothere.toml", "no such file"),
+        (3, "must be a table"),
+    ],
+)  # fmt: skip
+def test_no_shaft(shaft: Any, expected: str) -> None:
+    scene = {"engine": ENGINE, "shaft": shaft, "output": {"quantities": ["natural_frequency"]}}
+    assert re.search(expected, refusal(scene)), refusal(scene)
+
+
+@pytest.mark.parametrize(
+    ("tables", "expected"),
+    [
+        ({"set": {"inertia": 2.0}}, r"\[set\] inertia: not allowed together with a shaft"),
+        ({"axes": {"flywheel_inertia": [1, 2]}}, r"\[axes\] flywheel_inertia: not allowed"),
+        ({"set": {"disc_inertia_10": 2.0}}, "no disc number 10; the shaft has 9 discs"),
+        ({"set": {"damper_inertia_1": 2.0}}, "no damper number 1; the shaft has 0 dampers"),
+        ({"set": {"shaft_length_3": 2.0}}, "has no effect: the stiffness of shaft 3 is given"),
+        ({"set": {"shaft_bore_3": 0.1}}, "must be below the smallest shaft_diameter_3"),
+        ({"set": {"shaft_stiffness_3": -1.0}}, "must be a finite"),
+        ({"axes": {"cylinders": [4, 6]}}, "not allowed to vary with a shaft"),
+        ({"set": {"cylinders": 4}}, "has discs for 6 throws"),
+        ({"set": {"load_damping": 1.0, "load_damping_factor": 1.0}}, "give one of them"),
+    ],
+)
+def test_keys_that_do_not_fit_the_shaft(tables: dict[str, Any], expected: str) -> None:
+    scene = {"engine": ENGINE, "shaft": ENGINE, **tables,
+             "output": {"quantities": ["natural_frequency"]}}  # fmt: skip
+    assert re.search(expected, refusal(scene)), refusal(scene)
+
+
+def test_without_a_shaft_keys_and_quantities_of_it_are_refused() -> None:
+    scene = {"engine": ENGINE, "output": {"quantities": ["natural_frequency"]}}
+    assert "'natural_frequency' needs a shaft" in refusal(scene)
+    scene = {"engine": ENGINE, "set": {"disc_inertia_1": 1.0}, "output": {"quantities": ["delta"]}}
+    assert "[set] disc_inertia_1: the scene has no shaft" in refusal(scene)
+
+
+def test_an_undamped_resonance_has_a_status_and_no_infinity() -> None:
+    """Order 6 meets the first frequency of an undamped shaft exactly; other speeds have numbers."""
+    shaft = {
+        "reciprocating": "included",
+        "discs": [*({"name": f"throw {i}", "throw": i, "inertia": 0.04} for i in range(1, 7)),
+                  {"name": "flywheel", "inertia": 2.0}],
+        "shafts": [{"stiffness": 1.2e6} for _ in range(6)],
+        "load_damping": 0.0,
+    }  # fmt: skip
+    critical = run(["critical_speed"], shaft).critical_speed.sel(mode=1, order=6)
+    found = run(
+        ["shaft_torque_half_range"], shaft, axes={"speed": [1500.0, float(critical)]}, set={}
+    )
+    assert found.torsion_status.values.tolist() == [0, 2]
+    assert np.isnan(found.shaft_torque_half_range[1]).all()
+    assert np.isfinite(found.shaft_torque_half_range[0]).all()
