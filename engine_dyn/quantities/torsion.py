@@ -32,6 +32,9 @@ MODES = 6
 COMPLEX = 16
 """Bytes of a harmonic."""
 
+OF_RESPONSE, OF_MODES = 3000, 6000
+"""Bytes of a shaft of some ten discs with what is referred, and with its matrices."""
+
 WILSON = "Ker Wilson, Practical Solution of Torsional Vibration Problems"
 
 _POSITIVE: dict[str, Any] = {"low": 0.0}
@@ -280,8 +283,9 @@ _RESULTS = {
 
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_torque_harmonics: Any,
-    throw_inertia_sum: Any, reciprocating_mass: Any, double_radius: Any,
+    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_sum: Any,
+    throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any, crankcase_pressure: Any,
+    bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.forced import forced_response
@@ -295,12 +299,18 @@ def _respond(
         values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0)
     )
     throws = len(shaft.throws)
-    moment = np.asarray(reciprocating_mass * (0.5 * double_radius) ** 2)[..., None, None]
+    # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
+    radius = 0.5 * double_radius
+    lever = piston_area(bore) * radius
+    harmonics = throw_gas_sum, throw_speed_sum, throw_inertia_sum
+    factors = (
+        lever * pressure_scale, -lever * crankcase_pressure,
+        reciprocating_mass * (radius * speed) ** 2,
+    )  # fmt: skip
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     found = forced_response(
         system, np.ravel(order), speed, shaft.throws,
-        np.asarray(throw_gas_torque_harmonics)[..., :throws, :],
-        moment * np.asarray(throw_inertia_sum)[..., :throws, :],
+        [np.asarray(part)[..., :throws, :] for part in harmonics], factors,
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
         twist=pairs, speed_of=(shaft.flywheel,), period=period, threads=threads,
         progress=progress,
@@ -444,6 +454,7 @@ NODES: tuple[Node, ...] = (
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
         kind="stage", public=False, needs=(*_OF_SYSTEM, "mode"),
         gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
+        width=OF_MODES,
         source=WILSON, of_shaft=_ELASTIC,
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
@@ -459,7 +470,7 @@ NODES: tuple[Node, ...] = (
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
         removes=("cylinder", "disc"),
         needs=(*_OF_SYSTEM, "load_damping", "natural_frequency", "mode_shape", "modal_inertia"),
-        make=_damping_ratio, of_shaft=_ALL,
+        make=_damping_ratio, of_shaft=_ALL, width=OF_MODES,
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
@@ -475,10 +486,10 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
-        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"),
+        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=OF_RESPONSE,
         needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "period",
-               "throw_gas_torque_harmonics", "throw_inertia_sum", "reciprocating_mass",
-               "double_radius"),
+               "throw_gas_sum", "throw_speed_sum", "throw_inertia_sum", "pressure_scale",
+               "crankcase_pressure", "bore", "reciprocating_mass", "double_radius"),
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
             public=False, width=COMPLEX),
