@@ -20,7 +20,7 @@ from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
-from engine_dyn.torsion.stress import shear_stress
+from engine_dyn.torsion.stress import propulsion_shaft_limits, shear_stress
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, GPA, MPA, RPM
 
@@ -67,6 +67,17 @@ _PATTERNS = (
     _numbered("shaft_bore", "d_{b,N}", "m", "bore of shaft N", _SHAFTS, **_FROM_ZERO),
     _numbered("shaft_shear_modulus", "G_N", "GPa", "shear modulus of shaft N", _SHAFTS, si=GPA,
               **_POSITIVE),
+    _numbered("shaft_stress_limit", r"\tau_{N}", "MPa",
+              "largest allowed half range of the nominal shear stress in shaft N", _SHAFTS, si=MPA,
+              **_POSITIVE),
+    _numbered("shaft_torque_limit", "T_{N}", "N m",
+              "largest allowed half range of the torque in shaft N", _SHAFTS, **_POSITIVE),
+    _numbered("shaft_tensile_strength", r"\sigma_{B,N}", "MPa",
+              "specified tensile strength of shaft N, a propulsion shaft of a ship", _SHAFTS,
+              si=MPA, **_POSITIVE),
+    _numbered("shaft_shape_factor", "c_{K,N}", "1",
+              "factor c_K of the shape of shaft N, a propulsion shaft of a ship", _SHAFTS,
+              high=1.0, high_included=True, **_POSITIVE),
     _numbered("shaft_gear_ratio", "i_N", "1",
               "speed of the second disc of gear N over that of the first, below 0 where it turns "
               "the other way", MOST_GEARS, low=-1000.0, high=1000.0),
@@ -350,6 +361,28 @@ def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any)
     return shear_stress(shaft_torque_half_range, diameter, bore)
 
 
+def _limit(what: str) -> Any:
+    def make(*, shaft_system: Shaft, shaft: Any, **values: Any) -> Any:
+        return _of_shafts(shaft_system, what, values, np.nan) + 0.0 * shaft
+
+    return make
+
+
+def _propulsion_limit(which: int) -> Any:
+    def make(*, shaft_system: Shaft, speed: Any, rated_speed: Any, shaft: Any,
+             **values: Any) -> Any:  # fmt: skip
+        diameter, strength, factor = (
+            _of_shafts(shaft_system, f"shaft_{what}", values, default)
+            for what, default in (
+                ("diameter", np.nan), ("tensile_strength", np.nan), ("shape_factor", 1.0)
+            )
+        )  # fmt: skip
+        limits = propulsion_shaft_limits(speed / rated_speed, diameter, strength, factor)
+        return limits[which] + 0.0 * shaft
+
+    return make
+
+
 def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
     """Values along the last axis, which those given have with the length 1."""
     each = (np.atleast_1d(value) for value in shaft.along(what, values, default))
@@ -551,5 +584,45 @@ NODES: tuple[Node, ...] = (
         "cycle", WILSON, si=MPA,
         needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
         of_shaft=("shaft_diameter", "shaft_bore"),
+    ),
+    Node(
+        "shaft_stress_limit", r"\tau_{lim}", "MPa",
+        "largest allowed half range of the nominal shear stress in each shaft, as given", WILSON,
+        si=MPA, needs=("shaft_system", "shaft"), make=_limit("shaft_stress_limit"),
+        of_shaft=("shaft_stress_limit",),
+    ),
+    Node(
+        "shaft_torque_limit", "T_{lim}", "N m",
+        "largest allowed half range of the torque in each shaft, as given", WILSON,
+        needs=("shaft_system", "shaft"), make=_limit("shaft_torque_limit"),
+        of_shaft=("shaft_torque_limit",),
+    ),
+    Node(
+        "shaft_stress_over_limit", r"\hat\tau/\tau_{lim}", "1",
+        "half range of the nominal shear stress over its limit, above 1 where it is exceeded",
+        WILSON, needs=("shaft_stress_half_range", "shaft_stress_limit"),
+        make=lambda shaft_stress_half_range, shaft_stress_limit: shaft_stress_half_range
+        / shaft_stress_limit,
+    ),
+    Node(
+        "shaft_torque_over_limit", r"\hat T/T_{lim}", "1",
+        "half range of the torque over its limit, above 1 where it is exceeded", WILSON,
+        needs=("shaft_torque_half_range", "shaft_torque_limit"),
+        make=lambda shaft_torque_half_range, shaft_torque_limit: shaft_torque_half_range
+        / shaft_torque_limit,
+    ),
+    *(
+        Node(
+            f"propulsion_stress_{name}", symbol, "MPa",
+            f"permissible vibratory stress of propulsion shafts, {text}", "IACS UR M68", si=MPA,
+            needs=("shaft_system", "speed", "rated_speed", "shaft"),
+            make=_propulsion_limit(which),
+            of_shaft=("shaft_diameter", "shaft_tensile_strength", "shaft_shape_factor"),
+        )
+        for which, (name, symbol, text) in enumerate((
+            ("limit", r"\tau_C", "in continuous service, by the speed over the rated speed"),
+            ("limit_passing", r"\tau_T",
+             "in ranges that are passed quickly, up to 0.8 of the rated speed"),
+        ))
     ),
 )  # fmt: skip

@@ -15,6 +15,7 @@ import xarray as xr
 import sweeps
 from engine_dyn.units import RPM
 from sweeps.catalogue import SHAFTS
+from sweeps.planning.plausibility import plausibility_warnings
 from tests.support.scenes import refusal
 from tests.support.shafts import DIESEL, dense
 
@@ -253,6 +254,50 @@ def test_stress_is_nominal_and_needs_a_diameter() -> None:
     assert stress[5] == pytest.approx(tube * torque[5], rel=1e-12)
     assert stress[0] == pytest.approx(16.0 / (math.pi * 0.083**3) / 1e6 * torque[0], rel=1e-12)
     assert np.isnan(stress[6:]).all()
+
+
+def test_limits_are_given_or_those_of_propulsion_shafts() -> None:
+    """IACS UR M68 at a speed ratio of 0.5: 600 MPa, 100 mm, c_K = 1 allow 76.0 MPa."""
+    changes: dict[str, Any] = {
+        "shafts__1__stress_limit": 30.0, "shafts__1__torque_limit": 2e3,
+        "shafts__2__diameter": 0.1, "shafts__2__tensile_strength": 600.0,
+    }  # fmt: skip
+    found = run(
+        ["shaft_stress_limit", "shaft_stress_half_range", "shaft_stress_over_limit",
+         "shaft_torque_over_limit", "shaft_torque_half_range", "propulsion_stress_limit",
+         "propulsion_stress_limit_passing"],
+        changed(**changes), set={"speed": 1000, "rated_speed": 2000},
+    )  # fmt: skip
+    assert found.shaft_stress_limit.values[1] == 30.0
+    assert np.isnan(found.shaft_stress_limit.values[[0, 2]]).all()
+    stress, torque = found.shaft_stress_half_range[1], found.shaft_torque_half_range[1]
+    assert float(found.shaft_stress_over_limit[1]) == pytest.approx(float(stress) / 30.0)
+    assert float(found.shaft_torque_over_limit[1]) == pytest.approx(float(torque) / 2e3)
+    assert float(found.propulsion_stress_limit[2]) == pytest.approx(76.0, abs=0.06)
+    assert float(found.propulsion_stress_limit_passing[2]) == pytest.approx(1.7 * 76.0, abs=0.1)
+    assert np.isnan(found.propulsion_stress_limit.values[[0, 1]]).all()
+
+
+def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
+    def said(shaft: Any, quantity: str = "delta", **tables: Any) -> str:
+        scene = {"engine": ENGINE, "shaft": shaft, "set": {"speed": 2000},
+                 "output": {"quantities": [quantity]}, **tables}  # fmt: skip
+        return "\n".join(plausibility_warnings(sweeps.plan(scene)))
+
+    # Order 3 is 100 Hz and order 6 200 Hz, against 216.6 Hz.
+    line = said(ENGINE)
+    assert line.startswith("rigid_shaft: order 6 at 2000 rpm, 200 Hz, moves the flywheel")
+    stiff = changed(
+        **{f"shafts__{i}__stiffness": 1e9 for i in range(5)}, shafts__5__length=1e-4,
+        shafts__6__stiffness=1e9, shafts__7__stiffness=1e9, dampers=[],
+    )  # fmt: skip
+    assert said(stiff) == ""
+    assert said(ENGINE, silenced_warnings=["rigid_shaft"]) == ""
+    assert said(ENGINE, "natural_frequency") == ""
+    light = changed(**{f"discs__{i}__inertia": 0.01 for i in range(6)})
+    line = said(light, "shaft_torque_half_range")
+    assert line.startswith("reciprocating_share: the reciprocating masses have 38% of the inertia")
+    assert said(light, "shaft_torque_half_range", silenced_warnings=["reciprocating_share"]) == ""
 
 
 # --- axes, designs, archives ----------------------------------------------------------------------
