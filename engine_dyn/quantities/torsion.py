@@ -401,6 +401,20 @@ def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any)
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
+def _reciprocating_share(
+    *, shaft_system: Shaft, mean_reciprocating_inertia_of_throw: Any,
+    throw_reciprocating_inertia: Any, **values: Any,
+) -> Any:  # fmt: skip
+    own = shaft_system.along("disc_inertia", values, np.nan)
+    discs = [np.atleast_1d(own[disc]) for disc in shaft_system.throws]
+    moving, added = np.asarray(mean_reciprocating_inertia_of_throw), throw_reciprocating_inertia
+    beyond = moving.shape[-1] - len(discs)  # numbers of throws beyond the last one
+    each = np.concatenate(
+        np.broadcast_arrays(*discs, *(np.full(1, np.nan) for _ in range(beyond))), axis=-1
+    )
+    return moving / (each + added)
+
+
 def _largest_order(of: str) -> Any:
     def make(order: Any, **needs: Any) -> Any:
         from engine_dyn.torsion.forced import largest_order
@@ -453,6 +467,13 @@ NODES: tuple[Node, ...] = (
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
+        ("mean_reciprocating_inertia_of_throw",),
+        lambda mean_reciprocating_inertia_of_throw: mean_reciprocating_inertia_of_throw,
+        when="reciprocating_added",
+    ),
+    hidden(
+        "mean_reciprocating_inertia_of_throw", "kg m2",
+        "mean inertia of the reciprocating masses of each throw",
         ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinder_set",
          "cylinders_by_count", "cylinder"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinder_set,
@@ -460,7 +481,14 @@ NODES: tuple[Node, ...] = (
             reciprocating_mass, 0.5 * double_radius, crank_ratio, offset_ratio, cylinder_set,
             cylinders_by_count, cylinder,
         ),
-        when="reciprocating_added",
+    ),
+    Node(
+        "reciprocating_share", r"J_l/J_j", "1",
+        "share of the mean of the reciprocating masses in the inertia of each throw's disc: the "
+        "shaft leaves out that they vary by as much", WILSON, of_shaft=("disc_inertia",),
+        needs=("shaft_system", "mean_reciprocating_inertia_of_throw",
+               "throw_reciprocating_inertia"),
+        make=_reciprocating_share,
     ),
     hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank", (),
            lambda: 0.0, when="given_inertia"),

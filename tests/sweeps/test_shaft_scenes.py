@@ -15,6 +15,8 @@ import xarray as xr
 import sweeps
 from engine_dyn.units import RPM
 from sweeps.catalogue import SHAFTS
+from sweeps.errors import SceneError
+from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.planning.plausibility import plausibility_warnings
 from tests.support.scenes import refusal
 from tests.support.shafts import DIESEL, dense
@@ -298,6 +300,44 @@ def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
     line = said(light, "shaft_torque_half_range")
     assert line.startswith("reciprocating_share: the reciprocating masses have 38% of the inertia")
     assert said(light, "shaft_torque_half_range", silenced_warnings=["reciprocating_share"]) == ""
+
+
+def test_the_worst_over_speed_and_misfire_and_barred_speeds() -> None:
+    names = ["shaft_torque_half_range", "shaft_torque_min", "shaft_torque_over_limit",
+             "disc_angle_order"]  # fmt: skip
+    shaft = {**GEARED, "shafts": copy.deepcopy(GEARED["shafts"])}
+    shaft["shafts"][3]["torque_limit"] = 2500.0
+    speeds = np.arange(1000.0, 2401.0, 100.0).tolist()
+    found = run(names, shaft, set={}, axes={"misfire": [0, 2], "speed": speeds})
+    worst = {(one.quantity, one.place): one for one in worst_of_shaft(found)}
+    one = worst["shaft_torque_half_range", "throw 4 - throw 5"]
+    torque = found.shaft_torque_half_range.isel(shaft=3)
+    assert one.value == float(torque.max()) and one.unit == "N m"
+    assert float(torque.sel(one.at)) == one.value
+    assert worst["shaft_torque_min", "coupling"].value == float(
+        found.shaft_torque_min.isel(shaft=6).min()
+    )
+    assert {"order", "speed", "misfire"} == set(worst["disc_angle_order", "flywheel"].at)
+    ranges = barred_speeds(found)
+    assert ranges and {one.place for one in ranges} == {"throw 4 - throw 5"}
+    over = found.shaft_torque_over_limit.isel(shaft=3).max("misfire")
+    inside = sum((found.speed >= one.low) & (found.speed <= one.high) for one in ranges)
+    np.testing.assert_array_equal(inside.values.astype(bool), over.values > 1.0)
+    for one in ranges:  # ends lie where the line through points is 1, or where speeds end
+        for end in (one.low, one.high):
+            if end not in (1000.0, 2400.0):
+                assert float(over.interp(speed=end)) == pytest.approx(1.0)
+    with pytest.raises(SceneError, match="shaft_stress_over_limit"):
+        barred_speeds(found[["shaft_torque_min"]])
+    with pytest.raises(SceneError, match="no quantities of discs or shafts"):
+        worst_of_shaft(found[["torsion_status"]])
+
+
+def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
+    added = run(["reciprocating_share"], GEARED).reciprocating_share.values
+    moving = 0.03 * added / (1.0 - added)
+    included = run(["reciprocating_share"]).reciprocating_share.values
+    np.testing.assert_allclose(included, moving / DIESEL["inertia"][2:8], rtol=1e-12)
 
 
 # --- axes, designs, archives ----------------------------------------------------------------------
