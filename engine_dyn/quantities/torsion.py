@@ -89,6 +89,16 @@ _PATTERNS = (
               "damper N", _HALF, **_FROM_ZERO),
     _numbered("damper_loss_factor", r"\eta_{d,N}", "1",
               "loss factor of what holds the ring of damper N", _HALF, high=10.0, **_FROM_ZERO),
+    _numbered("pendulum_mass", "m_N", "kg", "mass of all pendulums of number N on their carrier",
+              _HALF, **_POSITIVE),
+    _numbered("pendulum_distance", "R_N", "m",
+              "distance of the suspension of pendulum N from the shaft's axis", _HALF,
+              **_POSITIVE),
+    _numbered("pendulum_length", "r_N", "m",
+              "length of pendulum N, which is tuned to the order (R/r)^(1/2)", _HALF, **_POSITIVE),
+    _numbered("pendulum_stop_angle", r"\psi_N", "degree",
+              "angle at which pendulum N meets its stop", _HALF, si=DEGREE, high=180.0,
+              **_POSITIVE),
 )  # fmt: skip
 
 PATTERNS: Mapping[str, Node] = MappingProxyType(
@@ -183,7 +193,8 @@ _LOAD_SLOPES = (
                 lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
 )  # fmt: skip
 
-_INERTIAS = ("disc_inertia", "damper_inertia", "shaft_gear_ratio")
+_PENDULUMS = ("pendulum_mass", "pendulum_distance", "pendulum_length")
+_INERTIAS = ("disc_inertia", "damper_inertia", "shaft_gear_ratio", *_PENDULUMS)
 _ELASTIC = (
     *_INERTIAS, "disc_ground_stiffness", "shaft_stiffness", "shaft_length", "shaft_diameter",
     "shaft_bore", "shaft_shear_modulus", "damper_stiffness",
@@ -196,7 +207,9 @@ _ALL = (
 
 # --- modes ----------------------------------------------------------------------------------------
 
-_OF_SYSTEM = ("shaft_system", "throw_reciprocating_inertia", "flywheel_excess")
+_OF_SYSTEM = (
+    "shaft_system", "throw_reciprocating_inertia", "flywheel_excess", "coupling_stiffness"
+)  # fmt: skip
 
 
 def _first(values: Any, modes: int) -> Any:
@@ -206,16 +219,17 @@ def _first(values: Any, modes: int) -> Any:
 
 
 def _modes(
-    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any, mode: Any,
-    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
+    coupling_stiffness: Any, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...],
+    threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.modes import natural_modes, zero_crossings
 
     del threads, progress
     shaft = shaft_system
     excess, bad = _possible(shaft, values, throw_reciprocating_inertia, flywheel_excess)
-    system = shaft.system(values, throw_reciprocating_inertia, excess)
-    modes = natural_modes(system)
+    system = shaft.system(values, throw_reciprocating_inertia, excess, of_tables=coupling_stiffness)
+    modes = natural_modes(system, speed_of_modes)
     count = np.size(mode)
 
     def cut(array: Any, own: int) -> Any:
@@ -252,23 +266,42 @@ def _possible(
 
 def _damping_ratio(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    load_damping: Any, natural_frequency: Any, mode_shape: Any, modal_inertia: Any, **values: Any,
+    coupling_stiffness: Any, speed_of_modes: Any, load_damping: Any, natural_frequency: Any,
+    mode_shape: Any, modal_inertia: Any, **values: Any,
 ) -> Any:  # fmt: skip
     from engine_dyn.torsion.modes import Modes, modal_damping
 
     def outer(value: Any) -> Any:
-        """Without the axes of throw, mode and disc, which come last."""
-        return np.asarray(value)[..., 0, 0, 0] if np.ndim(value) else value
+        """Without the axes of throw, mode, disc and shaft, which come last."""
+        return np.asarray(value)[..., 0, 0, 0, 0] if np.ndim(value) else value
 
     shaft, own = shaft_system, {name: outer(value) for name, value in values.items()}
-    added = np.asarray(throw_reciprocating_inertia)[..., 0, 0]
+    added = np.asarray(throw_reciprocating_inertia)[..., 0, 0, 0]
+    of_tables = np.asarray(coupling_stiffness)[..., 0, 0, 0, :]
     excess, _ = _possible(shaft, own, added, outer(flywheel_excess))
-    system = shaft.system(own, added, excess, outer(load_damping))
+    system = shaft.system(own, added, excess, outer(load_damping), of_tables)
     modes = Modes(
-        2.0 * np.pi * np.asarray(natural_frequency)[..., 0, :, 0],
-        np.asarray(mode_shape)[..., 0, :, :], np.asarray(modal_inertia)[..., 0, :, 0],
+        2.0 * np.pi * np.asarray(natural_frequency)[..., 0, :, 0, 0],
+        np.asarray(mode_shape)[..., 0, :, :, 0], np.asarray(modal_inertia)[..., 0, :, 0, 0],
     )  # fmt: skip
-    return modal_damping(system, modes)
+    return modal_damping(system, modes, outer(speed_of_modes))
+
+
+def _critical_speeds(
+    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
+    coupling_stiffness: Any, order: Any, mode: Any, wanted: tuple[str, ...],
+    threads: int | None = None, progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Of a shaft with pendulums, whose stiffness follows the speed."""
+    from engine_dyn.torsion.modes import critical_speeds
+
+    del wanted, threads, progress
+    excess, bad = _possible(shaft_system, values, throw_reciprocating_inertia, flywheel_excess)
+    system = shaft_system.system(
+        values, throw_reciprocating_inertia, excess, of_tables=coupling_stiffness
+    )
+    found = np.swapaxes(critical_speeds(system, np.ravel(order)), -1, -2)[..., : np.size(mode), :]
+    return {"critical_speed": np.where(bad[..., None, None], np.nan, found)}
 
 
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
@@ -294,7 +327,8 @@ _RESULTS = {
 
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_sum: Any,
+    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, period: float,
+    throw_gas_sum: Any,
     throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any, crankcase_pressure: Any,
     bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
@@ -307,8 +341,9 @@ def _respond(
     damping = np.asarray(load_damping)
     bad = bad | ~np.isfinite(damping)
     system = shaft.system(
-        values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0)
-    )
+        values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0),
+        coupling_stiffness,
+    )  # fmt: skip
     throws = len(shaft.throws)
     # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
     radius = 0.5 * double_radius
@@ -359,6 +394,22 @@ def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any)
         for what, default in (("shaft_diameter", np.nan), ("shaft_bore", 0.0))
     )
     return shear_stress(shaft_torque_half_range, diameter, bore)
+
+
+def _swing(*, shaft_system: Shaft, shaft_twist_half_range: Any, **values: Any) -> Any:
+    own = {name: np.atleast_1d(value) for name, value in values.items()}
+    factors = [np.full(1, np.nan)] * (len(shaft_system.shafts) - shaft_system.pendulums)
+    factors += [made.swing for made in shaft_system.as_discs(own)]
+    return shaft_twist_half_range * np.concatenate(np.broadcast_arrays(*factors), axis=-1)
+
+
+def _over_stop(*, shaft_system: Shaft, pendulum_swing_half_range: Any, **values: Any) -> Any:
+    own = len(shaft_system.shafts) - shaft_system.pendulums
+    angles = [np.full(1, np.nan)] * own + [
+        np.atleast_1d(values.get(f"pendulum_stop_angle_{i + 1}", np.nan))
+        for i in range(shaft_system.pendulums)
+    ]
+    return pendulum_swing_half_range / np.concatenate(np.broadcast_arrays(*angles), axis=-1)
 
 
 def _limit(what: str) -> Any:
@@ -490,6 +541,16 @@ NODES: tuple[Node, ...] = (
                "throw_reciprocating_inertia"),
         make=_reciprocating_share,
     ),
+    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed", (), lambda: 0.0,
+           when="no_pendulums"),
+    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed", ("speed",),
+           lambda speed: speed, when="pendulums"),
+    hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
+           ("shaft",), lambda shaft: np.nan * shaft, when="linear_couplings"),
+    hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
+           ("shaft_system", "shaft_torque_mean"),
+           lambda shaft_system, shaft_torque_mean: shaft_system.of_tables(shaft_torque_mean),
+           when="coupling_tables"),
     hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank", (),
            lambda: 0.0, when="given_inertia"),
     hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank",
@@ -513,7 +574,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
-        kind="stage", public=False, needs=(*_OF_SYSTEM, "mode"),
+        kind="stage", public=False, needs=(*_OF_SYSTEM, "speed_of_modes", "mode"),
         gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
         width=OF_MODES,
         source=WILSON, of_shaft=_ELASTIC,
@@ -529,14 +590,25 @@ NODES: tuple[Node, ...] = (
     Node(
         "modal_damping_ratio", r"\zeta_m", "1",
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
-        removes=("cylinder", "disc"),
-        needs=(*_OF_SYSTEM, "load_damping", "natural_frequency", "mode_shape", "modal_inertia"),
+        removes=("cylinder", "disc", "shaft"),
+        needs=(*_OF_SYSTEM, "speed_of_modes", "load_damping", "natural_frequency", "mode_shape",
+               "modal_inertia"),
         make=_damping_ratio, of_shaft=_ALL, width=OF_MODES,
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency", WILSON, si=RPM, needs=("natural_frequency", "order"),
+        "frequency", WILSON, si=RPM, needs=("natural_frequency", "order"), when="no_pendulums",
         make=lambda natural_frequency, order: 2.0 * np.pi * natural_frequency / order,
+    ),
+    Node(
+        "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
+        "frequency", WILSON, si=RPM, needs=("critical_speeds",), adds=("mode", "order"),
+        when="pendulums",
+    ),
+    Node(
+        "critical_speeds", "", "", "critical speeds of a shaft with pendulums", kind="stage",
+        public=False, needs=(*_OF_SYSTEM, "order", "mode"), gives=("critical_speed",),
+        make=_critical_speeds, of_shaft=_ELASTIC, width=OF_MODES,
     ),
     Node(
         "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
@@ -652,5 +724,17 @@ NODES: tuple[Node, ...] = (
             ("limit_passing", r"\tau_T",
              "in ranges that are passed quickly, up to 0.8 of the rated speed"),
         ))
+    ),
+    Node(
+        "pendulum_swing_half_range", r"\hat\psi", "degree",
+        "half of the range over the cycle of the swing of each pendulum on its carrier, linear; of "
+        "other shafts nothing", WILSON, si=DEGREE, needs=("shaft_system", "shaft_twist_half_range"),
+        make=_swing, of_shaft=(*_PENDULUMS, "shaft_gear_ratio"),
+    ),
+    Node(
+        "pendulum_swing_over_stop", r"\hat\psi/\psi_s", "1",
+        "swing of each pendulum over the angle of its stop, above 1 where it meets it", WILSON,
+        needs=("shaft_system", "pendulum_swing_half_range"), make=_over_stop,
+        of_shaft=("pendulum_stop_angle",),
     ),
 )  # fmt: skip

@@ -109,6 +109,14 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "reciprocating_added": "the mean of the reciprocating masses is added to them",
     },
     {
+        "no_pendulums": "no pendulums swing on the shaft",
+        "pendulums": "pendulums swing on the shaft, whose modes then depend on the speed",
+    },
+    {
+        "linear_couplings": "no coupling has a table of its stiffness",
+        "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
+    },
+    {
         "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",
         "damping_by_factor": "it damps by a factor on its torque over the speed",
     },

@@ -8,21 +8,28 @@ they and a `Shaft` make a `ShaftSystem`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.torsion.dampers import Pendulum, pendulum
 from engine_dyn.torsion.stress import shaft_stiffness
 from engine_dyn.torsion.system import ShaftSystem, shaft_system
 from engine_dyn.types import Floats
 
-__all__ = ["MOST_DAMPERS", "MOST_GEARS", "MOST_OF_SCENE", "Shaft"]
+__all__ = ["MOST_DAMPERS", "MOST_GEARS", "MOST_OF_SCENE", "Shaft", "Table"]
 
 MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
 """Most discs, gears and dampers of a shaft whose numbers have keys; shafts of ships have some 30
 discs."""
+
+
+class Table(NamedTuple):
+    """Stiffness [N m/rad] of a coupling over the size of its mean torque [N m], which ascends."""
+
+    torque: Floats
+    stiffness: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +39,9 @@ class Shaft:
     Parameters
     ----------
     discs : tuple of str
-        Names of the discs; the ring of each damper follows them.
+        Names of the discs; the rings of dampers and then the pendulums follow them.
     shafts : tuple of (int, int)
-        Discs that each shaft joins; what holds the ring of each damper follows.
+        Discs that each shaft joins; what holds rings and pendulums follows.
     shaft_names : tuple of str
         Their names.
     gears : tuple of (int, int)
@@ -43,12 +50,14 @@ class Shaft:
         Disc of each throw of the engine, in the order along the shaft.
     flywheel, load : int
         Discs on which they are.
-    dampers : int
-        Number of dampers.
+    dampers, pendulums : int
+        Their numbers.
     includes_reciprocating : bool
         Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
     keys : tuple of str
         Parameters that give its numbers, as `engine_dyn.quantities.torsion` has them.
+    tables : mapping of Table
+        Stiffness of couplings that have it over their mean torque, by the number of the shaft.
     """
 
     discs: tuple[str, ...]
@@ -59,22 +68,20 @@ class Shaft:
     flywheel: int
     load: int
     dampers: int
+    pendulums: int
     includes_reciprocating: bool
     keys: tuple[str, ...]
+    tables: Mapping[int, Table] = field(default_factory=dict)
 
     @property
-    def modes(self) -> int:
-        """Number of its elastic modes, at most."""
-        return len(self.shafts)
+    def own_discs(self) -> int:
+        """Number of discs that are neither ring nor pendulum."""
+        return len(self.discs) - self.dampers - self.pendulums
 
-    @cached_property
-    def _rings(self) -> dict[str, int]:
-        """Number of dampers, from 1, of the disc and the shaft of each."""
-        found = {}
-        for i in range(self.dampers):
-            found[f"disc {len(self.discs) - self.dampers + i}"] = i + 1
-            found[f"shaft {len(self.shafts) - self.dampers + i}"] = i + 1
-        return found
+    @property
+    def own_shafts(self) -> int:
+        """Number of shafts that hold neither ring nor pendulum."""
+        return len(self.shafts) - self.dampers - self.pendulums
 
     def key_of(self, what: str, place: int) -> str:
         """Key of a number of a disc or shaft: `shaft_stiffness_2`, or `damper_stiffness_1`.
@@ -82,20 +89,37 @@ class Shaft:
         Empty where there is none.
         """
         kind, quantity = what.split("_", 1)
-        ring = self._rings.get(f"{kind} {place}")
-        if ring is None:
+        ring = place - (self.own_discs if kind == "disc" else self.own_shafts) + 1
+        if ring < 1:
             return f"{what}_{place + 1}"
         # What damps the ring against its hub is a shaft's; nothing damps it against the frame.
-        return "" if what == "disc_damping" else f"damper_{quantity}_{ring}"
+        none = what == "disc_damping" or ring > self.dampers
+        return "" if none else f"damper_{quantity}_{ring}"
 
     def along(self, what: str, values: Mapping[str, Any], default: float) -> list[Any]:
         """Values of all discs (`disc_inertia`) or shafts, `default` where none is given."""
         count = len(self.discs if what.startswith("disc_") else self.shafts)
         return [values.get(self.key_of(what, i), default) for i in range(count)]
 
-    def stiffnesses(self, values: Mapping[str, Any]) -> list[Any]:
-        """Stiffness of each shaft [N m/rad], from its length and diameter where these are given."""
+    def of_tables(self, mean_torque: Any) -> Floats:
+        """Stiffness of couplings by their tables, shape (..., S); NaN of all other shafts.
+
+        Beyond a table's ends, that of the end. `mean_torque` has the shape (..., S).
+        """
+        size = np.abs(np.asarray(mean_torque, dtype=float))
+        found = np.full(size.shape, np.nan)
+        for place, table in self.tables.items():
+            found[..., place] = np.interp(size[..., place], *table)
+        return found
+
+    def stiffnesses(self, values: Mapping[str, Any], of_tables: Any = np.nan) -> list[Any]:
+        """Stiffness of each shaft [N m/rad], from its length and diameter where these are given.
+
+        `of_tables` has that of couplings with a table along the last axis.
+        """
         found = self.along("shaft_stiffness", values, np.nan)
+        for place in self.tables:
+            found[place] = np.asarray(of_tables)[..., place]
         for i, given in enumerate(found):
             number = i + 1
             if f"shaft_length_{number}" in values:
@@ -103,8 +127,8 @@ class Shaft:
                     values[f"shaft_shear_modulus_{number}"], values[f"shaft_length_{number}"],
                     values[f"shaft_diameter_{number}"], values.get(f"shaft_bore_{number}", 0.0),
                 )  # fmt: skip
-            elif i >= len(found) - self.dampers and not np.ndim(given) and np.isnan(given):
-                found[i] = 0.0  # a ring in oil alone
+            elif i >= self.own_shafts and not np.ndim(given) and np.isnan(given):
+                found[i] = 0.0  # a ring in oil alone, or a pendulum
         return found
 
     def inertias(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> list[Any]:
@@ -117,6 +141,20 @@ class Shaft:
             of_throws = np.asarray(reciprocating)
             for number, disc in enumerate(self.throws):
                 found[disc] = found[disc] + of_throws[..., number]
+        for place, made in enumerate(self.as_discs(values), len(found) - self.pendulums):
+            found[place] = made.inertia
+        return found
+
+    def as_discs(self, values: Mapping[str, Any]) -> list[Pendulum]:
+        """Return the pendulums as discs on shafts, see `dampers.pendulum`."""
+        if not self.pendulums:
+            return []
+        ratios, found = self.speed_ratios(values), []
+        for i, (carrier, _) in enumerate(self.shafts[len(self.shafts) - self.pendulums :], 1):
+            mass, distance, length = (
+                values[f"pendulum_{what}_{i}"] for what in ("mass", "distance", "length")
+            )
+            found.append(pendulum(mass, distance, length, ratios[carrier]))
         return found
 
     def ratios(self, values: Mapping[str, Any]) -> list[Any]:
@@ -151,7 +189,7 @@ class Shaft:
 
     def system(
         self, values: Mapping[str, Any], reciprocating: Any = 0.0, flywheel_excess: Any = 0.0,
-        load_damping: Any = 0.0,
+        load_damping: Any = 0.0, of_tables: Any = np.nan,
     ) -> ShaftSystem:  # fmt: skip
         """Return the system of these numbers.
 
@@ -165,13 +203,19 @@ class Shaft:
             What the flywheel has beyond its disc, at the crank [kg m2].
         load_damping : array_like
             Of the load against the frame, at the crank [N m s/rad].
+        of_tables : array_like
+            As of `stiffnesses`.
         """
         inertia = self.inertias(values, reciprocating)
         if np.any(flywheel_excess):
             ratio = self.speed_ratios(values)[self.flywheel]
             inertia[self.flywheel] = inertia[self.flywheel] + flywheel_excess / ratio**2
         made = shaft_system(
-            stacked(inertia), stacked(self.stiffnesses(values)), self.shafts,
+            stacked(inertia), stacked(self.stiffnesses(values, of_tables)), self.shafts,
+            speed_stiffness=stacked(
+                [0.0] * (len(self.shafts) - self.pendulums)
+                + [made.speed_stiffness for made in self.as_discs(values)]
+            ),
             loss_factor=stacked(self.along("shaft_loss_factor", values, 0.0)),
             damping=stacked(self.along("shaft_damping", values, 0.0)),
             disc_damping=stacked(self.along("disc_damping", values, 0.0)),

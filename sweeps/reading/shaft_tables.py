@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
+from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
 from sweeps.catalogue import SHAFTS
 from sweeps.checks import Strict, check_range, check_structure, mentioned, number
 from sweeps.errors import SceneError, not_known, shown
@@ -57,6 +58,9 @@ class ShaftPiece(Strict):
         max_length=2,
     )
     stiffness: float | None = Field(default=None, description="a number in N m/rad")
+    stiffness_over_torque: StiffnessTable | None = Field(
+        default=None, description="a table with torque and stiffness, of a coupling"
+    )
     loss_factor: float | None = Field(default=None, description="a number")
     damping: float | None = Field(default=None, description="a number in N m s/rad")
     length: float | None = Field(default=None, description="a number in m")
@@ -90,6 +94,30 @@ class Damper(Strict):
     loss_factor: float | None = Field(default=None, description="a number")
 
 
+class PendulumTable(Strict):
+    """Pendulums on a disc that the centrifugal force holds, tuned to the order (R/r)^(1/2)."""
+
+    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
+    on: str = Field(description="the name of a disc", min_length=1)
+    mass: float = Field(description="a number in kg: of all pendulums together")
+    distance: float = Field(
+        description="a number in m, R: from the axis of the shaft to the suspension"
+    )
+    length: float = Field(description="a number in m, r: of the pendulum")
+    stop_angle: float | None = Field(default=None, description="a number in degree")
+
+
+class StiffnessTable(Strict):
+    """Stiffness of a coupling over its mean torque."""
+
+    torque: list[float] = Field(
+        description="a list of mean torques in N m, ascending from 0 or more", min_length=2
+    )
+    stiffness: list[float] = Field(
+        description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
+    )
+
+
 class ShaftTable(Strict):
     """Discs, shafts, gears and dampers; which discs the flywheel and the load are."""
 
@@ -109,6 +137,11 @@ class ShaftTable(Strict):
     )
     dampers: list[Damper] = Field(
         default=[], description="a list of tables with on and inertia", max_length=MOST_DAMPERS
+    )
+    pendulums: list[PendulumTable] = Field(
+        default=[],
+        description="a list of tables with on, mass, distance and length",
+        max_length=MOST_DAMPERS,
     )
     flywheel: str = Field(
         default="flywheel", description="the name of a disc: that of the flywheel", min_length=1
@@ -219,15 +252,19 @@ class _Values:
 def _read(given: ShaftTable, where: str) -> GivenShaft:
     names = [disc.name for disc in given.discs]
     rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
-    _check_different([*names, *rings], where)
+    hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
+    _check_different([*names, *rings, *hung], where)
     values = _Values()
     for i, disc in enumerate(given.discs, start=1):
         values.take(disc, "disc", i, f"{where} discs number {i}", ("name", "throw"))
-    pairs = []
+    pairs: list[tuple[int, int]] = []
+    tables: dict[int, Table] = {}
     for i, piece in enumerate(given.shafts, start=1):
         at = f"{where} shafts number {i}"
         pairs.append(_ends(piece.between, i, names, at))
-        values.take(piece, "shaft", i, at, ("name", "between"))
+        values.take(piece, "shaft", i, at, ("name", "between", "stiffness_over_torque"))
+        if piece.stiffness_over_torque is not None:
+            tables[i - 1] = _table(piece, at)
         for name in ("loss_factor", "shear_modulus"):
             common = getattr(given, name)
             wanted = name == "loss_factor" or piece.length is not None
@@ -248,16 +285,21 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         held = {f"damper_{name}_{i}" for name in ("damping", "stiffness")} & values.found.keys()
         if not any(values.found[key] > 0.0 for key in held):
             raise SceneError(f"{at}: has neither damping nor stiffness; nothing holds its ring")
+    for i, pendulum in enumerate(given.pendulums, start=1):
+        at = f"{where} pendulums number {i}"
+        place = len(names) + len(rings) + i - 1
+        pairs.append((_place(pendulum.on, names, f"{at} on"), place))
+        values.take(pendulum, "pendulum", i, at, ("name", "on"))
     if given.load_damping is not None and given.load_damping_factor is not None:
         raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
     for name in ("load_damping", "load_damping_factor"):
         if getattr(given, name) is not None:
             values.set(name, getattr(given, name), f"{where} {name}")
-    every = [*names, *rings]
+    every = [*names, *rings, *hung]
     called = [
         piece.name or f"{every[first]} - {every[second]}"
         for piece, (first, second) in zip(
-            [*given.shafts, *(ShaftPiece() for _ in rings)], pairs, strict=True
+            [*given.shafts, *(ShaftPiece() for _ in (*rings, *hung))], pairs, strict=True
         )
     ]
     shaft = Shaft(
@@ -269,8 +311,10 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         flywheel=_place(given.flywheel, names, f"{where} flywheel"),
         load=len(names) - 1 if given.load is None else _place(given.load, names, f"{where} load"),
         dampers=len(rings),
+        pendulums=len(hung),
         includes_reciprocating=given.reciprocating == "included",
         keys=tuple(key for key in values.found if not key.startswith("load_")),
+        tables=tables,
     )
     _check_joined(shaft, where)
     _check_different(called, where)
@@ -309,10 +353,14 @@ def _check_stiffness(
     piece: ShaftPiece, values: Mapping[str, float], number: int, at: str
 ) -> None:  # fmt: skip
     """Check that a shaft has a stiffness, or what gives it, and that its bore fits."""
-    if piece.length is None and piece.stiffness is None:
+    ways = [
+        name for name in ("stiffness", "length", "stiffness_over_torque")
+        if getattr(piece, name) is not None
+    ]  # fmt: skip
+    if not ways:
         raise SceneError(f"{at}: stiffness: missing; must be a number in N m/rad, or length")
-    if piece.length is not None and piece.stiffness is not None:
-        raise SceneError(f"{at}: has both stiffness and length; give one of them")
+    if len(ways) > 1:
+        raise SceneError(f"{at}: has both {ways[0]} and {ways[1]}; give one of them")
     if piece.length is not None:
         for name in ("diameter", "shear_modulus"):
             if f"shaft_{name}_{number}" not in values:
@@ -324,6 +372,23 @@ def _check_stiffness(
         raise SceneError(f"{at} bore: has no effect without diameter")
     if bore is not None and diameter is not None and bore >= diameter:
         raise SceneError(f"{at} bore = {bore:g}: must be below the diameter, {diameter:g} m")
+
+
+def _table(piece: ShaftPiece, at: str) -> Table:
+    """Stiffness of a coupling over its mean torque."""
+    given, where = piece.stiffness_over_torque, f"{at} stiffness_over_torque"
+    assert given is not None
+    torque, stiffness = np.array(given.torque), np.array(given.stiffness)
+    if torque.size != stiffness.size:
+        raise SceneError(
+            f"{where}: has {torque.size} torques and {stiffness.size} stiffnesses; must be equally "
+            "many"
+        )
+    if torque[0] < 0.0 or not (np.diff(torque) > 0.0).all():
+        raise SceneError(f"{where} torque = {shown(given.torque)}: must ascend from 0 or more")
+    if not (stiffness > 0.0).all():
+        raise SceneError(f"{where} stiffness = {shown(given.stiffness)}: must be above 0")
+    return Table(torque, stiffness)
 
 
 def _throws(given: ShaftTable, where: str) -> tuple[int, ...]:

@@ -108,6 +108,8 @@ def _shaft_words(values: GivenValues) -> tuple[str, ...]:
         if shaft is None or shaft.includes_reciprocating
         else "reciprocating_added",
         "damping_by_factor" if by_factor else "damping_of_law",
+        "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
+        "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
     )
 
 

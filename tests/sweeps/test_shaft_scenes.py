@@ -47,6 +47,10 @@ GEARED: dict[str, Any] = {
 """Six throws with a damper, a rubber coupling, a gear and a propeller on a branch."""
 
 
+SWUNG = {"on": "flywheel", "mass": 1.5, "distance": 0.12, "length": 0.0133, "stop_angle": 30.0}
+"""A pendulum of order 3.004."""
+
+
 def run(quantities: list[str], shaft: Any = ENGINE, **tables: Any) -> xr.Dataset:
     """What a scene of the diesel gives; nobody is warned of inertias that are made up."""
     tables.setdefault("set", {"speed": 1500})
@@ -333,6 +337,57 @@ def test_the_worst_over_speed_and_misfire_and_barred_speeds() -> None:
         worst_of_shaft(found[["torsion_status"]])
 
 
+def test_a_pendulum_is_an_inertia_that_depends_on_the_order() -> None:
+    """m (R + r)^2/(1 - nu^2/n^2), n^2 = R/r, on the flywheel: Thomson, section 5.7."""
+    shaft = changed(pendulums=[SWUNG])
+    names = [*FORCED, "throw_torque_order", "throw_torque_phase", "disc_angle_order",
+             "disc_angle_phase", "natural_frequency", "critical_speed", "shaft_twist_half_range",
+             "pendulum_swing_half_range", "pendulum_swing_over_stop"]  # fmt: skip
+    found = run(names, shaft, set={"load_damping": 0.0}, axes={"speed": [1200.0, 1800.0]})
+    plain = run(["disc_angle_order"], GEARED, set={"load_damping": 0.0, "speed": 1200.0})
+    inertia, square = 1.5 * 0.1333**2, 0.12 / 0.0133
+    # The flywheel moves much less at the pendulum's order.
+    here = found.disc_angle_order.sel(speed=1200, disc=7, order=3)
+    assert float(here) < 0.3 * float(plain.disc_angle_order.sel(disc=7, order=3))
+    for order in (0.5, 2.0, 4.5):
+        changes: Any = {"discs__6__inertia": 2.0 + inertia / (1.0 - order**2 / square)}
+        same = run(["shaft_torque_order"], changed(**changes),
+                   set={"load_damping": 0.0, "speed": 1200.0})  # fmt: skip
+        np.testing.assert_allclose(
+            found.shaft_torque_order.sel(speed=1200, order=order)[:9],
+            same.shaft_torque_order.sel(order=order), rtol=1e-9,
+        )  # fmt: skip
+    assert found.natural_frequency.dims == ("speed", "mode")
+    assert found.critical_speed.dims == ("mode", "order")
+    # Where an order meets it, the natural frequency at that speed is nu n/60.
+    every = found.critical_speed.sel(order=6).values
+    meets = float(every[(every > 1000.0) & (every < 2500.0)][0])
+    there = run(["natural_frequency"], shaft, set={"speed": meets}).natural_frequency
+    assert np.abs(there / (6.0 * meets / 60.0) - 1.0).min() < 1e-9
+    swing = found.pendulum_swing_half_range
+    assert np.isnan(swing[:, :9]).all()
+    np.testing.assert_allclose(
+        swing[:, 9], (1.0 + square) * found.shaft_twist_half_range[:, 9], rtol=1e-12
+    )
+    np.testing.assert_allclose(found.pendulum_swing_over_stop[:, 9], swing[:, 9] / 30.0)
+
+
+def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
+    table = {"torque": [0.0, 500.0, 2000.0], "stiffness": [1e4, 2e4, 8e4]}
+    shaft = changed(shafts__6__stiffness=None, shafts__6__stiffness_over_torque=table)
+    names = ["shaft_torque_half_range", "natural_frequency", "modal_damping_ratio"]
+    speeds = [1000.0, 2300.0]
+    found = run([*names, "shaft_torque_mean"], shaft, axes={"speed": speeds}, set={})
+    for i in range(2):
+        mean = float(abs(found.shaft_torque_mean[i, 6]))
+        stiffness = float(np.interp(mean, table["torque"], table["stiffness"]))
+        given = run(names, set={"speed": float(found.speed[i]), "shaft_stiffness_7": stiffness},
+                    shaft=GEARED)  # fmt: skip
+        for name in names:
+            np.testing.assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
+    assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
+
+
 def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
     added = run(["reciprocating_share"], GEARED).reciprocating_share.values
     moving = 0.03 * added / (1.0 - added)
@@ -460,6 +515,14 @@ def test_two_stroke_engines_have_fifteen_orders_unless_asked() -> None:
         (changed(gears__0__ratio="fast"), "gears number 1 ratio"),
         (changed(dampers__0__on="throw 9"), "dampers number 1 on = 'throw 9': no such disc"),
         (changed(dampers__0__damping=0, dampers__0__stiffness=0), "nothing holds its ring"),
+        (changed(pendulums=[{**SWUNG, "on": "sky"}]), "pendulums number 1 on = 'sky': no such"),
+        (changed(pendulums=[{**SWUNG, "length": 0.0}]), "pendulums number 1 length = 0: must be"),
+        (changed(shafts__6__stiffness_over_torque={"torque": [0, 1], "stiffness": [1, 2]}),
+         "has both stiffness and stiffness_over_torque"),
+        (changed(shafts__6__stiffness=None, shafts__6__stiffness_over_torque={
+            "torque": [2, 1], "stiffness": [1, 2]}), "must ascend from 0 or more"),
+        (changed(shafts__6__stiffness=None, shafts__6__stiffness_over_torque={
+            "torque": [0, 1, 2], "stiffness": [1, 2]}), "has 3 torques and 2 stiffnesses"),
         (changed(flywheel="wheels"), "flywheel = 'wheels': no such disc; did you mean 'wheel'"),
         (changed(load="water"), "load = 'water': no such disc"),
         (changed(reciprocating=None), "reciprocating: missing; must be 'included'"),

@@ -122,6 +122,9 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
     {"set": {"friction_law": "patton_nitschke_heywood"}},
     {"shaft": {**complete_shaft(1), "load_damping_factor": 3.0}},
+    {"shaft": {**complete_shaft(1), "shafts": [
+        {"stiffness": 1e6}, {"stiffness_over_torque": {"torque": [0, 1], "stiffness": [1, 2]}},
+        {"between": ["wheel", "load"], "stiffness": 1e5}]}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""

@@ -51,8 +51,8 @@ def _check_key(scene: Scene, shaft: Shaft, key: str, where: str) -> None:
     what, _, text = key.rpartition("_")
     kind = "gear" if what == "shaft_gear_ratio" else what.split("_")[0]
     counts = {
-        "disc": len(shaft.discs) - shaft.dampers, "shaft": len(shaft.shafts) - shaft.dampers,
-        "gear": len(shaft.gears), "damper": shaft.dampers,
+        "disc": shaft.own_discs, "shaft": shaft.own_shafts, "gear": len(shaft.gears),
+        "damper": shaft.dampers, "pendulum": shaft.pendulums,
     }  # fmt: skip
     if int(text) > counts[kind]:
         raise SceneError(
@@ -64,6 +64,8 @@ def _check_key(scene: Scene, shaft: Shaft, key: str, where: str) -> None:
     by_length = f"shaft_length_{text}" in shaft.keys
     if what in ("shaft_length", "shaft_shear_modulus") and not by_length:
         raise SceneError(f"{where}: has no effect: the stiffness of shaft {text} is given")
+    if what == "shaft_stiffness" and int(text) - 1 in shaft.tables:
+        raise SceneError(f"{where}: not allowed: shaft {text} has a table of its stiffness")
     if what == "shaft_stiffness" and by_length:
         raise SceneError(
             f"{where}: not allowed: the stiffness of shaft {text} follows from its length"
