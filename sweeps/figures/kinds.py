@@ -80,6 +80,14 @@ from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
+from sweeps.figures.shaft_cycle import shaft_cycle_names, shaft_cycles
+from sweeps.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
+from sweeps.figures.shaft_speed import (
+    shaft_load_names,
+    shaft_loads,
+    shaft_order_names,
+    shaft_orders,
+)
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
 from sweeps.figures.strokes import stroke_names, strokes
@@ -218,6 +226,23 @@ KINDS = (
          "friction of rings, skirts, bearings, valve train and auxiliaries, stacked",
          "three components of the friction, such as fmep_rings", friction_names,
          friction_components),
+    Kind("mode_shapes", "shapes of the first modes of the shaft, with their nodes",
+         "mode_shape", mode_shape_names, mode_shapes),
+    Kind("campbell", "natural frequencies and orders over the speed, with their crossings",
+         "natural_frequency, an order such as mode_vector_sum, and an axis speed",
+         campbell_names, campbell),
+    Kind("shaft_orders",
+         "strongest orders of torque and angle of the shaft over the speed, with critical speeds",
+         "shaft_torque_order or disc_angle_order along an axis speed",
+         shaft_order_names, shaft_orders),
+    Kind("shaft_cycle", "torque and angle of the shaft over the crank angle, as sums of orders",
+         "shaft_torque_order and shaft_torque_phase, or those of disc_angle",
+         shaft_cycle_names, shaft_cycles),
+    Kind("shaft_loads",
+         "torque, stress, twist, angle and lost power of each shaft or disc over the speed, with "
+         "limits and the worst misfire",
+         "a half range such as shaft_torque_half_range, or shaft_loss, along an axis speed",
+         shaft_load_names, shaft_loads),
     Kind("curves", "any other variable over the crank angle",
          "a variable over the crank angle that no other kind draws", _running("crank_angle"),
          curves, general=True),
