@@ -80,9 +80,10 @@ from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
-from sweeps.figures.shaft_cycle import shaft_cycle_names, shaft_cycles
 from sweeps.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
-from sweeps.figures.shaft_speed import (
+from sweeps.figures.shaft_response import (
+    shaft_cycle_names,
+    shaft_cycles,
     shaft_load_names,
     shaft_loads,
     shaft_order_names,

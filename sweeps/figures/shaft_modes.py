@@ -67,15 +67,12 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
     finite = [number for number, shape in enumerate(shapes) if np.isfinite(shape).all()]
     shown = finite[:MOST_SHAPES]
     joined = joined_neighbours(view, shapes.shape[1])
-    places = np.arange(shapes.shape[1])
     for rank, number in enumerate(shown):
         shape = shapes[number] / np.abs(shapes[number]).max()
         style = line_style(rank, len(shown))
         broken = np.flatnonzero(~joined) + 1
-        (line,) = panel.plot(
-            np.insert(places.astype(float), broken, np.nan), np.insert(shape, broken, np.nan),
-            **style,
-        )  # fmt: skip
+        drawn = (np.insert(one, broken, np.nan) for one in (np.arange(1.0 * shape.size), shape))
+        (line,) = panel.plot(*drawn, **style)
         entries[mode_text(view, number)] = line
         nodes = zero_crossings(shape, joined)
         (marks,) = panel.plot(
@@ -88,9 +85,9 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
     parameter_ticks(panel, view.axis(DISC), "x", 5.0)
     y_label(panel, f"Amplitude over the largest of the mode{view.unit(SHAPE)}", 2.8)
     few = f"{len(shown)} of {len(finite)} modes shown" if len(shown) < len(finite) else ""
-    drawn = finish(figure, "Mode shapes of the shaft", [*view.notes([SHAPE]), few], entries,
-                   caption=view.caption)  # fmt: skip
-    yield stem_of("mode_shapes", view, None), drawn
+    title, notes = "Mode shapes of the shaft", [*view.notes([SHAPE]), few]
+    done = finish(figure, title, notes, entries, caption=view.caption)
+    yield stem_of("mode_shapes", view, None), done
 
 
 def _known(view: View, *names: str) -> list[str]:
@@ -188,12 +185,10 @@ def crossings(speeds: Floats, levels: Floats, slopes: Floats) -> list[tuple[int,
     for mode, level in enumerate(levels):
         for order, slope in enumerate(slopes):
             gap = slope * speeds - level
-            at = np.flatnonzero((gap[:-1] <= 0.0) & (gap[1:] > 0.0))
-            if at.size:
-                one = int(at[0])
-                share = gap[one] / (gap[one] - gap[one + 1])
-                met = speeds[one] + share * (speeds[one + 1] - speeds[one])
-                found.append((mode, order, float(met)))
+            rises = (gap[:-1] <= 0.0) & (gap[1:] >= 0.0) & (np.diff(gap) > 0.0)
+            for one in np.flatnonzero(rises)[:1]:
+                ends = slice(one, one + 2)
+                found.append((mode, order, float(np.interp(0.0, gap[ends], speeds[ends]))))
     return found
 
 
@@ -211,17 +206,17 @@ def _label_rays(panel: Axes, orders: Floats, slopes: Floats, strength: Floats) -
     (low, high), (_, top) = panel.get_xlim(), panel.get_ylim()
     right = np.flatnonzero(slopes * high <= top)
     above = np.flatnonzero((slopes * high > top) & (slopes * low < top))
-    for rays, places, room in (
-        (right, slopes[right] * high / top, 0.13 / TALL),
-        (above, (top / slopes[above] - low) / (high - low), 0.26 / WIDE),
+    for rays, places, room, beside in (
+        (right, slopes[right] * high / top, 0.13 / TALL, True),
+        (above, (top / slopes[above] - low) / (high - low), 0.26 / WIDE, False),
     ):
-        look: dict[str, Any] = {"fontsize": 6.5, "color": GREY, "transform": panel.transAxes}
         for one in free_places(places, strength[rays] + 1e-6 * (orders[rays] % 1 == 0), room):
-            at, text = float(places[one]), number_text(orders[rays[one]])
-            if rays is right:
-                panel.text(1.008, at, text, va="center", ha="left", **look)
-            else:
-                panel.text(at, 1.01, text, va="bottom", ha="center", **look)
+            at = (1.008, float(places[one])) if beside else (float(places[one]), 1.01)
+            panel.text(
+                *at, number_text(orders[rays[one]]), fontsize=6.5, color=GREY,
+                transform=panel.transAxes, va="center" if beside else "bottom",
+                ha="left" if beside else "center",
+            )  # fmt: skip
 
 
 def _mark_crossings(

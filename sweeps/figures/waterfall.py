@@ -10,7 +10,7 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label, y_label
-from sweeps.figures.shaft_speed import at_largest
+from sweeps.figures.shaft_response import at_largest
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, stem_of

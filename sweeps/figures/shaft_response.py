@@ -1,4 +1,4 @@
-"""Vibration of a shaft over the speed: its orders, and what its parts bear, lose and may bear."""
+"""Forced vibration of a shaft: orders and loads over the speed, torque over the cycle."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from engine_dyn.types import Floats
-from sweeps.figures.lines import draw_points, line_figure, line_of
+from sweeps.figures.lines import COMPUTED, draw_points, line_figure, line_of, told_apart
 from sweeps.figures.marks import DASHES, line_style
 from sweeps.figures.multiples import multiples
+from sweeps.figures.options import with_angle_from_zero
 from sweeps.figures.scales import parameter_ticks
 from sweeps.figures.shaft_modes import (
     CRITICAL,
@@ -23,11 +25,12 @@ from sweeps.figures.shaft_modes import (
     WIDE,
     free_places,
 )
-from sweeps.figures.sheet import OWN_ORDINATES, Entries, NamedFigures, rc
+from sweeps.figures.sheet import GREY, OWN_ORDINATES, NamedFigures, rc
 from sweeps.figures.study import Study
 from sweeps.figures.targets import LOOK, target_lines
-from sweeps.figures.views import MISFIRE, MOST_PANELS, View, stem_of
-from sweeps.figures.wording import number_text, symbol_of, wrap
+from sweeps.figures.traces import line_or_mark, set_cycle, trace
+from sweeps.figures.views import MISFIRE, MOST_PANELS, StudyAxis, View, stem_of
+from sweeps.figures.wording import number_text, symbol_of, with_unit, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,6 +56,14 @@ ALIKE = 4.0
 
 MOST_ORDERS = 5
 """Orders that are told apart."""
+
+WORST = "worst cylinder misfiring, named above"
+
+STEP = 0.25
+"""Degrees between the angles: 120 of them in a period of order 12."""
+
+MOST_PARTS = 3
+"""Orders that are drawn beside their sum."""
 
 ROMAN = ("I", "II", "III", "IV", "V", "VI")
 
@@ -100,12 +111,16 @@ def part_text(name: str) -> str:
     return name.split("_")[1]
 
 
-def with_worst_misfire(view: View, name: str, place: Mapping[str, int] | None = None) -> list[int]:
-    """Places along the axis of misfires: the engine as it should run, and the worst cylinder."""
-    cylinder = view.numbers(MISFIRE)
-    sizes = np.where(cylinder == 0.0, -1.0, largest_along(view, name, MISFIRE, place))
-    worst = [int(np.argmax(sizes))] if (cylinder != 0.0).any() else []
-    return [int(i) for i in np.flatnonzero(cylinder == 0.0)[:1]] + worst
+def cases(
+    view: View, name: str, place: Mapping[str, int]
+) -> tuple[StudyAxis, list[dict[str, int]]]:
+    """The axis of misfires, and the places on it of none and of the worst cylinder."""
+    if MISFIRE not in view.array(name).dims:
+        return view.axis(None), [dict(place)]
+    missing = view.numbers(MISFIRE) != 0.0
+    sizes = np.where(missing, largest_along(view, name, MISFIRE, place), -1.0)
+    shown = [*np.flatnonzero(~missing)[:1], *([np.argmax(sizes)] if missing.any() else [])]
+    return view.axis(MISFIRE), [{**place, MISFIRE: int(index)} for index in shown]
 
 
 def over_speed(view: View, name: str) -> bool:
@@ -147,72 +162,60 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
     view = view.only([name, *limits], [SPEED, part, MISFIRE])
     parts, speed = view.axis(part), view.axis(SPEED)
     sizes = largest_along(view, name, part) if part else np.ones(1)
+    limited = [any(_limit(view, one, parts.place(i)) is not None for one in limits)
+               for i in range(parts.size)]  # fmt: skip
     least = LEAST_LOSS * sizes.max() if name == "shaft_loss" else 0.0
-    ranked = [int(i) for i in np.argsort(-sizes, kind="stable") if sizes[i] > least]
-    shown = sorted(ranked[:MOST_PANELS]) or [0]
+    ranked = sorted(np.flatnonzero(sizes > least), key=lambda i: (not limited[i], -sizes[i]))
+    shown = [int(index) for index in sorted(ranked[:MOST_PANELS])] or [0]
     share = sizes[shown].max() <= ALIKE * sizes[shown].min()
-    base, each = (0.5, 1.75) if len(shown) > 1 else (3.3, 0.0)
-    sheet = multiples(len(shown), base, each, sharex=True, sharey=share)
+    few = len(shown) == 1
+    sheet = multiples(len(shown), *((3.3, 0.0) if few else (0.5, 1.75)), sharex=True, sharey=share)
     for panel, index in zip(sheet.panels, shown, strict=True):
-        place = parts.place(index)
-        title = parts.tag(index)
-        lines = []
-        for which in with_worst_misfire(view, name, place) if misfires(view, name) else [None]:
-            here, text, strong = place, "computed", True
-            if which is not None:
-                here, strong = {**place, MISFIRE: which}, view.numbers(MISFIRE)[which] == 0.0
-                text = "no misfire" if strong else "worst cylinder misfiring, named above"
-                title += "" if strong else f"; cylinder {view.axis(MISFIRE).words[which]}"
-            lines.append(line_of(view, name, here, text, strong=strong))
+        title, lines = parts.tag(index), []
+        misfire, places = cases(view, name, parts.place(index))
+        for place in places:
+            text = misfire.heading(place) or COMPUTED
+            healthy = not misfire or view.numbers(MISFIRE)[place[MISFIRE]] == 0.0
+            if not healthy:
+                title, text = f"{title}; {text.removeprefix('misfire of ')}", WORST
+            lines.append(line_of(view, name, place, text, strong=healthy))
         draw_points(panel, speed, lines, sheet.entries)
-        _limit_lines(panel, view, limits, place, sheet.entries)
+        for rank, limit in enumerate(limits):
+            values = _limit(view, limit, parts.place(index))
+            if values is not None:
+                look = LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
+                sheet.entries[view.title(limit)] = panel.plot(speed.values, values, **look)[0]
         target_lines(panel, view, [name], sheet.entries)
         parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
-        panel.set_title(wrap(title, 34) if len(shown) > 1 else title)
+        panel.set_title(title if few else wrap(title, 34))
     for panel in sheet.panels:
         panel.set_ylim(bottom=0.0)  # which ends the search for a scale, that panels may share
     sheet.label_x(speed.label, 5.0 / sheet.columns)
-    sheet.label_y(_short_label(view, name), 1.5 if len(shown) > 1 else 2.8)
+    symbol = symbol_of(view.array(name))  # the title has the name
+    sheet.label_y(symbol + view.unit(name) if symbol else view.label(name), 2.8 if few else 1.5)
     left = f"{len(shown)} of {parts.size} {part}s shown, those of the largest values"
-    notes = [*view.notes([name]), left if len(shown) < parts.size else ""]
     return sheet.finish(
-        f"{view.title(name)} over the speed", [*notes, "" if share else OWN_ORDINATES],
-        view.caption, legend=list(sheet.entries) != ["computed"], below=len(shown) > 1,
+        f"{view.title(name)} over the speed",
+        [*view.notes([name]), left * (len(shown) < parts.size), "" if share else OWN_ORDINATES],
+        view.caption, legend=told_apart(sheet.entries), below=not few,
     )  # fmt: skip
+
+
+def _limit(view: View, limit: str, place: Mapping[str, int]) -> Floats | None:
+    """A limit of a part at every speed, where it has one."""
+    values = view.numbers(limit, place)
+    known = view.at(limit, place).dims in ((), (SPEED,)) and np.isfinite(values).any()
+    return np.broadcast_to(values, view.axis(SPEED).values.shape) if known else None
 
 
 def _by_values(view: View, name: str, along: str) -> Figure:
     """Lines for the values of an axis, for the part that bears most: no misfire, and the worst."""
     view = at_largest(view, name)
-    if misfires(view, name):
-        keep = with_worst_misfire(view, name)
-        view = replace(view, data=view.data.isel({MISFIRE: keep}))
-    facet = MISFIRE if misfires(view, name) else None
-    return line_figure(view, [name], SPEED, along, facet)
-
-
-def misfires(view: View, name: str) -> bool:
-    """Whether misfires of cylinders are an axis of a variable."""
-    return MISFIRE in view.array(name).dims
-
-
-def _short_label(view: View, name: str) -> str:
-    """Symbol and unit, or the whole label where there is no symbol: titles have the name."""
-    symbol = symbol_of(view.array(name))
-    return f"{symbol}{view.unit(name)}" if symbol else view.label(name)
-
-
-def _limit_lines(
-    panel: Axes, view: View, limits: Sequence[str], place: Mapping[str, int], entries: Entries
-) -> None:
-    """Limits over the speed, or the same at every speed."""
-    speed = view.axis(SPEED).values
-    for rank, limit in enumerate(limits):
-        found = view.at(limit, place)
-        if found.dims in ((), (SPEED,)) and np.isfinite(found.values.astype(float)).any():
-            values = np.broadcast_to(found.values.astype(float), speed.shape)
-            look = LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
-            entries.setdefault(view.title(limit), panel.plot(speed, values, **look)[0])
+    misfire, places = cases(view, name, {})
+    if misfire:
+        kept = [place[MISFIRE] for place in places]
+        view = replace(view, data=view.data.isel({MISFIRE: kept}))
+    return line_figure(view, [name], SPEED, along, MISFIRE if misfire else None)
 
 
 # ---- orders --------------------------------------------------------------------------------------
@@ -237,19 +240,15 @@ def _orders_over_speed(view: View, what: str) -> Figure:
     """A panel without misfire and one with the worst: orders, half range, critical speeds."""
     name, size = f"{what}_order", size_of(view, what)
     speed, orders = view.axis(SPEED), view.numbers(ORDER)
-    misfire = view.axis(MISFIRE) if misfires(view, name) else view.axis(None)
-    shown = with_worst_misfire(view, size) if misfire else [0]
-    places = [misfire.place(index) for index in shown]
+    misfire, places = cases(view, size, {})
     sizes = np.max([largest_along(view, name, ORDER, place) for place in places], axis=0)
     strong = sorted(int(i) for i in np.argsort(-sizes, kind="stable")[:MOST_ORDERS] if sizes[i])
-    sheet = multiples(len(shown), 3.6, 0.0, sharex=True, sharey=True)
+    sheet = multiples(len(places), 3.6, 0.0, sharex=True, sharey=True)
     wide = WIDE / sheet.columns
-    for panel, place, index in zip(sheet.panels, places, shown, strict=True):
+    for panel, place in zip(sheet.panels, places, strict=True):
         values = view.at(name, place).transpose(ORDER, SPEED).values.astype(float)
-        for one in range(orders.size):
-            if one not in strong:
-                (line,) = panel.plot(speed.values, values[one], color=PALE, linewidth=0.6)
-                sheet.entries.setdefault("other orders", line)
+        others = [one for one in range(orders.size) if one not in strong]
+        pale = panel.plot(speed.values, values[others].T, color=PALE, linewidth=0.6)
         for rank, one in enumerate(strong):
             style = line_style(rank, len(strong)) | {"markevery": max(speed.size // 8, 1)}
             (line,) = panel.plot(speed.values, values[one], **style)
@@ -260,15 +259,15 @@ def _orders_over_speed(view: View, what: str) -> Figure:
             sheet.entries["half range of their sum"] = line
         parameter_ticks(panel, speed, "x", wide)
         _critical_speeds(panel, view, strong, sizes, wide)
-        panel.set_title(misfire.tag(index) if misfire else "", pad=15.0)
+        panel.set_title(misfire.heading(place), pad=15.0)
     sheet.panels[0].set_ylim(bottom=0.0)
-    sheet.entries["other orders"] = sheet.entries.pop("other orders", line)
+    sheet.entries.update({"other orders": pale[0]} if pale else {})
     sheet.label_x(speed.label, wide)
     sheet.label_y(f"{part_text(name).capitalize()}{view.unit(name)}", 2.8)
     met = "above: critical speeds, mode/order" if view.has(CRITICAL) else ""
     return sheet.finish(
         f"Orders of the {part_text(name)} over the speed", [*view.notes([name]), met], view.caption,
-        below=len(shown) > 1,
+        below=len(places) > 1,
     )  # fmt: skip
 
 
@@ -276,26 +275,97 @@ def _critical_speeds(
     panel: Axes, view: View, strong: Sequence[int], sizes: Floats, wide: float
 ) -> None:
     """Mark on the upper border where strong orders meet modes, as far as there is room."""
-    if not view.has(CRITICAL) or set(view.only([CRITICAL], [MODE]).array(CRITICAL).dims) != {
-        MODE,
-        ORDER,
-    }:
+    dims = set(view.array(CRITICAL).dims) if view.has(CRITICAL) else set()
+    if not {MODE, ORDER} <= dims or SPEED in dims:
         return
     critical = view.only([CRITICAL], [MODE]).array(CRITICAL).transpose(MODE, ORDER).values
     low, high = float(view.axis(SPEED).values.min()), float(view.axis(SPEED).values.max())
     panel.set_xlim(low, high)
     met = [
-        (float(critical[mode, one]), f"{ROMAN[mode]}/{number_text(view.numbers(ORDER)[one])}", one)
-        for mode in range(min(len(critical), len(ROMAN)))
+        (float(of_mode[one]), f"{roman}/{number_text(view.numbers(ORDER)[one])}", sizes[one])
+        for roman, of_mode in zip(ROMAN, critical, strict=False)
         for one in strong
-        if low <= critical[mode, one] <= high
+        if low <= of_mode[one] <= high
     ]
-    speeds = np.array([speed for speed, _, _ in met])
+    speeds, weights = (np.array([one[i] for one in met]) for i in (0, 2))
     for speed in speeds:
         panel.axvline(speed, color="#888888", linewidth=0.7, linestyle=DASHES[3], zorder=1.2)
-    weights = np.array([sizes[one] for _, _, one in met])
     for place in free_places((speeds - low) / (high - low), weights, 0.3 / wide):
         panel.text(
             speeds[place], 1.01, met[place][1], fontsize=6.5, ha="center", va="bottom",
             transform=panel.get_xaxis_transform(),
         )  # fmt: skip
+
+
+# ---- the cycle -----------------------------------------------------------------------------------
+
+
+def shaft_cycle_names(view: View) -> list[str]:
+    """Phases of torque and angle whose amplitudes are there; these get other figures too."""
+    pairs = [(f"{what}_phase", f"{what}_order") for what in PARTS]
+    return [phase for phase, order in pairs if view.has(phase) and view.has(order)]
+
+
+def shaft_cycles(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the sum of the orders over the cycle for the worst part at the worst speed."""
+    for name in names:
+        what = name.removesuffix("_phase")
+        view = at_most_loaded(study.view, what)
+        if SPEED in view.array(f"{what}_order").dims:
+            size = largest_along(view, size_of(view, what), SPEED)
+            view = view.slice_at({SPEED: int(np.argmax(size))})
+        view = view.only([f"{what}_order", name], [MISFIRE])
+        yield stem_of(f"{what}_cycle", view, None), _cycle(view, what)
+
+
+def sum_of_orders(degrees: Floats, order: Floats, amplitude: Floats, phase: Floats) -> Floats:
+    """Sum of amplitude cos(nu phi + phase) of some orders at crank angles; all in degrees."""
+    angles = np.radians(np.multiply.outer(degrees, order) + phase)
+    return np.asarray(np.sum(amplitude * np.cos(angles), axis=-1))
+
+
+def _cycle(view: View, what: str) -> Figure:
+    """A panel without misfire and one with the worst: the sum, its half range, large orders."""
+    name = f"{what}_order"
+    misfire, places = cases(view, size_of(view, what), {})
+    order = view.numbers(ORDER)
+    sizes = np.max([np.nan_to_num(view.numbers(name, place)) for place in places], axis=0)
+    large = sorted(np.argsort(-sizes, kind="stable")[:MOST_PARTS])
+    sheet = multiples(len(places), 0.6, 2.0, columns=1, sharex=True, sharey=True)
+    for panel, place in zip(sheet.panels, places, strict=True):
+        curves = {f"order {number_text(order[one])}": [one] for one in large}
+        here = _over_angle(view, what, place, {"sum of all orders": [*range(order.size)], **curves})
+        for rank, text in enumerate(map(str, here.data.data_vars)):
+            style = line_style(rank, len(here.data.data_vars)) | {"marker": "", "linewidth": 0.8}
+            if not rank:
+                style |= {"color": rc("text.color"), "linewidth": 1.7, "zorder": 3}
+            line_or_mark(panel, trace(here, text, {}), style, text, rank, sheet.entries)
+        low, high = (float(end(here.numbers("sum of all orders"))) for end in (np.min, np.max))
+        for end in (low, high):
+            line = panel.axhline(end, color=GREY, linewidth=0.7, linestyle=DASHES[3])
+            sheet.entries["largest and least value"] = line
+        half = with_unit(view.array(name), 0.5 * (high - low))
+        case = f"{misfire.heading(place)}: " if misfire else ""
+        panel.set_title(f"{case}half range {half}")
+    set_cycle(sheet.panels, here, 4.6, sheet.lowest)
+    sheet.label_y(f"{part_text(name).capitalize()}{view.unit(name)}", 1.8)
+    title = f"{part_text(name).capitalize()} over the cycle, the sum of its orders"
+    return sheet.finish(title, view.notes([name]), view.caption, below=False)
+
+
+def _over_angle(
+    view: View, what: str, place: Mapping[str, int], parts: Mapping[str, list[int]]
+) -> View:
+    """Sums of some orders as curves over the crank angle, as it is counted in all figures."""
+    order, amplitude, phase = (
+        view.numbers(name, place) for name in (ORDER, f"{what}_order", f"{what}_phase")
+    )
+    cycle = 720.0 if np.any(order % 1.0) else 360.0
+    degrees = np.arange(-0.5 * cycle, 0.5 * cycle, STEP)
+    about = {"long_name": "crank angle", "symbol": r"$\varphi$", "units": "degree"}
+    curves = {
+        text: ("crank_angle", sum_of_orders(degrees, order[some], amplitude[some], phase[some]))
+        for text, some in parts.items()
+    }
+    data = xr.Dataset(curves, coords={"crank_angle": ("crank_angle", degrees, about)})
+    return replace(view, data=with_angle_from_zero(data, view.options))
