@@ -1,4 +1,4 @@
-"""Figures of a shaft that twists: mode shapes, Campbell diagram, orders, loads, torque over the cycle;
+"""Figures of a shaft that twists: modes, Campbell diagram, orders, loads, torque over the cycle;
 what is drawn, from datasets made here."""
 
 from __future__ import annotations
