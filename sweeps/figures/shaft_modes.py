@@ -11,7 +11,7 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.figures.marks import DASHES, line_style, shade
 from sweeps.figures.scales import parameter_ticks, x_label, y_label
-from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, stem_of
 from sweeps.figures.wording import number_text, with_unit
@@ -30,12 +30,9 @@ PALE = "#bbbbbb"
 MOST_SHAPES = 3
 """Modes whose shapes are drawn: those above are seldom reached by a strong order."""
 
-HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi}
+HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
 """Frequency of order 1 over the speed, by the unit of the speed."""
 
-MARK: dict[str, Any] = {
-    "facecolor": "white", "edgecolor": "black", "linewidth": 0.9, "zorder": 3
-}  # fmt: skip
 LARGEST = 130.0
 """Area in square points of the mark of the largest vector sum."""
 
@@ -81,7 +78,7 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
         )  # fmt: skip
         if nodes.size:
             entries["node"] = entries.pop("node", marks)  # last of the legend
-    panel.axhline(0.0, color="black", linewidth=0.6)
+    panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
     parameter_ticks(panel, view.axis(DISC), "x", 5.0)
     y_label(panel, f"Amplitude over the largest of the mode{view.unit(SHAPE)}", 2.8)
     few = f"{len(shown)} of {len(finite)} modes shown" if len(shown) < len(finite) else ""
@@ -157,9 +154,9 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     entries: Entries = {}
     for order, slope in enumerate(slopes):
         strong = bool(strength[order] >= LABELLED)
-        colour, width = (GREY, 0.9) if strong else (PALE, 0.5)
-        ends = [slope * low, slope * high]
-        panel.plot([low, high], ends, color=colour, linewidth=width, zorder=1.5)
+        look: dict[str, Any] = {"color": rc("text.color"), "linewidth": 0.9, "alpha": 0.75}
+        look |= {} if strong else {"linewidth": 0.5, "alpha": 0.3}
+        panel.plot([low, high], [slope * low, slope * high], zorder=1.5, **look)
     for mode, level in enumerate(levels):
         if np.nanmin(level, initial=np.inf) < top:
             style = {"color": shade(0.3 * mode), "linestyle": DASHES[mode % len(DASHES)]}
@@ -174,7 +171,7 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     notes = [*view.notes(used), "rays are orders"]
     if found:
         area = f", area by the vector sum: here {number_text(largest, 3)}"
-        entries["crossing" + area * (VECTORS in used)] = panel.scatter([], [], s=LARGEST, **MARK)
+        entries["crossing" + area * (VECTORS in used)] = panel.scatter([], [], s=LARGEST, **_mark())
     drawn = finish(figure, "Campbell diagram of the shaft", notes, entries, caption=view.caption)
     yield stem_of("campbell", view, None), drawn
 
@@ -213,10 +210,15 @@ def _label_rays(panel: Axes, orders: Floats, slopes: Floats, strength: Floats) -
         for one in free_places(places, strength[rays] + 1e-6 * (orders[rays] % 1 == 0), room):
             at = (1.008, float(places[one])) if beside else (float(places[one]), 1.01)
             panel.text(
-                *at, number_text(orders[rays[one]]), fontsize=6.5, color=GREY,
+                *at, number_text(orders[rays[one]]), fontsize=6.5, alpha=0.75,
                 transform=panel.transAxes, va="center" if beside else "bottom",
                 ha="left" if beside else "center",
             )  # fmt: skip
+
+
+def _mark() -> dict[str, Any]:
+    colours = {"facecolor": rc("axes.facecolor"), "edgecolor": rc("text.color")}
+    return {**colours, "linewidth": 0.9, "zorder": 3}
 
 
 def _mark_crossings(
@@ -229,7 +231,7 @@ def _mark_crossings(
         own = [number for number, one in enumerate(found) if one[0] == mode]
         met = np.array([found[number][2] for number in own])
         y = np.interp(met, speeds, levels[mode])
-        panel.scatter(met, y, s=np.maximum(LARGEST * shares[own], 4.0), clip_on=False, **MARK)
+        panel.scatter(met, y, s=np.maximum(LARGEST * shares[own], 4.0), clip_on=False, **_mark())
         places = (met - low) / (high - low)
         for one in free_places(places, shares[own], 0.36 / WIDE):
             side = "left" if places[one] < 0.04 else "right" if places[one] > 0.96 else "center"
@@ -237,5 +239,5 @@ def _mark_crossings(
                 panel.annotate(
                     number_text(round(met[one])), (met[one], y[one]), (0, 8), fontsize=7.0,
                     textcoords="offset points", ha=side, va="bottom", zorder=4,
-                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
+                    bbox={**_mark(), "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
                 )  # fmt: skip
