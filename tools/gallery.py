@@ -48,12 +48,12 @@ def page() -> str:
         for entry in subject["picture"]:
             name = entry["name"]
             shows = kinds[name].shows[0].upper() + kinds[name].shows[1:]
-            parts.append(f"### `{name}`\n\n{shows}. It needs {kinds[name].needs}.\n")
+            parts.append(f"### `{name}`\n\n{shows}; needs {kinds[name].needs}.\n")
             parts.append(f"![{name}]({picture_of(entry).relative_to(DOCS)})\n")
             if "made_by" in entry:
-                parts.append(f"{entry['made_by']} says how this recording is evaluated.\n")
+                parts.append(f"{entry['made_by']} evaluates this recording.\n")
             if same := entry.get("scene_of"):
-                parts.append(f"The scene is that of [`{same}`](#{same}).\n")
+                parts.append(f"Scene of [`{same}`](#{same}).\n")
             if "scene" in entry:
                 parts.append(f"```toml\n{entry['scene']}```\n")
             if "commands" in entry:

@@ -406,6 +406,7 @@ def _about_engine(plan: Plan) -> dict[str, str]:
         "engine_values": json.dumps(dict(engine.values)),
         "parameters": json.dumps(given),
         "arrangement": _arrangements(plan.scene),
+        "shaft": _shaft(plan.scene),
     }
 
 
@@ -426,6 +427,15 @@ def _arrangements(scene: Scene) -> str:
         return ""
     own = _arrangement(with_values(cylinders_of_count(scene, scene.counts[0]), fixed))
     return json.dumps(own) if own else ""
+
+
+def _shaft(scene: Scene) -> str:
+    """JSON of the discs that shafts and gears join, counted from 1; empty without a shaft."""
+    shaft = scene.engine.shaft
+    if shaft is None:
+        return ""
+    pairs = {"shafts": shaft.shafts, "gears": shaft.gears}
+    return json.dumps({key: [[a + 1, b + 1] for a, b in found] for key, found in pairs.items()})
 
 
 def _arrangement(own: Cylinders | None) -> dict[str, Any]:

@@ -80,6 +80,15 @@ from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
+from sweeps.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
+from sweeps.figures.shaft_response import (
+    shaft_cycle_names,
+    shaft_cycles,
+    shaft_load_names,
+    shaft_loads,
+    shaft_order_names,
+    shaft_orders,
+)
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
 from sweeps.figures.strokes import stroke_names, strokes
@@ -154,11 +163,11 @@ def _running(dimension: str | None) -> Callable[[View], list[str]]:
 
 KINDS = (
     Kind("arrangement", "crankshaft, banks and firing star",
-         "an engine of two cylinders or more", described, arrangements),
+         "two cylinders or more", described, arrangements),
     Kind("crank_star", "side view of the crankshaft and star of its throws",
-         "an engine of two cylinders or more", star_names, crank_stars),
+         "two cylinders or more", star_names, crank_stars),
     Kind("strokes", "strokes of all cylinders over the crank angle, in firing order",
-         "an engine of two cylinders or more", stroke_names, strokes),
+         "two cylinders or more", stroke_names, strokes),
     Kind("kinematics", "travel, velocity and acceleration of the piston, angle of the rod",
          "position, velocity, acceleration or rod_angle", _over_angle(*KINEMATICS), kinematics),
     Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
@@ -218,6 +227,18 @@ KINDS = (
          "friction of rings, skirts, bearings, valve train and auxiliaries, stacked",
          "three components of the friction, such as fmep_rings", friction_names,
          friction_components),
+    Kind("mode_shapes", "mode shapes of the shaft, with nodes", "mode_shape", mode_shape_names,
+         mode_shapes),
+    Kind("campbell", "natural frequencies and orders over the speed, with their crossings",
+         "natural_frequency, an order such as mode_vector_sum, and an axis speed",
+         campbell_names, campbell),
+    Kind("shaft_orders", "strongest orders of torque and angle of the shaft over the speed",
+         "shaft_torque_order or disc_angle_order along an axis speed",
+         shaft_order_names, shaft_orders),
+    Kind("shaft_loads", "torque, stress, twist, angle and power lost over the speed, with limits",
+         "a half range or shaft_loss along an axis speed", shaft_load_names, shaft_loads),
+    Kind("shaft_cycle", "torque and angle of the shaft over the cycle, as sums of orders",
+         "order and phase of shaft_torque or disc_angle", shaft_cycle_names, shaft_cycles),
     Kind("curves", "any other variable over the crank angle",
          "a variable over the crank angle that no other kind draws", _running("crank_angle"),
          curves, general=True),
@@ -228,7 +249,7 @@ KINDS = (
          "amplitudes over order and three speeds or more", waterfall_names, waterfalls,
          shared=True),
     Kind("numbers", "any other variable with a number for each design",
-         "a number, such as delta, that differs from design to design and repeats no axis",
+         "a number that differs between designs and repeats no axis",
          _running(None), numbers, general=True),
     Kind("pareto", "all designs over two objectives, with the Pareto front",
          "ten designs or more at one speed and load, and two conflicting objectives, such as "

@@ -10,6 +10,7 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label, y_label
+from sweeps.figures.shaft_response import at_largest
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, stem_of
@@ -49,7 +50,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
         for whole, along in study.views_by_axis([name]):
             if along != SPEED:
                 continue
-            view = whole.only([name], [SPEED])
+            view = at_largest(whole, name).only([name], [SPEED])
             axis = view.axis(SPEED)
             rows = axis.picked(MOST_ROWS)
             speeds = axis.values[rows]

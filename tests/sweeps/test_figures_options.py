@@ -141,4 +141,4 @@ def test_the_document_lists_every_kind() -> None:
     page = DOCUMENT.read_text("utf-8")
     for kind in KINDS:
         shows = kind.shows[0].upper() + kind.shows[1:]
-        assert f"### `{kind.name}`\n\n{shows}. It needs {kind.needs}.\n" in page
+        assert f"### `{kind.name}`\n\n{shows}; needs {kind.needs}.\n" in page

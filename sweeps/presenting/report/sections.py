@@ -268,7 +268,8 @@ def limited(archive: xr.Dataset, choices: Choices) -> str:
 
 TOLD_ELSEWHERE = frozenset(
     {"title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
-     "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "solver"}
+     "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
+     "solver"}
 )  # fmt: skip
 
 
