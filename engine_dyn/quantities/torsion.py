@@ -505,7 +505,7 @@ def _polar(what: str, symbol: str, unit: str, si: float, long_name: str, of: str
     ]  # fmt: skip
 
 
-_DISC_ANGLE = "angle of each disc, in its own turns, against uniform rotation"
+_DISC_ANGLE = "angle of each disc against uniform rotation"
 _SHAFT_TORQUE = "vibratory torque in each shaft"
 
 NODES: tuple[Node, ...] = (
@@ -631,15 +631,15 @@ NODES: tuple[Node, ...] = (
     *_polar("disc_angle", r"\theta_\nu", "degree", DEGREE, _DISC_ANGLE, "disc_harmonics"),
     *_polar("shaft_torque", r"T_\nu", "N m", 1.0, _SHAFT_TORQUE, "shaft_harmonics"),
     _result("disc_angle_half_range", r"\hat\theta", "degree",
-            f"half of the range over the cycle of the {_DISC_ANGLE}", ("disc",), si=DEGREE),
+            f"{_DISC_ANGLE}, half of its range over the cycle", ("disc",), si=DEGREE),
     _result("shaft_twist_half_range", r"\hat{\Delta\theta}", "degree",
-            "half of the range over the cycle of the angle between the two discs of each shaft",
+            "twist between the two discs of each shaft, half of its range over the cycle",
             ("shaft",), si=DEGREE),
     _result("crankshaft_twist_half_range", r"\hat{\Delta\theta}_F", "degree",
-            "half of the range over the cycle of the angle between disc 1 and flywheel",
+            "twist between disc 1 and flywheel, half of its range over the cycle",
             si=DEGREE),
     _result("shaft_torque_half_range", r"\hat T", "N m",
-            f"half of the range over the cycle of the {_SHAFT_TORQUE}", ("shaft",)),
+            f"{_SHAFT_TORQUE}, half of its range over the cycle", ("shaft",)),
     _result("shaft_torque_lowest", "", "N m", f"least {_SHAFT_TORQUE}", ("shaft",),
             public=False),
     _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
@@ -680,8 +680,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "shaft_stress_half_range", r"\hat\tau", "MPa",
-        "nominal shear stress of the vibratory torque in each shaft: half of its range over the "
-        "cycle", WILSON, si=MPA,
+        "nominal vibratory shear stress in each shaft, half of its range over the cycle", WILSON,
+        si=MPA,
         needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
         of_shaft=("shaft_diameter", "shaft_bore"),
     ),
@@ -727,8 +727,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "pendulum_swing_half_range", r"\hat\psi", "degree",
-        "half of the range over the cycle of the swing of each pendulum on its carrier, linear; of "
-        "other shafts nothing", WILSON, si=DEGREE, needs=("shaft_system", "shaft_twist_half_range"),
+        "swing of each pendulum on its carrier, half of its range over the cycle, linear; of other "
+        "shafts nothing", WILSON, si=DEGREE, needs=("shaft_system", "shaft_twist_half_range"),
         make=_swing, of_shaft=(*_PENDULUMS, "shaft_gear_ratio"),
     ),
     Node(
