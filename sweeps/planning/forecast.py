@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections import defaultdict
 from collections.abc import Iterator
 
@@ -34,8 +33,6 @@ SEARCH_STEPS = 5
 
 ERROR_COST = 2.0
 """Work of the second solution, from which `delta_error` follows, over that of the first."""
-
-WIDTH = 99
 
 
 def text(plan: Plan) -> str:
@@ -304,10 +301,9 @@ def _skipped(plan: Plan) -> list[str]:
         lines.append(f"skipped: the periodic speed, {nothing} it")
     if "torque_solution" not in plan.computed:
         lines.append(f"skipped: extremes of torque and work, {nothing} them")
-    names = [name for name in QUANTITIES if name not in plan.computed]
-    if names:
-        text = f"skipped, because not requested: {', '.join(names)}"
-        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
+    left = sum(name not in plan.computed for name in QUANTITIES)
+    if left:
+        lines.append(f"not requested: {left} more quantities; engine-dyn list quantities names all")
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
     lines += [f"[set] {n}: no requested quantity depends on it" for n in plan.unused_settings]
     return lines
