@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -33,3 +35,15 @@ def pytest_configure(config: pytest.Config) -> None:
     pytest import engine_dyn, and so Numba, before the folder above is named.
     """
     config.addinivalue_line("filterwarnings", "ignore::engine_dyn.ImplausibleWarning")
+    if not hasattr(config, "workerinput"):
+        _keep_temporary_files_apart(config)
+
+
+def _keep_temporary_files_apart(config: pytest.Config) -> None:
+    """Remove temporary files at the end, also those of processes that tests kill.
+
+    pytest's own `tmp_path` stays where it was.
+    """
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+    folder = tempfile.tempdir = os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="engine-dyn-tests-")
+    config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

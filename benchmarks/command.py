@@ -12,9 +12,11 @@ import json
 import os
 import platform
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,8 +24,8 @@ from typing import Any
 
 from sweeps.archive import provenance
 
-__all__ = ["ROOT", "in_processes", "log", "part_file", "processor", "settings", "versions",
-           "write_part"]  # fmt: skip
+__all__ = ["ROOT", "in_processes", "log", "part_file", "processor", "settings",
+           "temporary_files_apart", "versions", "write_part"]  # fmt: skip
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -78,6 +80,23 @@ def in_processes(
     """Results of `work` on each of the jobs, in their order, by processes of their own."""
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         yield from pool.map(work, jobs)
+
+
+@contextmanager
+def temporary_files_apart(among: str | Path | None = None) -> Iterator[str]:
+    """Keep temporary files of this process, and of all that it starts, in a folder that is removed.
+
+    Processes that are killed leave theirs behind. `among` is where the folder is made.
+    """
+    before, named = tempfile.tempdir, os.environ.get("TMPDIR")
+    with tempfile.TemporaryDirectory(dir=among, ignore_cleanup_errors=True) as folder:
+        tempfile.tempdir = os.environ["TMPDIR"] = folder
+        try:
+            yield folder
+        finally:
+            tempfile.tempdir = before
+            del os.environ["TMPDIR"]
+            os.environ.update({} if named is None else {"TMPDIR": named})
 
 
 # Figures ------------------------------------------------------------------------------------------

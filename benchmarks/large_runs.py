@@ -16,7 +16,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
@@ -27,7 +26,7 @@ import netCDF4
 import numpy as np
 import psutil
 
-from benchmarks.command import ROOT, log, part_file, settings, write_part
+from benchmarks.command import ROOT, log, part_file, settings, temporary_files_apart, write_part
 from benchmarks.tables import save, toml_text
 from sweeps.errors import size_text
 
@@ -463,7 +462,7 @@ def main() -> None:
         kill_designs=500_000, workers_killed=10, seed=1, folder=Path,
         output=part.with_suffix(".csv"), part=part,
     )  # fmt: skip
-    with tempfile.TemporaryDirectory(dir=given.folder) as name:
+    with temporary_files_apart(given.folder) as name:
         folder = Path(name)
         sweep = measured_sweep(given.designs, given.memory, folder)
         found = kills(given.kill_designs, given.kills, given.seed, folder)

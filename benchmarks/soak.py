@@ -13,7 +13,6 @@ import contextlib
 import gc
 import itertools
 import json
-import os
 import sys
 import tempfile
 import threading
@@ -28,7 +27,7 @@ import numpy as np
 import psutil
 
 import sweeps
-from benchmarks.command import in_processes, part_file, settings, write_part
+from benchmarks.command import in_processes, part_file, settings, temporary_files_apart, write_part
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
@@ -343,13 +342,8 @@ def main() -> None:
         "benchmarks.soak", __doc__, runs=2000, rounds=60, replacements=400,
         output=part_file("soak"),
     )  # fmt: skip
-    with tempfile.TemporaryDirectory(prefix="soak-") as name:
-        # All temporary files of these runs, and no others', are here.
-        temporary, tempfile.tempdir = tempfile.tempdir, f"{name}/temporary"
-        os.environ["TMPDIR"] = tempfile.tempdir
-        os.mkdir(tempfile.tempdir)
+    with tempfile.TemporaryDirectory(prefix="soak-") as name, temporary_files_apart(name):
         found = soak(options.runs, options.rounds, options.replacements, Path(name))
-        tempfile.tempdir = temporary
     write_part(options.output, found)
     print(json.dumps(found, indent=1))
     sys.exit(1 if found["wrong"] else 0)

@@ -285,9 +285,10 @@ def known_key(
                 f"{where} {key}: unknown key: this is a computed quantity, not a parameter. "
                 "Allowed: see `engine-dyn list keys`"
             )
-        raise SceneError(
-            f"{where} {key}: unknown key{not_known(key, known, command='engine-dyn list keys')}"
+        told = not_known(
+            key, known, command="engine-dyn list keys", also="".join(f", {name}" for name in also)
         )
+        raise SceneError(f"{where} {key}: unknown key{told}")
     return node
 
 

@@ -23,7 +23,7 @@ import hypothesis
 from hypothesis import HealthCheck, given, seed
 from hypothesis import strategies as st
 
-from benchmarks.command import ROOT, part_file, settings, write_part
+from benchmarks.command import ROOT, part_file, settings, temporary_files_apart, write_part
 from benchmarks.fuzz.archives import archives, check_archive, check_figures
 from benchmarks.fuzz.binary_tables import binary_tables, check_binary_table
 from benchmarks.fuzz.checking import COUNTS
@@ -113,7 +113,8 @@ def main() -> None:
     for name in chosen:
         words = [sys.executable, "-m", "benchmarks.fuzz", "--here", "--target", name]
         words += ["--seconds", str(share), "--seed", str(number)]
-        done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+        with temporary_files_apart():
+            done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
         counts = (done.stdout.splitlines() or ["{}"])[-1]
         print(f"{name}: {counts}", flush=True)
         targets[name] = json.loads(counts)

@@ -33,7 +33,7 @@ from unittest import mock
 
 import psutil
 
-from benchmarks.command import CPUS, ROOT, part_file, settings, write_part
+from benchmarks.command import CPUS, ROOT, part_file, settings, temporary_files_apart, write_part
 from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damaged_bytes import damaged, sound_files
 from sweeps.archive.contents import part_of, plan_of, read_contents
@@ -163,8 +163,7 @@ def work(pipe: Any, seed: int) -> None:
     """Read the files of the ranges that come; say which, and what went wrong."""
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-    fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-    with tempfile.TemporaryDirectory(dir=fast) as folder, _in_forks():
+    with tempfile.TemporaryDirectory() as folder, _in_forks():
         reader = Reader(Path(folder))
         while True:
             for number in range(*pipe.recv()):
@@ -315,7 +314,9 @@ def main() -> None:
         "benchmarks.fuzz.damage", __doc__, number=100_000, seed=1, workers=CPUS,
         seconds=float("inf"), folder=ROOT / "out" / "damage", part=part_file("damage"),
     )  # fmt: skip
-    counts = campaign(given.folder, given.number, given.seed, given.workers, given.seconds)
+    fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    with temporary_files_apart(fast):
+        counts = campaign(given.folder, given.number, given.seed, given.workers, given.seconds)
     write_part(given.part, {"seed": given.seed, "asked": given.number, **counts})
     if counts["wrong"]:
         sys.exit(f"wrong: {counts['wrong']}; see {given.folder}")

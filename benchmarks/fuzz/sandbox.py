@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import atexit
 import os
-import shutil
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -73,7 +71,6 @@ DESIGNS = "case,bore,stroke\nfirst,0.1,0.12\nsecond,0.11,0.13\n"
 def sandbox() -> Path:
     """A folder of scenes with files that they name, good and bad; beside it what is private."""
     home = Path(tempfile.mkdtemp(prefix="engine-dyn-fuzz-"))
-    atexit.register(shutil.rmtree, home, ignore_errors=True)
     outside, inside = home / "outside", home / "scenes"
     outside.mkdir()
     inside.mkdir()

@@ -212,12 +212,13 @@ class ArchiveAccessor:
         >>> table["inertia"].tolist()
         [40.0, 40.0]
         """
+        import pandas as pd
+
         from sweeps.exploring.rows import rows
 
-        return rows(
-            self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
-            relative_to=relative_to,
-        ).table  # fmt: skip
+        found = rows(self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+                     relative_to=relative_to)  # fmt: skip
+        return pd.DataFrame(found.table)
 
     def show(
         self, *, select: Mapping[str, float | str] | None = None,

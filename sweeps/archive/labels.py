@@ -339,7 +339,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
 
 
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
-    """Texts of an axis; engines by their names, where no two have the same.
+    """Texts of an axis; engines by their names.
 
     A scene names some by the path of their file, which says less. In a table of designs that stays,
     because it is read back where the archive is computed again.
@@ -351,8 +351,7 @@ def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
         given = one.source.get(ENGINE)
         if isinstance(given, str):
             names[given] = one.engine.name
-    alike = len(set(names.values())) < len(names)
-    return [text if alike else names.get(text, text) for text in texts]
+    return [names.get(text, text) for text in texts]
 
 
 def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:

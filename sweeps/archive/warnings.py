@@ -26,8 +26,8 @@ ATTRIBUTE = "warnings"
 
 
 def lines_of(path: Path) -> list[str]:
-    """Lines of a finished archive."""
-    with opened_archive(path) as file:
+    """Lines of an archive that this process has just written."""
+    with opened_archive(path, own=True) as file:
         return str(file.getncattr(ATTRIBUTE)).splitlines() if ATTRIBUTE in file.ncattrs() else []
 
 

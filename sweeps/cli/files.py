@@ -26,6 +26,7 @@ __all__ = [
     "files_of",
     "not_written",
     "opened",
+    "opened_to_print",
     "write_archive",
     "writing",
 ]
@@ -154,25 +155,39 @@ def write_archive(found: xr.Dataset, output: Path | None, overwrite: bool) -> No
 
 @contextmanager
 def opened(path: Path) -> Iterator[xr.Dataset]:
-    """Open an archive for reading.
-
-    An archive that was made by other programs, or is damaged, may hold anything under the names of
-    quantities: whatever fails while it is open is told as a fault of the archive.
-    """
+    """Open an archive for reading; whatever fails while it is open is told as its fault."""
     from sweeps.exploring.opening import open as open_any
 
-    with open_any(path) as dataset:
-        try:
-            yield dataset
-        except (SceneError, MemoryError, click.exceptions.Exit):
-            raise
-        except Exception as error:
-            if isinstance(error, OSError) and (error.errno or 0) > 0:
-                raise  # errors of netCDF itself have numbers below 0
-            raise SceneError(
-                f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
-                f"{one_line(error, 200)} (--debug shows where)"
-            ) from error
+    with open_any(path) as dataset, _blamed(path):
+        yield dataset
+
+
+@contextmanager
+def opened_to_print(path: Path) -> Iterator[xr.Dataset]:
+    """Open an archive as `opened` does, without xarray: see `sweeps.archive.stored_dataset`."""
+    from sweeps.archive.stored_dataset import stored_dataset
+
+    with stored_dataset(path) as dataset, _blamed(path):
+        yield dataset
+
+
+@contextmanager
+def _blamed(path: Path) -> Iterator[None]:
+    """Tell what fails as a fault of an archive.
+
+    One that other programs made, or a damaged one, may hold anything under names of quantities.
+    """
+    try:
+        yield
+    except (SceneError, MemoryError, click.exceptions.Exit):
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and (error.errno or 0) > 0:
+            raise  # errors of netCDF itself have numbers below 0
+        raise SceneError(
+            f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
+            f"{one_line(error, 200)} (--debug shows where)"
+        ) from error
 
 
 def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None:

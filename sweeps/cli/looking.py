@@ -25,7 +25,14 @@ from sweeps.cli.arguments import (
 )
 from sweeps.cli.completing import complete_engine_or_scene
 from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
-from sweeps.cli.files import check_folder, check_output, check_slices, opened, writing
+from sweeps.cli.files import (
+    check_folder,
+    check_output,
+    check_slices,
+    opened,
+    opened_to_print,
+    writing,
+)
 from sweeps.errors import counted, size_text
 
 __all__ = ["compare", "export", "info", "plot", "show"]
@@ -48,32 +55,34 @@ def info(what: str, provenance: bool, units: str | None) -> None:
 
     For the folder OUTPUT.partial of an interrupted run, info shows how much of it is finished.
     """
-    from sweeps.reading.engine_files import catalogue, load_engine
-    from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
-
     toml = what.endswith(".toml")
-    built_in = not toml and not os.path.exists(what)
-    if (toml and is_scene(Path(what))) or (built_in and what in built_in_scenes()):
-        from sweeps.presenting.scenes import scene_text
+    if toml or not os.path.exists(what):
+        from sweeps.reading.engine_files import catalogue, load_engine
+        from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 
-        say(scene_text(read_scene(what), what))
-        return
-    if toml or (built_in and what in catalogue()):
-        from sweeps.presenting.engines import engine_text
+        if is_scene(Path(what)) if toml else what in built_in_scenes():
+            from sweeps.presenting.scenes import scene_text
 
-        say(engine_text(load_engine(what)))
-        return
+            say(scene_text(read_scene(what), what))
+            return
+        if toml or what in catalogue():
+            from sweeps.presenting.engines import engine_text
+
+            say(engine_text(load_engine(what)))
+            return
     from sweeps.presenting.interrupted import interrupted_run, interrupted_text
 
     folder = interrupted_run(Path(what))
     if folder is not None:
         say(interrupted_text(folder))
         return
-    with opened(Path(what)) as dataset:
-        from sweeps.presenting.archives import archive_text
-        from sweeps.presenting.readable_dataset import in_units
+    from sweeps.reading.netcdf_child import start
 
-        described = archive_text(in_units(dataset, units), what, provenance=provenance)
+    start()
+    from sweeps.presenting.archives import archive_text
+
+    with opened_to_print(Path(what)) as dataset:
+        described = archive_text(dataset, what, provenance=provenance, units=units)
     say(described)
 
 
@@ -107,6 +116,7 @@ def show(
     relative: str | None, units: str | None,
 ) -> None:  # fmt: skip
     """Show numbers of ARCHIVE as a table."""
+    from sweeps.reading.netcdf_child import start
     from sweeps.reading.netcdf_files import check_file
 
     select = axis_slices(slices)
@@ -118,12 +128,13 @@ def show(
             base = axis_slices([relative], "--relative-to")
     names = names_of(quantities)
     check_file(archive)
-    with opened(archive) as dataset:
-        from sweeps.exploring.rows import rows
-        from sweeps.exploring.slices import nearest
-        from sweeps.presenting.sensitivities import has_indices, sensitivities_text
-        from sweeps.presenting.tables import rows_text
+    start()
+    from sweeps.exploring.rows import rows
+    from sweeps.exploring.slices import nearest
+    from sweeps.presenting.sensitivities import has_indices, sensitivities_text
+    from sweeps.presenting.tables import rows_text
 
+    with opened_to_print(archive) as dataset:
         check_slices(dataset, select, base if isinstance(base, dict) else {})
         part = nearest(dataset, **select)
         if has_indices(part) and names is None and sort is None and base is None:

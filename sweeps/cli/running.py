@@ -341,10 +341,10 @@ def _print_published(plan: Plan, output: Path) -> None:
             f"published values are in the archive; {plan.designs} designs are too many to print"
         )
         return
-    from sweeps.archive.netcdf import open_archive
+    from sweeps.archive.stored_dataset import stored_dataset
     from sweeps.presenting.published import text
 
-    with open_archive(output) as dataset:
+    with stored_dataset(output, own=True) as dataset:
         published = text(dataset)
     if published:
         say(published + "\n")
@@ -352,12 +352,12 @@ def _print_published(plan: Plan, output: Path) -> None:
 
 def _print_numbers(plan: Plan, output: Path) -> None:
     """Print what came out, where these are few numbers; or how to look at them."""
-    from sweeps.archive.netcdf import open_archive
+    from sweeps.archive.stored_dataset import stored_dataset
 
     if plan.scene.gives("recorded_cycle"):
         from sweeps.presenting.archives import recorded_cycle_lines
 
-        with open_archive(output) as dataset:
+        with stored_dataset(output, own=True) as dataset:
             for line in recorded_cycle_lines(dataset):
                 say(f"over the recorded cycles: {line}")
     if plan.designs > SHOWN:
@@ -367,7 +367,7 @@ def _print_numbers(plan: Plan, output: Path) -> None:
     from sweeps.exploring.rows import rows
     from sweeps.presenting.tables import rows_text
 
-    with open_archive(output) as dataset:
+    with stored_dataset(output, own=True) as dataset:
         if has_single_numbers(dataset):
             say("\n" + rows_text(rows(dataset, limit=SHOWN), width=terminal_width()) + "\n")
 

@@ -129,7 +129,7 @@ def columns_of(
         # Axes of words hold numbers beside them.
         home = words.get(dimension, dimension)
         columns[dimension] = (
-            archive[home].variable if home in archive.coords else _numbered(archive, dimension)
+            archive.variables[home] if home in archive.coords else _numbered(archive, dimension)
         )
     for name, coordinate in archive.coords.items():
         if str(name) in (*dims, *words.values()) or not set(coordinate.dims) <= set(dims):
@@ -143,11 +143,11 @@ def columns_of(
         ):
             continue
         home = f"{name}_name" if cut and f"{name}_name" in archive.coords else str(name)
-        columns[str(name)] = archive[home].variable
+        columns[str(name)] = archive.variables[home]
     for shown_as, name in words.items():
         if shown_as not in columns and set(archive[name].dims) <= set(dims):
-            columns[shown_as] = archive[name].variable
-    return {**columns, **{name: archive[name].variable for name in names}}
+            columns[shown_as] = archive.variables[name]
+    return {**columns, **{name: archive.variables[name] for name in names}}
 
 
 def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:

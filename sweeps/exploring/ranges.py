@@ -42,11 +42,11 @@ def ranges(
         arrays = {}
         for name, variable in variables.items():
             own = {d: s for d, s in inside.items() if d in variable.dims}
-            read = variable.isel(own)
             order = [d for d in dims if d in variable.dims]
             inner = [d for d in variable.dims if d not in dims]
             full = tuple(slice(None) if d in variable.dims else None for d in dims)
-            values = read.transpose(*order, *inner).values
+            axes = [variable.dims.index(d) for d in (*order, *inner)]
+            values = variable.isel(own).values.transpose(axes)
             if inner and parts and name in parts:
                 values = parts[name](values, tuple(range(len(order), values.ndim)))
             arrays[name] = values[full]

@@ -36,7 +36,6 @@ from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
 __all__ = ["Rows", "fixed_of", "rows"]
@@ -53,8 +52,9 @@ class Rows:
 
     Attributes
     ----------
-    table : DataFrame
-        A row for each design: axes, columns of designs, quantities, in the units of the archive.
+    table : dict of ndarray
+        Columns with a value for each design: axes, columns of designs, quantities, in the units of
+        the archive.
     units : dict of str
         Of the columns that are numbers.
     texts : dict of str
@@ -83,7 +83,7 @@ class Rows:
         What the quantities that were asked for are over: each design has several rows.
     """
 
-    table: pd.DataFrame
+    table: dict[str, npt.NDArray[Any]]
     units: dict[str, str]
     texts: dict[str, str]
     given: tuple[str, ...]
@@ -96,6 +96,11 @@ class Rows:
     mainly: dict[str, str] = field(default_factory=dict)
     several: dict[str, tuple[str, ...]] = field(default_factory=dict)
     listed: tuple[str, ...] = ()
+
+    @property
+    def number(self) -> int:
+        """Of rows."""
+        return len(next(iter(self.table.values()), ()))
 
 
 def rows(
@@ -135,8 +140,6 @@ def rows(
     SceneError
         For names that the archive does not have, a limit below 1, and a design that is not one.
     """
-    import pandas as pd
-
     check_dataset(archive)
     _check_arguments(limit, select, relative_to)
     part = nearest(archive, **(select or {}))
@@ -148,16 +151,16 @@ def rows(
     ends = {} if relative_to is not None else _ends(part, uncertain)
     _check_sort(sort, columns | ends)
     found = _first(columns | ends, dims, shape, sort, limit)
-    table = pd.DataFrame({name: found[name] for name in columns})
+    table = {name: found[name] for name in columns}
     words = words_for_numbers(columns)
     changes = frozenset[str]()
     if relative_to is not None:
         changes = frozenset(names) - words.keys()
         one = _one_design(part, relative_to, dims)
         for name in changes:
-            table[name] = _change(table[name].to_numpy(dtype=float), float(one[name]))
+            table[name] = _change(table[name].astype(float), float(one[name].values))
     for name, meant in words.items():
-        table[name] = in_words(table[name].to_numpy(), meant)
+        table[name] = in_words(table[name], meant)
     curves, several = _left_out(part) if quantities is None else ((), {})
     return Rows(
         table,
@@ -209,7 +212,7 @@ def _names(part: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str
     if quantities is not None:
         return names
     of_bands = {n + end for n in names if n + SHARE in part for end in (LOW, HIGH, EXPLAINED)}
-    if FAILED_DRAWS in names and not part[FAILED_DRAWS].any():
+    if FAILED_DRAWS in names and not part[FAILED_DRAWS].values.any():
         of_bands.add(FAILED_DRAWS)
     return [n for n in names if n not in of_bands]
 
@@ -248,7 +251,7 @@ def _example(values: npt.NDArray[Any]) -> str:
 def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
     """Ends of the bands of quantities, by names that no variable has."""
     return {
-        f"{n} {end.removeprefix('_')}": part[n + end].variable
+        f"{n} {end.removeprefix('_')}": part.variables[n + end]
         for n in uncertain
         for end in (LOW, HIGH)
     }
@@ -262,11 +265,11 @@ def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
     found = {}
     for name in uncertain:
         share = part[name + SHARE]
-        over = [d for d in share.dims if d != UNCERTAIN]
-        mean = np.nan_to_num(share.mean(over).values)
-        if mean.max(initial=0.0) > 0.0:
-            order = np.argsort(-mean, kind="stable")
-            together = np.cumsum(mean[order])
+        over = tuple(i for i, d in enumerate(share.dims) if d != UNCERTAIN)
+        total = np.nansum(share.values, axis=over)
+        if total.max(initial=0.0) > 0.0:
+            order = np.argsort(-total, kind="stable")
+            together = np.cumsum(total[order])
             few = order[: 1 + int(np.argmax(together >= MOSTLY * together[-1]))]
             *before, last = part[UNCERTAIN].values[few].tolist()
             found[name] = f"{', '.join(before)} and {last}" if before else last
@@ -279,7 +282,7 @@ def fixed_of(archive: xr.Dataset, part: xr.Dataset) -> dict[str, Any]:
     for name, coordinate in part.coords.items():
         if coordinate.ndim == 0 and archive[name].ndim and f"{name}_name" not in part.coords:
             own = str(name).removesuffix("_name")
-            found[own if own in part.coords else str(name)] = coordinate.item()
+            found[own if own in part.coords else str(name)] = coordinate.values.item()
     return found
 
 
@@ -335,4 +338,4 @@ def _one_design(
             f"relative to {', '.join(f'{k}={v}' for k, v in relative_to.items())}: not a single "
             f"design; also give a value of {' and '.join(left)}"
         )
-    return one.squeeze()
+    return one.isel({d: 0 for d in one.dims if one.sizes[d] == 1})

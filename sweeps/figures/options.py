@@ -39,6 +39,11 @@ MOST_STYLE = 1 << 20
 MOST_DPI = 1200
 """Dots per inch of a style; with more, a figure takes gigabytes."""
 
+MOST_POINTS = 500
+"""Points (1/72 inch) of letters, lines, marks and gaps of a style; larger ones fill any figure."""
+
+_IN_POINTS = re.compile(r"(\.|font|label|title|marker|cap)size$|width$|(\.|label|title)pad$")
+
 Target = tuple[str, float]
 """A value that is aimed at, as it was written (1/200) and as a number."""
 
@@ -250,7 +255,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
                 settings({key: value})
             except (KeyError, ValueError) as error:
                 raise SceneError(f"style {shown(key)}: {_first_line(error)}") from None
-        _check_dots(given, "")
+        _check_sizes(given, "")
         return dict(given)
     path, name = Path(given), one_line(given, 200)
     if not os.path.exists(path):  # that of Path fails for names that are too long
@@ -284,16 +289,23 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
     left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
     left_out.add("savefig.bbox")  # a figure has the size that is asked for, whatever its margins
     kept = {str(key): value for key, value in found.items() if key not in left_out}
-    _check_dots(kept, f" {name}")
+    _check_sizes(kept, f" {name}")
     _check_drawn(kept, name)
     return kept
 
 
-def _check_dots(style: Mapping[str, Any], name: str) -> None:
-    for key in ("figure.dpi", "savefig.dpi"):
-        dots = style.get(key, "figure")
-        if dots != "figure" and not 1.0 <= float(dots) <= MOST_DPI:
-            raise SceneError(f"style{name}: {key} = {dots}; must be from 1 to {MOST_DPI}")
+def _check_sizes(style: Mapping[str, Any], name: str) -> None:
+    """Check what makes a figure huge, or its drawing end in the library."""
+    for key, value in style.items():
+        dots = key in ("figure.dpi", "savefig.dpi") and value != "figure"
+        points = _IN_POINTS.search(key) and isinstance(value, int | float)
+        low, high, unit = (1, MOST_DPI, "") if dots else (0, MOST_POINTS, " points")
+        if key == "font.size":
+            low = 1
+        elif key.endswith("pad"):
+            low = -MOST_POINTS
+        if (dots or points) and not low <= float(value) <= high:
+            raise SceneError(f"style{name}: {key} = {value}; must be from {low} to {high}{unit}")
 
 
 def _check_drawn(style: Any, name: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections import defaultdict
 from collections.abc import Iterator
 
@@ -38,8 +37,6 @@ ERROR_COST = 2.0
 OF_SHAFTS = {"modes of shafts": 1e-5, "responses of shafts": 2.2e-6, "cycles of shafts": 8e-6}
 """Seconds that one core takes for a shaft of nine discs and 24 orders: measured on one machine with
 scenes of 65,536 designs, not fitted as those of `sweeps.planning.rates`."""
-
-WIDTH = 99
 
 
 def text(plan: Plan) -> str:
@@ -333,10 +330,9 @@ def _skipped(plan: Plan) -> list[str]:
         lines.append(f"skipped: the periodic speed, {nothing} it")
     if "torque_solution" not in plan.computed:
         lines.append(f"skipped: extremes of torque and work, {nothing} them")
-    names = [name for name in QUANTITIES if name not in plan.computed]
-    if names:
-        text = f"skipped, because not requested: {', '.join(names)}"
-        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
+    left = sum(name not in plan.computed for name in QUANTITIES)
+    if left:
+        lines.append(f"not requested: {left} more quantities; engine-dyn list quantities names all")
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
     lines += [f"[set] {n}: no requested quantity depends on it" for n in plan.unused_settings]
     return lines

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
 from sweeps.exploring.attributes import dims_of_designs
 from sweeps.exploring.ranges import ranges
-from sweeps.presenting.key_texts import with_word
+from sweeps.presenting.key_texts import unit_text, with_word
+from sweeps.presenting.readable_units import asked_of_archive, factor
 from sweeps.presenting.tables import aligned, number_text
 
 if TYPE_CHECKING:
@@ -43,7 +44,9 @@ _HASHED = (
 )
 
 
-def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) -> str:
+def archive_text(
+    dataset: xr.Dataset, name: str, *, provenance: bool = False, units: str | None = None
+) -> str:
     """Describe an archive: its outcomes, axes and quantities.
 
     Parameters
@@ -54,12 +57,20 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
         Its file, as the user named it.
     provenance : bool
         Tell all attributes too: assumptions, parameters, versions, hashes of files.
+    units : str, optional
+        Units of quantities, ``"power=hp,speed=rad/s"``, in place of those of the archive.
 
     Returns
     -------
     str
         Lines without a final line feed.
+
+    Raises
+    ------
+    SceneError
+        For names that are no quantities, and units that do not fit.
     """
+    chosen = asked_of_archive(units, dataset.variables)
     lines = [f"{name}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
     head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
     lines += [f"  {line}" for line in head if line]
@@ -71,16 +82,16 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
         lines += ["", "warnings", *(f"  {one_line(line, LONGEST_LINE)}" for line in told)]
     lines += ["", "axes"]
     for dimension, size in dataset.sizes.items():
-        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
+        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension), chosen)}")
         columns = [
-            f"{n} [{c.attrs.get('units', '1')}]"
+            f"{n}{unit_text(chosen.get(str(n)) or c.attrs.get('units', '1'))}"
             for n, c in dataset.coords.items()
             if c.dims == (dimension,) and n != dimension and c.dtype.kind not in "UOT"
         ]
         if columns:
             lines.append(f"    columns that vary along it: {', '.join(columns)}")
-    lines += ["", "quantities", *_quantity_lines(dataset)]
-    told_of_cycles = recorded_cycle_lines(dataset)
+    lines += ["", "quantities", *_quantity_lines(dataset, chosen)]
+    told_of_cycles = recorded_cycle_lines(dataset, chosen)
     if told_of_cycles:
         lines += ["", "spread over the recorded cycles", *(f"  {x}" for x in told_of_cycles)]
     lines += ["", "provenance"]
@@ -95,7 +106,7 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
     return "\n".join(lines)
 
 
-def _quantity_lines(dataset: xr.Dataset) -> list[str]:
+def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]:
     """Each quantity with its value, or from where to where it goes."""
     rows = []
     for name, data in dataset.data_vars.items():
@@ -104,7 +115,9 @@ def _quantity_lines(dataset: xr.Dataset) -> list[str]:
             one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
-        rows.append((str(name), _extent_text(data), "; ".join(p for p in parts if p)))
+        rows.append(
+            (str(name), _extent_text(data, chosen.get(str(name))), "; ".join(p for p in parts if p))
+        )
     lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])]
     if any(_is_long(data) for data in dataset.data_vars.values()):
         lines.append(
@@ -119,43 +132,51 @@ def _is_long(data: xr.DataArray) -> bool:
     return data.dtype.kind == "f" and data.size > MOST_READ
 
 
-def _extent_text(data: xr.DataArray) -> str:
+def _extent_text(data: xr.DataArray, wanted: str | None) -> str:
     """The value, or the smallest and the largest, with the unit; nothing of words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
-    units = one_line(data.attrs.get("units", "no single unit"), 60)
+    units = data.attrs.get("units", "no single unit")
+    times = factor(str(units), wanted) if wanted else 1.0
+    units = one_line(wanted or units, 60)
     unit = "" if units == "1" else f" {units}"
     if _is_long(data):
         return f"not read{unit and f' [{units}]'}"
     values = data.values
     if np.isnan(values).all():
         return "no value"
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    low, high = times * float(np.nanmin(values)), times * float(np.nanmax(values))
     extent = number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
     return extent + unit
 
 
-def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
+def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None = None) -> list[str]:
     """Mean, standard deviation and coefficient of variation of single values over `recorded_cycle`.
 
-    Of archives with many other designs there are too many to tell; none are told then.
+    Of archives with many other designs there are too many to tell; none are told then. Some
+    quantities may be told in units that are chosen.
     """
     lines = []
     for name, data in dataset.data_vars.items():
         if RECORDED_CYCLE not in data.dims or data.dtype.kind != "f":
             continue
         others = [d for d in data.dims if d != RECORDED_CYCLE]
-        if set(others) & set(DIMENSIONS) or data.size > MOST_TOLD * data.sizes[RECORDED_CYCLE]:
+        if set(others) & set(DIMENSIONS) or data.size > MOST_TOLD * dataset.sizes[RECORDED_CYCLE]:
             continue
         unit = str(data.attrs.get("units", "1"))
-        stacked = data.stack(told=others) if others else data.expand_dims("told")
-        for place in range(stacked.sizes["told"]):
-            one = stacked.isel(told=place)
-            values = one.values[np.isfinite(one.values)]
+        wanted = (chosen or {}).get(str(name), unit)
+        times, unit = factor(unit, wanted), wanted
+        each = np.moveaxis(times * data.values, data.dims.index(RECORDED_CYCLE), -1)
+        for place in np.ndindex(each.shape[:-1]):
+            values = each[place][np.isfinite(each[place])]
             if values.size < 2:
                 continue
             mean, spread = float(values.mean()), float(values.std(ddof=1))
-            at = ", ".join(f"{d} {_told(one[d])}" for d in others if d in data.coords)
+            at = ", ".join(
+                f"{d} {_told(dataset[d].values[i])}"
+                for d, i in zip(others, place, strict=True)
+                if d in dataset.coords
+            )
             parts = [
                 f"{name}{f' at {at}' if at else ''}: {number_text(mean)} ± {number_text(spread)}",
                 f"({100.0 * spread / abs(mean):.1f} %)" if mean else "",
@@ -167,16 +188,16 @@ def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def _told(value: xr.DataArray) -> str:
+def _told(value: Any) -> str:
     """A number, or a word of an axis of words."""
-    return number_text(float(value)) if value.dtype.kind in "fiu" else one_line(value.item(), 60)
+    return number_text(float(value)) if isinstance(value, np.number) else one_line(value, 60)
 
 
 def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     """Count the designs of each outcome, in the order of the codes; {} without a status."""
     if "status" not in dataset:
         return {}
-    codes = dataset["status"].variable
+    codes = dataset.variables["status"]
     dims = [str(d) for d in codes.dims]
     counts = np.zeros(len(MEANINGS), dtype=np.int64)
     for _, _, read in ranges({"status": codes}, dims, codes.shape, COUNTED_AT_ONCE):
@@ -295,7 +316,7 @@ def _attribute_lines(key: str, value: object) -> list[str]:
     return [f"  {key}: {one_line(value, LONGEST_LINE)}"]
 
 
-def _axis_text(dataset: xr.Dataset, dimension: str) -> str:
+def _axis_text(dataset: xr.Dataset, dimension: str, chosen: Mapping[str, str]) -> str:
     """Values along one dimension: words, or the numbers with their unit."""
     words = [
         coordinate
@@ -307,10 +328,11 @@ def _axis_text(dataset: xr.Dataset, dimension: str) -> str:
     if dimension not in dataset.coords:
         return ""
     coordinate = dataset[dimension]
-    values = coordinate.values
-    unit = coordinate.attrs.get("units", "1")
+    unit = str(coordinate.attrs.get("units", "1"))
+    wanted = chosen.get(dimension, unit)
+    values = factor(unit, wanted) * coordinate.values
     if len(values) <= 8:
         listed = ", ".join(f"{value:g}" for value in values)
     else:
         listed = f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
-    return f"{listed} [{unit}]"
+    return listed + unit_text(wanted)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
 from sweeps.errors import one_line
-from sweeps.presenting.key_texts import value_text
+from sweeps.presenting.key_texts import unit_text, value_text
 
 if TYPE_CHECKING:
     from engine_dyn.engine import Engine
@@ -24,7 +24,7 @@ def engine_text(engine: Engine) -> str:
         node = PARAMETERS[key]
         mark = "  (assumed)" if key in engine.assumed else ""
         said = value_text(node, value, digits=10)
-        lines.append(f"  {key} = {said} [{node.unit}] {node.long_name}{mark}")
+        lines.append(f"  {key} = {said}{unit_text(node.unit)} {node.long_name}{mark}")
     if engine.firing_order is not None:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:

@@ -45,8 +45,6 @@ def orders_text(
     SceneError
         For units that do not fit.
     """
-    import pandas as pd
-
     about = json.loads(found.attrs[OF_ORDERS])
     best = found.isel({ARRANGEMENT: np.argsort(found["rank"].values, kind="stable")[:limit]})
     orders = [str(text) for text in best["firing_order"].values]
@@ -55,7 +53,7 @@ def orders_text(
         f"{order}{' ' + KNOWN if text else ''}{' ' + OWN if order == about['own_order'] else ''}"
         for order, text in zip(orders, known, strict=True)
     ]
-    table = pd.DataFrame({"rank": best["rank"].values.astype(float), "firing_order": named})
+    table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
     shown_names = dict.fromkeys([*about["by"], *CRITERIA, *ALSO])
     others = {dim for name in shown_names if name in found for dim in found[name].dims}
     others.discard(ARRANGEMENT)
@@ -64,11 +62,11 @@ def orders_text(
             table[name] = np.broadcast_to(worst_of_orders(best, name), len(orders))
     if len(about["by"]) > 1:
         table["rank_sum"] = best["rank_sum"].values.astype(float)
-    numbers = {name: str(found[name].attrs.get("units", "1")) for name in table.columns[2:]}
+    numbers = {name: str(found[name].attrs.get("units", "1")) for name in [*table][2:]}
     numbers["rank"] = "1"
     rows = Rows(
         table=table, units=numbers,
-        texts={name: str(found[name].attrs.get("long_name", "")) for name in table.columns},
+        texts={name: str(found[name].attrs.get("long_name", "")) for name in table},
         given=("rank", "firing_order"), fixed={}, designs=found.sizes[ARRANGEMENT], curves=(),
     )  # fmt: skip
     lines = [_head(found, about), rows_text(rows, units, width)]

@@ -8,7 +8,15 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from sweeps.checks import allowed
 
-__all__ = ["WORDS_OF_KEYS", "default_text", "key_line", "value_text", "values_text", "with_word"]
+__all__ = [
+    "WORDS_OF_KEYS",
+    "default_text",
+    "key_line",
+    "unit_text",
+    "value_text",
+    "values_text",
+    "with_word",
+]
 
 MOST_NAMED = 7
 """Names of values that are all listed."""
@@ -45,6 +53,11 @@ WORDS_OF_KEYS: Mapping[str, str] = {
     "main_journal_diameter": "main bearing",
 }
 """What people also call a key; its own name and description are searched too."""
+
+
+def unit_text(unit: str) -> str:
+    """Return a blank and a unit in brackets, empty for numbers without one."""
+    return f" [{unit}]" if unit not in ("", "1") else ""
 
 
 def values_text(node: Node, quote: str = "") -> str:

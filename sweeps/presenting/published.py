@@ -119,8 +119,10 @@ def _over_all_dimensions(
     values: xr.DataArray, dimensions: tuple[Hashable, ...], sizes: Mapping[Hashable, int]
 ) -> np.ndarray:
     """Values over all the dimensions of a table, repeated along those that they lack."""
-    missing = {d: sizes[d] for d in dimensions if d not in values.dims}
-    return values.expand_dims(missing).transpose(*dimensions).values
+    own = [d for d in dimensions if d in values.dims]
+    ordered = values.values.transpose([values.dims.index(d) for d in own])
+    whole = ordered[tuple(slice(None) if d in own else None for d in dimensions)]
+    return np.broadcast_to(whole, [sizes[d] for d in dimensions])
 
 
 def _label(dataset: xr.Dataset, dimensions: tuple[Hashable, ...], place: tuple[int, ...]) -> str:

@@ -10,8 +10,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from sweeps.dimensions import PUBLISHED
-from sweeps.presenting.readable_units import READABLE, asked_units, factor
+from sweeps.presenting.readable_units import READABLE, asked_of_archive, factor
 
 __all__ = ["in_units", "readable_dataset"]
 
@@ -43,16 +42,14 @@ def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Datase
     SceneError
         For names that are no quantities, and units that do not fit.
     """
-    known = {
-        str(name): str(variable.attrs.get("units", ""))
-        for name, variable in dataset.variables.items() if name != "crank_angle"
-    }  # fmt: skip
+    variables = {n: v for n, v in dataset.variables.items() if n != "crank_angle"}
+    known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
     chosen: dict[str, str] = {}
     for unit in (set(known.values()) & set(READABLE)) if units != "archive" else ():
         names = [name for name in known if known[name] == unit]
         if _reads_better(dataset, names, unit):
             chosen |= dict.fromkeys(names, READABLE[unit])
-    return _in_chosen_units(dataset, chosen | _asked(units, known), known)
+    return _in_chosen_units(dataset, chosen | asked_of_archive(units, variables))
 
 
 def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
@@ -70,27 +67,14 @@ def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
     SceneError
         As `readable_dataset`.
     """
-    known = {str(name): str(v.attrs.get("units", "")) for name, v in dataset.variables.items()}
-    return _in_chosen_units(dataset, _asked(units, known), known)
+    return _in_chosen_units(dataset, asked_of_archive(units, dataset.variables))
 
 
-def _asked(units: str | None, known: Mapping[str, str]) -> dict[str, str]:
-    """Units that a text names, also of the published values beside a quantity."""
-    computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
-    found: dict[str, str] = {}
-    for name, wanted in asked_units(units, computed).items():
-        alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
-        found |= dict.fromkeys(alike, wanted)
-    return found
-
-
-def _in_chosen_units(
-    dataset: xr.Dataset, chosen: Mapping[str, str], known: Mapping[str, str]
-) -> xr.Dataset:
+def _in_chosen_units(dataset: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
     """Return an archive with some variables in other units."""
     new = {
         name: _converted(dataset[name], wanted)
-        for name, wanted in chosen.items() if wanted != known[name]
+        for name, wanted in chosen.items() if wanted != str(dataset[name].attrs.get("units", ""))
     }  # fmt: skip
     coordinates = {name: one for name, one in new.items() if name in dataset.coords}
     return dataset.assign(

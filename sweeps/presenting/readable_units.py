@@ -8,10 +8,11 @@ from functools import lru_cache
 from typing import Any
 
 from engine_dyn.units import RPM
+from sweeps.dimensions import PUBLISHED
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.reading.unit_registry import unit_registry
 
-__all__ = ["READABLE", "asked_units", "converted", "factor", "unit_choices"]
+__all__ = ["READABLE", "asked_of_archive", "asked_units", "converted", "factor", "unit_choices"]
 
 READABLE: Mapping[str, str] = {
     "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
@@ -110,6 +111,23 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
         for one in meant:
             factor(known[one], wanted)  # refused here, before anything is printed
             found[one] = wanted
+    return found
+
+
+def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the units that a text names, also of the published values beside a quantity.
+
+    Raises
+    ------
+    SceneError
+        As `unit_choices`.
+    """
+    known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
+    computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
+    found: dict[str, str] = {}
+    for name, wanted in asked_units(text, computed).items():
+        alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
+        found |= dict.fromkeys(alike, wanted)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from sweeps.errors import counted, one_line
+from sweeps.presenting.key_texts import unit_text
 from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def scene_text(scene: Scene, name: str) -> str:
         lines += ["", "set"]
         for key, value in scene.settings.items():
             number = ratio_text(value, 10) if key == "wanted_delta" else f"{value:.10g}"
-            lines.append(f"  {key} = {number} {_about(key)}")
+            lines.append(f"  {key} = {number}{_about(key)}")
     words = {k: v for k, v in scene.source.get("set", {}).items() if k not in scene.settings}
     lines += [f"  {key} = {one_line(value, 200)}" for key, value in words.items()]
     lines += ["", f"varies, {counted(_designs(scene), 'design')}", *_varying(scene)]
@@ -46,7 +47,8 @@ def scene_text(scene: Scene, name: str) -> str:
     for quantity in scene.quantities:
         node = ALL_QUANTITIES[quantity]
         source = f" ({node.source})" if node.source else ""
-        lines.append(f"  {quantity} [{node.unit or 'no single unit'}] {node.long_name}{source}")
+        unit = unit_text(node.unit or "no single unit")
+        lines.append(f"  {quantity}{unit} {node.long_name}{source}")
     lines.append(f"  by method {', '.join(scene.methods)}, closure {scene.closure}")
     if scene.reference is not None:
         columns = ", ".join(scene.reference.columns)
@@ -89,8 +91,7 @@ def _comment(path: Path | None) -> list[str]:
 
 def _about(key: str) -> str:
     node = PARAMETERS[key]
-    unit = f"[{node.unit}] " if node.unit not in ("", "1") else ""
-    return f"{unit}{node.long_name}"
+    return f"{unit_text(node.unit)} {node.long_name}"
 
 
 def _designs(scene: Scene) -> int:
@@ -106,7 +107,7 @@ def _varying(scene: Scene) -> list[str]:
     lines = []
     for key, values in scene.axes.items():
         about = _about(key) if key in PARAMETERS else ""
-        lines.append(f"  {key} = {_listed(values)} {about}".rstrip())
+        lines.append(f"  {key} = {_listed(values)}{about}")
     if scene.designs or scene.labels:
         first: Any = next(iter([*scene.designs.values(), *scene.labels.values()]))
         how = "" if scene.sample is None else f"{scene.sample.how}, "
@@ -116,7 +117,7 @@ def _varying(scene: Scene) -> list[str]:
             lines.append(f"    {label}: {said}")
         for key, values in scene.designs.items():
             said = _listed(values) if scene.sample is None else scene.sample.parameters[key].words
-            lines.append(f"    {key} = {said} {_about(key)}")
+            lines.append(f"    {key} = {said}{_about(key)}")
     return lines or ["  nothing"]
 
 

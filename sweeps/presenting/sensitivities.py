@@ -46,8 +46,8 @@ def sensitivities_text(found: xr.Dataset) -> str:
             place = dict(zip(rest, point, strict=True))
             one = found.isel(place)
             at = [d for d, c in one.coords.items() if c.ndim == 0 and c.dtype.kind in "iuf"]
-            where = ", ".join(f"{d} = {one[d].item():g}" for d in at)
-            left = int(one[f"{quantity}_left_out"])
+            where = ", ".join(f"{d} = {one[d].values:g}" for d in at)
+            left = int(one[f"{quantity}_left_out"].values)
             lines += [f"at {where}"] if where else []
             lines += _table(one, quantity, names, ending)
             if left:

@@ -105,11 +105,11 @@ def rows_text(
     options = _OF_PYTHON if python else _OF_COMMAND
     known = {name: unit for name, unit in rows.units.items() if name not in rows.changes}
     choices = unit_choices(units, known)
-    columns = {name: _column(rows, name, choices.get(name)) for name in rows.table.columns}
+    columns = {name: _column(rows, name, choices.get(name)) for name in rows.table}
     lines = []
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
-    if len(rows.table) <= FEW:
+    if rows.number <= FEW:
         lines.append(_upright(columns, rows, width or WIDTH))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
@@ -123,7 +123,7 @@ def rows_text(
             reason = rows.texts.get(name, "").partition(NONE_IF)[2]
             if reason and "-" in itertools.compress(column.cells, computed):
                 lines.append(f"{name} -: none if {reason}")
-    shown = len(rows.table)
+    shown = rows.number
     if shown < rows.designs:
         what = "row" if rows.listed else "design"
         lines.append(f"{shown:,} of {counted(rows.designs, what)}; {options.limit} shows more")
@@ -147,11 +147,11 @@ def rows_text(
 
 def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
     """Which rows have results: by their status, and by numbers that are there for all engines."""
-    table = rows.table
     failed = [word for code, word in enumerate(MEANINGS) if not has_numbers(code)]
-    good = np.array([status not in failed for status in table.get("status", [""] * len(table))])
+    statuses = rows.table.get("status", np.full(rows.number, ""))
+    good = np.array([status not in failed for status in statuses])
     others = [n for n in rows.units if n not in rows.given and NONE_IF not in rows.texts.get(n, "")]
-    return good & table[others].notna().any(axis=1).to_numpy() if others else good
+    return good & np.any([~np.isnan(rows.table[n]) for n in others], axis=0) if others else good
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class _Column:
 
 
 def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
-    values = rows.table[name].to_numpy()
+    values = rows.table[name]
     if name not in rows.units:
         return _Column(name, "", tuple(one_line(value, 40) for value in values), number=False)
     cells, unit = number_cells(rows, name, wanted)
@@ -184,7 +184,7 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
     """Numbers of a column as texts, uncertain ones with their band, and the unit they are in."""
     factor, unit = converted(rows.units[name], wanted)
     digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
-    values = rows.table[name].to_numpy()
+    values = rows.table[name]
     cells = [number_text(float(value) * factor, digits, sign) for value in values]
     if name in rows.bands:
         cells = [
@@ -223,9 +223,9 @@ def _printed(table: Any, width: int) -> str:
 
 def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
     """A line for each column: few designs have room beside each other."""
-    table = _table(show_header=len(rows.table) > 1)
+    table = _table(show_header=rows.number > 1)
     table.add_column("")
-    for number in range(len(rows.table)):
+    for number in range(rows.number):
         table.add_column(str(number + 1), justify="right", no_wrap=True)
     table.add_column("")
     table.add_column("", overflow="fold")
@@ -267,6 +267,6 @@ def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
     for column in columns:
         justify = "right" if column.number else "left"
         table.add_column(column.head, justify=justify, no_wrap=True)
-    for place in range(len(rows.table)):
+    for place in range(rows.number):
         table.add_row(*(column.cells[place] for column in columns))
     return _printed(table, max(width, _needed(columns)))

@@ -30,7 +30,7 @@ import psutil
 from sweeps.errors import one_line
 from sweeps.reading.child_process import Limits, started, watched
 
-__all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart"]
+__all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart", "start"]
 
 SECONDS = 10.0
 """Time that reading may take, beside that for the bytes of the file."""
@@ -107,6 +107,12 @@ if hasattr(os, "register_at_fork"):  # not on Windows
     os.register_at_fork(after_in_child=_renew)
 
 
+def start() -> None:
+    """Start the child if there is none, so that it is ready when a file is to be read."""
+    with _LOCK:
+        _child()
+
+
 def read_apart(path: Path, whole: bool = False) -> None:
     """Read a netCDF file in a process of its own: its metadata, and values.
 
@@ -129,11 +135,16 @@ def read_apart(path: Path, whole: bool = False) -> None:
         raise OSError(errno.EINVAL, one_line(reason, 200))
 
 
-def _answer(path: str, size: int, whole: bool) -> str:
-    """Why a file is refused; "" where it is not."""
+def _child() -> _Child:
+    """The child of this process."""
     if not _children or _children[-1].owner != os.getpid():
         _children.append(_Child())
-    child = _children[-1]
+    return _children[-1]
+
+
+def _answer(path: str, size: int, whole: bool) -> str:
+    """Why a file is refused; "" where it is not."""
+    child = _child()
     reason = None
     try:
         reason = child.read(path, size, whole)

@@ -128,8 +128,8 @@ def _check_state(path: str, state: tuple[int, ...], whole: bool) -> None:
     read_apart(Path(path), whole)
 
 
-def open_netcdf(path: Path) -> Any:
-    """Open a netCDF file of this disk that is sound and does not lead to other files.
+def open_netcdf(path: Path, *, own: bool = False) -> Any:
+    """Open a netCDF file of this disk that is `own`, or sound without leading to other files.
 
     The library takes some names for servers, but never absolute paths.
 
@@ -140,7 +140,8 @@ def open_netcdf(path: Path) -> Any:
     """
     import netCDF4
 
-    check_structure(path)
+    if not own:
+        check_structure(path)
     return netCDF4.Dataset(os.path.abspath(path))
 
 
@@ -173,10 +174,17 @@ def opened_table(path: Path, name: str, what: str) -> Iterator[Any]:
 
 
 @contextmanager
-def opened_archive(path: Path) -> Iterator[Any]:
+def opened_archive(path: Path, *, own: bool = False) -> Iterator[Any]:
     """Open an archive with netCDF4 after checking it; values come as they are in the file.
 
     Other threads that read or write netCDF files wait until it is closed.
+
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    own : bool
+        Whether this process has just written it: no other one need read it first.
 
     Raises
     ------
@@ -186,7 +194,7 @@ def opened_archive(path: Path) -> Iterator[Any]:
     check_file(path)
     with netcdf_library:
         try:
-            file = open_netcdf(path)
+            file = open_netcdf(path, own=own)
         except DAMAGE as error:
             reason = one_line(getattr(error, "strerror", None) or error, 200)
             raise SceneError(f"{path}: not a netCDF archive ({reason})") from None

@@ -320,6 +320,7 @@ def _together(
     for quantity, error in refused.items():
         if not any(quantity in one.scene.quantities for one in each):
             raise error
+    each = _named_apart(each)
     first = each[0].scene
     axes = {key: first.axes[key] if words is None else words for key, words in choices.axes.items()}
     of_solver = {key: first.axes[key] for key in (METHOD, INERTIA_MODEL) if key in first.axes}
@@ -338,6 +339,20 @@ def _together(
         own_cylinders=None,
         beside=tuple(each),
     )
+
+
+def _named_apart(each: list[OrdinaryScene]) -> list[OrdinaryScene]:
+    """Scenes whose engines have different names: where files have the same, the files' own."""
+    files: dict[str, set[str]] = {}
+    for one in each:
+        files.setdefault(one.scene.engine.name, set()).add(one.scene.source["engine"])
+
+    def named(scene: Scene) -> Scene:
+        if len(files[scene.engine.name]) == 1:
+            return scene
+        return replace(scene, engine=replace(scene.engine, name=one_line(scene.source["engine"])))
+
+    return [replace(one, scene=named(one.scene)) for one in each]
 
 
 def _assembled(

@@ -170,7 +170,7 @@ def read_sample(
     if not isinstance(method, str) or method not in (*METHODS, *([SEARCH] if known else ())):
         raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
     parameters = {
-        key: read_distribution(item, f"{where} {key}", known_key(key, where, also=words))
+        key: read_distribution(item, f"{where} {key}", known_key(key, where, (*words, *_OWN)))
         for key, item in ((key, raw[key]) for key in parameters_of(raw))
     }
     if not parameters:

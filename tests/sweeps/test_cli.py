@@ -386,6 +386,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
         assert " ".join(reason.split()) in text
     for key in engine.values:
         assert f"  {key} = " in text
+    assert "[1]" not in text
     # An archive carries them too.
     scene = tmp_path / "scene.toml"
     scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')

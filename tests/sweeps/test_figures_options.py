@@ -123,6 +123,21 @@ def test_dots_per_inch_have_limits(key: str, dots: str, tmp_path: Path) -> None:
     assert options_of(style={"figure.dpi": 1200, "savefig.dpi": "figure"}).style
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "allowed"),
+    [("font.size", "1e6", "1 to 500"), ("font.size", "0", "1 to 500"),
+     ("font.size", "nan", "1 to 500"), ("axes.labelsize", "501", "0 to 500"),
+     ("lines.markersize", "1e8", "0 to 500"), ("grid.linewidth", "1e9", "0 to 500"),
+     ("axes.labelpad", "-1e9", "-500 to 500"), ("xtick.major.size", "1e6", "0 to 500")],
+)  # fmt: skip
+def test_sizes_in_points_have_limits(key: str, value: str, allowed: str, tmp_path: Path) -> None:
+    (tmp_path / "big.mplstyle").write_text(f"{key}: {value}\n")
+    for style in (tmp_path / "big.mplstyle", {key: float(value)}):
+        with pytest.raises(SceneError, match=rf"{key} = .*; must be from {allowed} points"):
+            options_of(style=style)
+    assert options_of(style={"font.size": 30, "axes.labelpad": -3.0, "axes.titlesize": "large"})
+
+
 def test_a_range_of_another_length_than_the_cycle_is_bad_input() -> None:
     with pytest.raises(SceneError, match="720 degrees"):
         figure(archive(), "torque_and_speed", Options(angle=(0.0, 360.0)))

@@ -54,6 +54,8 @@ def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None
 
 COMPILER = {"numba", "llvmlite"}
 
+LABELS = {"xarray", "pandas", "pint"}
+
 
 def modules_after(*words: str) -> set[str]:
     """Modules that a command has loaded at its end."""
@@ -79,4 +81,10 @@ def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
     path = tmp_path / "of_two.nc"
     sweeps.stream(SCENE, path)
     for command in ("show", "info"):
-        assert not modules_after(command, str(path)) & COMPILER
+        assert not modules_after(command, str(path)) & (COMPILER | LABELS)
+
+
+def test_a_run_prints_what_it_has_written_without_xarray(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text('engine = "ntua"\n[output]\nquantities = ["mean_piston_speed"]\n')
+    assert not modules_after("run", str(scene), "-o", str(tmp_path / "out.nc")) & LABELS

@@ -31,8 +31,8 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_nominal_is_the_engines_own_design(archive: Path) -> None:
     with sweeps.open(archive) as found:
-        named = rows(found, relative_to="nominal").table
-        given = rows(found, relative_to={"speed": 1200.0, "inertia": 2.0}).table
+        named = found.dyn.table(relative_to="nominal")
+        given = found.dyn.table(relative_to={"speed": 1200.0, "inertia": 2.0})
     assert named.equals(given)
     own = named[(named["speed"] == 1200.0) & (named["inertia"] == 2.0)]
     assert own["delta"].item() == 0.0 and (named["delta"] != 0.0).sum() == 5
@@ -45,7 +45,7 @@ def test_nominal_is_the_design_of_this_name() -> None:
         designs={"case": ["light", "nominal"], "inertia": [1.0, 3.0]},
         output={"quantities": ["delta"]},
     )
-    changes = rows(found, relative_to="nominal").table["delta"].to_numpy()
+    changes = rows(found, relative_to="nominal").table["delta"]
     assert changes[1] == 0.0 and changes[0] > 100.0
     with pytest.raises(SceneError, match="no design is named 'nominal'"):
         rows(found.isel(design=[0, 0]), relative_to="nominal")

@@ -112,6 +112,10 @@ def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path)
     scene = {"output": {"quantities": ["mean_piston_speed"]}}
     of_axis = sweeps.run({**scene, "axes": {"engine": files}})
     assert of_axis["engine_name"].values.tolist() == (["one", "six"] if named else files)
+    names = ["one", "six"] if named else files
+    assert of_axis.attrs["engine"] == ", ".join(names)
+    told = json.loads(of_axis.attrs["engine_assumed"])
+    assert {key.rpartition(": ")[0] for key in told} == set(names)
     of_rows = sweeps.run({**scene, "designs": {"engine": [*files, files[0]]}})
     assert of_rows["engine"].values.tolist() == [*files, files[0]]  # which `rerun` reads back
 

@@ -65,24 +65,22 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
 
 def _rows_table(found: Rows, choices: Choices) -> str:
     """A row for each design, its name first; of few designs a row for each quantity."""
-    frame = found.table
-    names = [n for n in frame.columns if n not in found.units and n in found.given]
+    names = [n for n in found.table if n not in found.units and n in found.given]
     given = [n for n in found.given if n not in names and not (names and n == "design")]
-    order = [*names, *given, *(n for n in frame.columns if n not in found.given)]
+    order = [*names, *given, *(n for n in found.table if n not in found.given)]
     cells: dict[str, Sequence[str]] = {}
     units: dict[str, str] = {}
     for name in order:
-        values = frame[name].to_numpy()
         if name in found.units:
             cells[name], units[name] = number_cells(found, name, choices.get(name))
         else:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
-                           for value in values]  # fmt: skip
-    if len(frame) <= UPRIGHT:
+                           for value in found.table[name]]  # fmt: skip
+    if found.number <= UPRIGHT:
         lines = [(name, *cells[name], units[name], meaning(found, name)) for name in order]
-        numbers = list(range(1, 1 + len(frame)))
-        head = [f"design {i + 1}" for i in range(len(frame))] if len(frame) > 1 else [""]
+        numbers = list(range(1, 1 + found.number))
+        head = [f"design {i}" for i in numbers] if found.number > 1 else [""]
         bands = paragraph(f"{OF_BANDS.capitalize()}.", "note") if found.bands else ""
         return table(("", *head, "", ""), lines, numbers) + bands
     same = {n: cells[n][0] for n in order if n not in names and len(set(cells[n])) == 1}
