@@ -16,6 +16,7 @@ from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.archives import recorded_cycle_lines
 from sweeps.presenting.readable_units import converted
 from sweeps.presenting.report.html import details, listed, paragraph, table
+from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
 from sweeps.presenting.tables import OF_BANDS, meaning, number_cells, number_text
 
@@ -60,6 +61,7 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     told = recorded_cycle_lines(archive)
     if told:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
+    parts.append(shaft_results(archive))
     return "".join(parts) or paragraph("No quantity has one number per design.")
 
 
