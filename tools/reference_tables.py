@@ -79,7 +79,8 @@ def keys() -> str:
     """The same as a table: of what is allowed, only names."""
     rows = []
     for row in key_rows():
-        only = "" if row["stands in"] == "scene, engine file" else row["stands in"]
+        anywhere = row["stands in"] == "scene, engine file" or row["key"] in PATTERNS
+        only = "" if anywhere else row["stands in"]
         rule = row["allowed"]
         names = rule if rule.startswith("one of") else "".join(rule.partition("a name")[1:])
         meaning = with_notes(
@@ -127,6 +128,8 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
     headed: list[str] = []
     for name, given in top["properties"].items():
         one = _resolved(schema, given)
+        if name in again and name != "arrangement":
+            continue
         listed = "items" in one
         choices = [one["items"]] if listed else [one]
         choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
@@ -146,10 +149,17 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
             for place in dict.fromkeys(before.values()):
                 same = ", ".join(f"`{key}`" for key, of in before.items() if of == place)
                 parts.append(f"As in {place}: {same}.\n")
-        for inner in ("throws", "cylinders"):
-            if name == "arrangement" and inner in tables[0].get("properties", {}):
-                items = _resolved(schema, tables[0]["properties"][inner]["items"])
-                parts.append(f"### `{inner}` of `[{name}]`\n\n{_schema_table(schema, items)}\n")
+        for inner, described in tables[0].get("properties", {}).items():
+            if name not in ("arrangement", "shaft") or "items" not in described:
+                continue
+            items = _resolved(schema, described["items"])
+            part = inner.removesuffix("s")  # whose numbers are keys, such as disc_inertia_N
+            numbers = [key for key in items.get("properties", ()) if f"{part}_{key}_N" in PATTERNS]
+            if inner_rows := _schema_table(schema, items, leave=numbers):
+                parts.append(f"### `{inner}` of `[{name}]`\n\n{inner_rows}\n")
+            if numbers:
+                same = ", ".join(f"`{key}`" for key in numbers)
+                parts.append(f"Numbers, as the keys `{part}_..._N`: {same}.\n")
     # An arrangement may be a text as well, so its row stays.
     leave = [*again, *(name for name in headed if name != "arrangement")]
     first = f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=leave)}\n"
@@ -217,7 +227,8 @@ def _default(one: Schema) -> str:
 def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> str:
     """Keys of a table that are not among the numbers; nothing where there are none."""
     rows = []
-    varied = len(set(part.get("properties", ())) & set(PARAMETERS)) > len(PARAMETERS) / 3
+    numbers = set(PARAMETERS) - NUMBERED
+    varied = len(set(part.get("properties", ())) & numbers) > len(numbers) / 3
     for key, given in part.get("properties", {}).items():
         one = {**_resolved(schema, given), **given}
         if (varied and key in PARAMETERS) or "const" in one or key in leave:
