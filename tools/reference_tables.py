@@ -27,6 +27,7 @@ from engine_dyn.quantities.graph import (
     QUANTITIES,
 )
 from engine_dyn.quantities.sources import SOURCES
+from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
 from sweeps.presenting.lists import LISTS
@@ -76,9 +77,11 @@ def key_rows() -> list[dict[str, str]]:
 
 
 def keys() -> str:
-    """The same as a table: of what is allowed, only names."""
+    """The same as a table: of what is allowed, only names. Those of a shaft stand with [shaft]."""
     rows = []
     for row in key_rows():
+        if row["key"].replace("_N", "_1") in OF_SHAFT:
+            continue
         anywhere = row["stands in"] == "scene, engine file" or row["key"] in PATTERNS
         only = "" if anywhere else row["stands in"]
         rule = row["allowed"]
@@ -158,8 +161,12 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
             if inner_rows := _schema_table(schema, items, leave=numbers):
                 parts.append(f"### `{inner}` of `[{name}]`\n\n{inner_rows}\n")
             if numbers:
-                same = ", ".join(f"`{key}`" for key in numbers)
-                parts.append(f"Numbers, as the keys `{part}_..._N`: {same}.\n")
+                same = ", ".join(
+                    f"`{key}`" + f" [{unit}]" * (unit != "1")
+                    for key in numbers
+                    for unit in [PATTERNS[f"{part}_{key}_N"].unit]
+                )
+                parts.append(f"Numbers, each also a key such as `{part}_{numbers[0]}_2`: {same}.\n")
     # An arrangement may be a text as well, so its row stays.
     leave = [*again, *(name for name in headed if name != "arrangement")]
     first = f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=leave)}\n"

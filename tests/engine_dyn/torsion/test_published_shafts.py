@@ -44,7 +44,7 @@ def test_what_is_rounded_wrong_or_not_computed_has_a_reason() -> None:
     for system in published.SYSTEMS.values():
         assert system["source"] and system["title"]
         for given in system["compare"]:
-            assert given["origin"] in ("printed", "closed form", "program")
+            assert given["origin"] in ("printed", "closed form", "independent program")
             if given.keys() & reasons or given["kind"] == "not computed":
                 assert given["remark"]
     assert {given["kind"] for s in published.SYSTEMS.values() for given in s["compare"]} == set(
