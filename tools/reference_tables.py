@@ -263,6 +263,7 @@ TURNING = ", positive in the sense of rotation"
 """Said once for all torques, at the top of the page."""
 
 
+OF_ORDERS = ("_phase", "_largest_order")
 OF_A_CURVE = ("_max", "_mean", "_rms")
 PARTS = ("gas_", "inertia_")
 WHOLE = ("omega", "torque")
@@ -275,9 +276,9 @@ def _folded(listed: Sequence[str]) -> dict[str, list[str]]:
     Those that people call by other words of their own keep their rows.
     """
     found: dict[str, list[str]] = {}
-    for name in (n for n in listed if n not in WHOLE and not n.endswith("_phase")):
+    for name in (n for n in listed if n not in WHOLE and not n.endswith(OF_ORDERS)):
         if name.endswith("_order"):
-            beside = [f"{name.removesuffix('_order')}_phase"]
+            beside = [f"{name.removesuffix('order')}{end}" for end in ("phase", "largest_order")]
         else:
             beside = [f"{part}{name}" for part in PARTS] + [f"{name}{end}" for end in OF_A_CURVE]
         if kept := [n for n in beside if n in listed and n not in OTHER_WORDS]:
