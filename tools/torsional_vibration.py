@@ -59,7 +59,7 @@ def shafts(found: xr.Dataset) -> Rows:
     """Largest torque and stress of each shaft over speed, healthy and of the worst misfire."""
     rows = [[
         "shaft", "torque N m", "at rpm", "largest order", "stress MPa", "worst misfire",
-        "torque N m", "at rpm",
+        "its torque N m", "its rpm",
     ]]  # fmt: skip
     for number, name in zip(found["shaft"].values, found.shaft_name.values, strict=True):
         one = found.sel(shaft=number)

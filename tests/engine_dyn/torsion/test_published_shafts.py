@@ -23,8 +23,11 @@ from engine_dyn.torsion.system import shaft_system
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tools"))
 published: Any = importlib.import_module("published_shafts")
 
+SEARCHED = {"peak", "viscous damper", "tuned damper"}
+"""Kinds that are searched for over 20001 frequencies."""
+
 CASES = [
-    (name, number)
+    pytest.param(name, number, marks=[pytest.mark.compiled] if given["kind"] in SEARCHED else [])
     for name, system in published.SYSTEMS.items()
     for number, given in enumerate(system["compare"])
     if given["kind"] != "not computed"
