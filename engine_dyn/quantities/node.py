@@ -83,7 +83,8 @@ class Node:
     throws : bool
         The places of the engine's throws must be known.
     width : int
-        Bytes of one value, with what `make` keeps beside it, for the size of blocks.
+        Bytes of one value, with what `make` keeps beside it, for the size of blocks; of a stage,
+        what it keeps of a design beside inputs and results.
     threaded : bool
         `make` also takes `threads`, the most threads that it may use, None for one a processor.
     of_shaft : tuple of str

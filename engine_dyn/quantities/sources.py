@@ -22,6 +22,8 @@ SOURCES: Mapping[str, str] = {
     "μελέτη και παραμετρική ανάλυση (Rotational irregularity of piston engines: computational "
     "study and parametric analysis), diploma thesis, supervised by E. G. Giakoumis, National "
     "Technical University of Athens, School of Mechanical Engineering, October 2015; in Greek",
+    "IACS": "International Association of Classification Societies, Unified Requirement M68, "
+    "dimensions of propulsion shafts and their permissible torsional vibration stresses",
     "Ker": "W. Ker Wilson, Practical Solution of Torsional Vibration Problems, Chapman and Hall; "
     "the method as textbooks give it, not compared page by page",
     "Kloss": "M. Kloss on torque and slip of induction motors, usually dated 1908; the formula as "

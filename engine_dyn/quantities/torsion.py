@@ -20,7 +20,7 @@ from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
-from engine_dyn.torsion.stress import shear_stress
+from engine_dyn.torsion.stress import propulsion_shaft_limits, shear_stress
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, GPA, MPA, RPM
 
@@ -31,6 +31,9 @@ MODES = 6
 
 COMPLEX = 16
 """Bytes of a harmonic."""
+
+OF_RESPONSE, OF_MODES = 3000, 6000
+"""Bytes of a shaft of some ten discs with what is referred, and with its matrices."""
 
 WILSON = "Ker Wilson, Practical Solution of Torsional Vibration Problems"
 
@@ -64,6 +67,17 @@ _PATTERNS = (
     _numbered("shaft_bore", "d_{b,N}", "m", "bore of shaft N", _SHAFTS, **_FROM_ZERO),
     _numbered("shaft_shear_modulus", "G_N", "GPa", "shear modulus of shaft N", _SHAFTS, si=GPA,
               **_POSITIVE),
+    _numbered("shaft_stress_limit", r"\tau_{N}", "MPa",
+              "largest allowed half range of the nominal shear stress in shaft N", _SHAFTS, si=MPA,
+              **_POSITIVE),
+    _numbered("shaft_torque_limit", "T_{N}", "N m",
+              "largest allowed half range of the torque in shaft N", _SHAFTS, **_POSITIVE),
+    _numbered("shaft_tensile_strength", r"\sigma_{B,N}", "MPa",
+              "specified tensile strength of shaft N, a propulsion shaft of a ship", _SHAFTS,
+              si=MPA, **_POSITIVE),
+    _numbered("shaft_shape_factor", "c_{K,N}", "1",
+              "factor c_K of the shape of shaft N, a propulsion shaft of a ship", _SHAFTS,
+              high=1.0, high_included=True, **_POSITIVE),
     _numbered("shaft_gear_ratio", "i_N", "1",
               "speed of the second disc of gear N over that of the first, below 0 where it turns "
               "the other way", MOST_GEARS, low=-1000.0, high=1000.0),
@@ -280,8 +294,9 @@ _RESULTS = {
 
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_torque_harmonics: Any,
-    throw_inertia_sum: Any, reciprocating_mass: Any, double_radius: Any,
+    load_damping: Any, speed: Any, order: Any, period: float, throw_gas_sum: Any,
+    throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any, crankcase_pressure: Any,
+    bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.forced import forced_response
@@ -295,12 +310,18 @@ def _respond(
         values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0)
     )
     throws = len(shaft.throws)
-    moment = np.asarray(reciprocating_mass * (0.5 * double_radius) ** 2)[..., None, None]
+    # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
+    radius = 0.5 * double_radius
+    lever = piston_area(bore) * radius
+    harmonics = throw_gas_sum, throw_speed_sum, throw_inertia_sum
+    factors = (
+        lever * pressure_scale, -lever * crankcase_pressure,
+        reciprocating_mass * (radius * speed) ** 2,
+    )  # fmt: skip
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     found = forced_response(
         system, np.ravel(order), speed, shaft.throws,
-        np.asarray(throw_gas_torque_harmonics)[..., :throws, :],
-        moment * np.asarray(throw_inertia_sum)[..., :throws, :],
+        [np.asarray(part)[..., :throws, :] for part in harmonics], factors,
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
         twist=pairs, speed_of=(shaft.flywheel,), period=period, threads=threads,
         progress=progress,
@@ -340,6 +361,28 @@ def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any)
     return shear_stress(shaft_torque_half_range, diameter, bore)
 
 
+def _limit(what: str) -> Any:
+    def make(*, shaft_system: Shaft, shaft: Any, **values: Any) -> Any:
+        return _of_shafts(shaft_system, what, values, np.nan) + 0.0 * shaft
+
+    return make
+
+
+def _propulsion_limit(which: int) -> Any:
+    def make(*, shaft_system: Shaft, speed: Any, rated_speed: Any, shaft: Any,
+             **values: Any) -> Any:  # fmt: skip
+        diameter, strength, factor = (
+            _of_shafts(shaft_system, f"shaft_{what}", values, default)
+            for what, default in (
+                ("diameter", np.nan), ("tensile_strength", np.nan), ("shape_factor", 1.0)
+            )
+        )  # fmt: skip
+        limits = propulsion_shaft_limits(speed / rated_speed, diameter, strength, factor)
+        return limits[which] + 0.0 * shaft
+
+    return make
+
+
 def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
     """Values along the last axis, which those given have with the length 1."""
     each = (np.atleast_1d(value) for value in shaft.along(what, values, default))
@@ -356,6 +399,20 @@ def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any)
     for number, disc in enumerate(shaft_system.throws):
         torque[..., disc] += each[..., number]
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
+
+
+def _reciprocating_share(
+    *, shaft_system: Shaft, mean_reciprocating_inertia_of_throw: Any,
+    throw_reciprocating_inertia: Any, **values: Any,
+) -> Any:  # fmt: skip
+    own = shaft_system.along("disc_inertia", values, np.nan)
+    discs = [np.atleast_1d(own[disc]) for disc in shaft_system.throws]
+    moving, added = np.asarray(mean_reciprocating_inertia_of_throw), throw_reciprocating_inertia
+    beyond = moving.shape[-1] - len(discs)  # numbers of throws beyond the last one
+    each = np.concatenate(
+        np.broadcast_arrays(*discs, *(np.full(1, np.nan) for _ in range(beyond))), axis=-1
+    )
+    return moving / (each + added)
 
 
 def _largest_order(of: str) -> Any:
@@ -410,6 +467,13 @@ NODES: tuple[Node, ...] = (
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
+        ("mean_reciprocating_inertia_of_throw",),
+        lambda mean_reciprocating_inertia_of_throw: mean_reciprocating_inertia_of_throw,
+        when="reciprocating_added",
+    ),
+    hidden(
+        "mean_reciprocating_inertia_of_throw", "kg m2",
+        "mean inertia of the reciprocating masses of each throw",
         ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinder_set",
          "cylinders_by_count", "cylinder"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinder_set,
@@ -417,7 +481,14 @@ NODES: tuple[Node, ...] = (
             reciprocating_mass, 0.5 * double_radius, crank_ratio, offset_ratio, cylinder_set,
             cylinders_by_count, cylinder,
         ),
-        when="reciprocating_added",
+    ),
+    Node(
+        "reciprocating_share", r"J_l/J_j", "1",
+        "share of the mean of the reciprocating masses in the inertia of each throw's disc: the "
+        "shaft leaves out that they vary by as much", WILSON, of_shaft=("disc_inertia",),
+        needs=("shaft_system", "mean_reciprocating_inertia_of_throw",
+               "throw_reciprocating_inertia"),
+        make=_reciprocating_share,
     ),
     hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank", (),
            lambda: 0.0, when="given_inertia"),
@@ -444,6 +515,7 @@ NODES: tuple[Node, ...] = (
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
         kind="stage", public=False, needs=(*_OF_SYSTEM, "mode"),
         gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
+        width=OF_MODES,
         source=WILSON, of_shaft=_ELASTIC,
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
@@ -459,7 +531,7 @@ NODES: tuple[Node, ...] = (
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
         removes=("cylinder", "disc"),
         needs=(*_OF_SYSTEM, "load_damping", "natural_frequency", "mode_shape", "modal_inertia"),
-        make=_damping_ratio, of_shaft=_ALL,
+        make=_damping_ratio, of_shaft=_ALL, width=OF_MODES,
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
@@ -475,10 +547,10 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
-        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"),
+        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=OF_RESPONSE,
         needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "period",
-               "throw_gas_torque_harmonics", "throw_inertia_sum", "reciprocating_mass",
-               "double_radius"),
+               "throw_gas_sum", "throw_speed_sum", "throw_inertia_sum", "pressure_scale",
+               "crankcase_pressure", "bore", "reciprocating_mass", "double_radius"),
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
             public=False, width=COMPLEX),
@@ -540,5 +612,45 @@ NODES: tuple[Node, ...] = (
         "cycle", WILSON, si=MPA,
         needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
         of_shaft=("shaft_diameter", "shaft_bore"),
+    ),
+    Node(
+        "shaft_stress_limit", r"\tau_{lim}", "MPa",
+        "largest allowed half range of the nominal shear stress in each shaft, as given", WILSON,
+        si=MPA, needs=("shaft_system", "shaft"), make=_limit("shaft_stress_limit"),
+        of_shaft=("shaft_stress_limit",),
+    ),
+    Node(
+        "shaft_torque_limit", "T_{lim}", "N m",
+        "largest allowed half range of the torque in each shaft, as given", WILSON,
+        needs=("shaft_system", "shaft"), make=_limit("shaft_torque_limit"),
+        of_shaft=("shaft_torque_limit",),
+    ),
+    Node(
+        "shaft_stress_over_limit", r"\hat\tau/\tau_{lim}", "1",
+        "half range of the nominal shear stress over its limit, above 1 where it is exceeded",
+        WILSON, needs=("shaft_stress_half_range", "shaft_stress_limit"),
+        make=lambda shaft_stress_half_range, shaft_stress_limit: shaft_stress_half_range
+        / shaft_stress_limit,
+    ),
+    Node(
+        "shaft_torque_over_limit", r"\hat T/T_{lim}", "1",
+        "half range of the torque over its limit, above 1 where it is exceeded", WILSON,
+        needs=("shaft_torque_half_range", "shaft_torque_limit"),
+        make=lambda shaft_torque_half_range, shaft_torque_limit: shaft_torque_half_range
+        / shaft_torque_limit,
+    ),
+    *(
+        Node(
+            f"propulsion_stress_{name}", symbol, "MPa",
+            f"permissible vibratory stress of propulsion shafts, {text}", "IACS UR M68", si=MPA,
+            needs=("shaft_system", "speed", "rated_speed", "shaft"),
+            make=_propulsion_limit(which),
+            of_shaft=("shaft_diameter", "shaft_tensile_strength", "shaft_shape_factor"),
+        )
+        for which, (name, symbol, text) in enumerate((
+            ("limit", r"\tau_C", "in continuous service, by the speed over the rated speed"),
+            ("limit_passing", r"\tau_T",
+             "in ranges that are passed quickly, up to 0.8 of the rated speed"),
+        ))
     ),
 )  # fmt: skip

@@ -82,18 +82,18 @@ class _Tree(NamedTuple):
 class _Cases(NamedTuple):
     """Cases to be solved: lines of the tables, speed [rad/s], torques.
 
-    `gas` and `mass` have shape (lines, T, 2, V), real and imaginary parts; the torque is gas +
-    omega^2 mass. `throw_ratio`, (designs, T), refers it to the crank.
+    The torque of a case is the sum over its parts P of factor (cases, P) times the harmonics at
+    line (cases, P) of `harmonics` (lines, T, 2, V), real and imaginary parts. `throw_ratio`,
+    (designs, T), refers it to the crank.
     """
 
     design: Integers
-    gas_line: Integers
-    mass_line: Integers
     speed: Floats
     throw_node: Integers
     throw_ratio: Floats
-    gas: Floats
-    mass: Floats
+    line: Integers
+    factor: Floats
+    harmonics: Floats
     orders: Floats
 
 
@@ -140,7 +140,7 @@ def forced_response(
     speed: Any,
     throws: Sequence[int],
     torque: Any,
-    mass_torque: Any = 0.0,
+    factors: Sequence[Any] | None = None,
     *,
     wanted: Sequence[str] = ("angle", "torque"),
     twist: Sequence[tuple[int, int]] = (),
@@ -167,8 +167,9 @@ def forced_response(
     torque : array_like of complex
         Harmonics of the torque on each of them [N m], shape (..., T, orders), of
         `forces.harmonics.of_throws`. What is NaN gives NaN.
-    mass_torque : array_like of complex
-        The part that grows with the square of the speed, over omega^2 [kg m2]; it is added.
+    factors : sequence of array_like, optional
+        With them, `torque` is a sequence of as many such arrays, whose sum acts, each times its
+        factor: designs that share harmonics keep one copy of these.
     wanted : sequence of str
         Names of `RESULTS`.
     twist : sequence of (int, int)
@@ -202,7 +203,7 @@ def forced_response(
         outside = [number for number in numbers if number not in range(discs)]
         if outside:
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
-    cases, shape = _cases(system, orders, speed, throws, torque, mass_torque)
+    cases, shape = _cases(system, orders, speed, throws, torque, factors)
     tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
     signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
@@ -244,22 +245,30 @@ def forced_response(
 
 def _cases(
     system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any,
-    mass_torque: Any,
+    factors: Sequence[Any] | None,
 ) -> tuple[_Cases, tuple[int, ...]]:  # fmt: skip
     """All cases, and the shape of the axes that they lie on."""
     nu = checked_orders(orders)
     omega = given_array("speed", speed, finite=True)
     if not (omega > 0.0).all():
         raise ValueError(f"speed: {omega[~(omega > 0.0)].flat[0]:g}: must be above 0")
-    gas = _torques("torque", torque, len(throws), nu.size)
-    mass = _torques("mass_torque", mass_torque, len(throws), nu.size)
-    shape = np.broadcast_shapes(system.shape, omega.shape, gas.shape[:-3], mass.shape[:-3])
+    each = [torque] if factors is None else torque
+    parts = [_torques(part, len(throws), nu.size) for part in each]
+    scales = [given_array("factors", factor) for factor in factors or (1.0,)]
+    if len(scales) != len(parts):
+        raise ValueError(f"factors: {len(scales)}: must be as many as torques, {len(parts)}")
+    axes = (a.shape[: a.ndim - own] for own, some in ((3, parts), (0, scales)) for a in some)
+    shape = np.broadcast_shapes(system.shape, omega.shape, *axes)
     at_throws = np.asarray(throws, dtype=np.int64)
+    tables = [_lines(part, 3) for part in parts]
+    first = np.cumsum([0, *(len(table) for table in tables)])
+    lines = [_numbers(p.shape[:-3], shape) + i for p, i in zip(parts, first[:-1], strict=True)]
     return _Cases(
-        _numbers(system.shape, shape), _numbers(gas.shape[:-3], shape),
-        _numbers(mass.shape[:-3], shape), np.broadcast_to(omega, shape).flatten(),
+        _numbers(system.shape, shape), np.broadcast_to(omega, shape).flatten(),
         system.node_of_disc[at_throws], _lines(system.ratio[..., at_throws]),
-        _lines(gas, 3), _lines(mass, 3), nu,
+        np.stack(lines, axis=-1),
+        np.stack([np.broadcast_to(scale, shape).flatten() for scale in scales], axis=-1),
+        np.concatenate(tables), nu,
     ), shape  # fmt: skip
 
 
@@ -303,14 +312,12 @@ def _signals(
     ), places  # fmt: skip
 
 
-def _torques(name: str, given: Any, throws: int, orders: int) -> Floats:
+def _torques(given: Any, throws: int, orders: int) -> Floats:
     """Real and imaginary parts, shape (..., T, 2, V)."""
     values = np.asarray(given, dtype=np.complex128)
-    if values.ndim == 0 and values == 0.0:
-        values = np.zeros((throws, orders), dtype=np.complex128)
     if values.shape[-2:] != (throws, orders):
         raise ValueError(
-            f"{name}: shape {values.shape}: must end with {throws} throws and {orders} orders"
+            f"torque: shape {values.shape}: must end with {throws} throws and {orders} orders"
         )
     return np.stack([values.real, values.imag], axis=-2)
 
@@ -401,14 +408,14 @@ def _set_up(
             k[0, v] = stiffness
             k[1, v] = loss + w[v] * damping
             u[0, v] = u[1, v] = 0.0
-    gas, mass = cases.gas_line[case], cases.mass_line[case]
-    for throw in range(cases.throw_node.size):
-        u, ratio = torque[cases.throw_node[throw]], cases.throw_ratio[design, throw]
-        for part in range(2):
-            for v in range(w.size):
-                u[part, v] += ratio * (
-                    cases.gas[gas, throw, part, v] + square * cases.mass[mass, throw, part, v]
-                )
+    for which in range(cases.line.shape[1]):
+        harmonics = cases.harmonics[cases.line[case, which]]
+        for throw in range(cases.throw_node.size):
+            u = torque[cases.throw_node[throw]]
+            scale = cases.throw_ratio[design, throw] * cases.factor[case, which]
+            for part in range(2):
+                for v in range(w.size):
+                    u[part, v] += scale * harmonics[throw, part, v]
 
 
 @inlined
@@ -496,7 +503,7 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
     """
     design, speed = cases.design[case], cases.speed[case]
     inertia, own, ground, stiffness, eta, damping, following = (line[design] for line in tree[1:])
-    parts = cases.gas[cases.gas_line[case]] + speed**2 * cases.mass[cases.mass_line[case]]
+    parts = np.tensordot(cases.factor[case], cases.harmonics[cases.line[case]], axes=1)
     forces = cases.throw_ratio[design][:, None] * (parts[:, 0] + 1j * parts[:, 1])
     nodes, orders = inertia.size, cases.orders.size
     found = np.full((1, nodes, 2, orders), np.nan)

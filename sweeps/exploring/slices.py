@@ -27,9 +27,9 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
         As `open` or `run` returns it.
     **values : float or str
         A value of each axis to be cut, in the units of the archive, a fraction such as "1/200", or
-        a word of an axis of words: `nearest(archive, load=50, method="newton")`. Of equally near
-        values the first is taken. Designs may also be named, `case="B"`, `engine="ntua"`: where
-        several have that label, all of them stay.
+        a word of an axis of words, or its number: `nearest(archive, load=50, method="newton")`. Of
+        equally near values the first is taken. Designs may also be named, `case="B"`,
+        `engine="ntua"`: where several have that label, all of them stay.
 
     Returns
     -------
@@ -91,6 +91,9 @@ def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str,
     words = words_of(archive)
     if name in words:
         texts = [str(text) for text in archive[words[name]].values]
+        numbers = archive[name].values.tolist() if name in archive.coords else []
+        if value in numbers:  # discs and shafts have both
+            return str(archive[name].dims[0]), [numbers.index(value)]
         if value not in texts:
             known = list(dict.fromkeys(texts))
             raise SceneError(f"{name} = {shown(value)}: unknown{not_known(str(value), known)}")

@@ -157,7 +157,7 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
     if stage.node.kind == "stage":
         # A kernel gets its inputs in SI units, and packs them.
         dims = (plan.leaves[n].dims for n in stage.node.needs if n in plan.leaves)
-        return 16.0 * sum(size(d) for d in dims if d)
+        return 16.0 * sum(size(d) for d in dims if d) + (stage.node.width - 8) * size(stage.axes)
     return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
 
 

@@ -22,6 +22,7 @@ from engine_dyn.units import BAR
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, printable
 from sweeps.planning.plan import Plan
+from sweeps.planning.shaft_warnings import shaft_warnings
 from sweeps.scene.model import Scene
 
 __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
@@ -91,7 +92,7 @@ def _lines(plan: Plan) -> list[str]:
         if found is not None:
             wrong.add(found.key)
             lines.append(found.text(_places(plan, found, base)))
-    return lines
+    return [*lines, *shaft_warnings(plan, off)]
 
 
 _UNITS = {

@@ -63,6 +63,10 @@ class ShaftPiece(Strict):
     diameter: float | None = Field(default=None, description="a number in m")
     bore: float | None = Field(default=None, description="a number in m")
     shear_modulus: float | None = Field(default=None, description="a number in GPa")
+    stress_limit: float | None = Field(default=None, description="a number in MPa")
+    torque_limit: float | None = Field(default=None, description="a number in N m")
+    tensile_strength: float | None = Field(default=None, description="a number in MPa")
+    shape_factor: float | None = Field(default=None, description="a number, at most 1")
 
 
 class Gear(Strict):

@@ -8,7 +8,16 @@ from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["ALL", "BRAKE_TORQUE", "KNOWN", "SILENCED", "STATED_UNIT", "read_silenced"]
+__all__ = [
+    "ALL",
+    "BRAKE_TORQUE",
+    "KNOWN",
+    "RECIPROCATING_SHARE",
+    "RIGID_SHAFT",
+    "SILENCED",
+    "STATED_UNIT",
+    "read_silenced",
+]
 
 ALL = "all"
 """Word that silences every check."""
@@ -19,7 +28,21 @@ STATED_UNIT = "stated_unit"
 BRAKE_TORQUE = "brake_torque"
 """Name of the warning that a recording has less torque than was measured at the shaft."""
 
-KNOWN = (*NAMES, *RECORDING_CHECKS, STATED_UNIT, BRAKE_TORQUE, ALL)
+RIGID_SHAFT = "rigid_shaft"
+"""Name of the warning that the rigid engine is far from the elastic shaft."""
+
+RECIPROCATING_SHARE = "reciprocating_share"
+"""Name of the warning that a shaft's reciprocating masses vary its inertia much."""
+
+KNOWN = (
+    *NAMES,
+    *RECORDING_CHECKS,
+    STATED_UNIT,
+    BRAKE_TORQUE,
+    RIGID_SHAFT,
+    RECIPROCATING_SHARE,
+    ALL,
+)
 """Names of checks of what is given, of results, and of recorded pressure."""
 
 SILENCED = (

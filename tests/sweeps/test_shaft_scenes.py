@@ -15,6 +15,9 @@ import xarray as xr
 import sweeps
 from engine_dyn.units import RPM
 from sweeps.catalogue import SHAFTS
+from sweeps.errors import SceneError
+from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
+from sweeps.planning.plausibility import plausibility_warnings
 from sweeps.presenting.engines import engine_text
 from sweeps.presenting.scenes import scene_text
 from tests.support.scenes import refusal
@@ -255,6 +258,88 @@ def test_stress_is_nominal_and_needs_a_diameter() -> None:
     assert stress[5] == pytest.approx(tube * torque[5], rel=1e-12)
     assert stress[0] == pytest.approx(16.0 / (math.pi * 0.083**3) / 1e6 * torque[0], rel=1e-12)
     assert np.isnan(stress[6:]).all()
+
+
+def test_limits_are_given_or_those_of_propulsion_shafts() -> None:
+    """IACS UR M68 at a speed ratio of 0.5: 600 MPa, 100 mm, c_K = 1 allow 76.0 MPa."""
+    changes: dict[str, Any] = {
+        "shafts__1__stress_limit": 30.0, "shafts__1__torque_limit": 2e3,
+        "shafts__2__diameter": 0.1, "shafts__2__tensile_strength": 600.0,
+    }  # fmt: skip
+    found = run(
+        ["shaft_stress_limit", "shaft_stress_half_range", "shaft_stress_over_limit",
+         "shaft_torque_over_limit", "shaft_torque_half_range", "propulsion_stress_limit",
+         "propulsion_stress_limit_passing"],
+        changed(**changes), set={"speed": 1000, "rated_speed": 2000},
+    )  # fmt: skip
+    assert found.shaft_stress_limit.values[1] == 30.0
+    assert np.isnan(found.shaft_stress_limit.values[[0, 2]]).all()
+    stress, torque = found.shaft_stress_half_range[1], found.shaft_torque_half_range[1]
+    assert float(found.shaft_stress_over_limit[1]) == pytest.approx(float(stress) / 30.0)
+    assert float(found.shaft_torque_over_limit[1]) == pytest.approx(float(torque) / 2e3)
+    assert float(found.propulsion_stress_limit[2]) == pytest.approx(76.0, abs=0.06)
+    assert float(found.propulsion_stress_limit_passing[2]) == pytest.approx(1.7 * 76.0, abs=0.1)
+    assert np.isnan(found.propulsion_stress_limit.values[[0, 1]]).all()
+
+
+def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
+    def said(shaft: Any, quantity: str = "delta", **tables: Any) -> str:
+        scene = {"engine": ENGINE, "shaft": shaft, "set": {"speed": 2000},
+                 "output": {"quantities": [quantity]}, **tables}  # fmt: skip
+        return "\n".join(plausibility_warnings(sweeps.plan(scene)))
+
+    # Order 3 is 100 Hz and order 6 200 Hz, against 216.6 Hz.
+    line = said(ENGINE)
+    assert line.startswith("rigid_shaft: order 6 at 2000 rpm, 200 Hz, moves the flywheel")
+    stiff = changed(
+        **{f"shafts__{i}__stiffness": 1e9 for i in range(5)}, shafts__5__length=1e-4,
+        shafts__6__stiffness=1e9, shafts__7__stiffness=1e9, dampers=[],
+    )  # fmt: skip
+    assert said(stiff) == ""
+    assert said(ENGINE, silenced_warnings=["rigid_shaft"]) == ""
+    assert said(ENGINE, "natural_frequency") == ""
+    light = changed(**{f"discs__{i}__inertia": 0.01 for i in range(6)})
+    line = said(light, "shaft_torque_half_range")
+    assert line.startswith("reciprocating_share: the reciprocating masses have 38% of the inertia")
+    assert said(light, "shaft_torque_half_range", silenced_warnings=["reciprocating_share"]) == ""
+
+
+def test_the_worst_over_speed_and_misfire_and_barred_speeds() -> None:
+    names = ["shaft_torque_half_range", "shaft_torque_min", "shaft_torque_over_limit",
+             "disc_angle_order"]  # fmt: skip
+    shaft = {**GEARED, "shafts": copy.deepcopy(GEARED["shafts"])}
+    shaft["shafts"][3]["torque_limit"] = 2500.0
+    speeds = np.arange(1000.0, 2401.0, 100.0).tolist()
+    found = run(names, shaft, set={}, axes={"misfire": [0, 2], "speed": speeds})
+    worst = {(one.quantity, one.place): one for one in worst_of_shaft(found)}
+    one = worst["shaft_torque_half_range", "throw 4 - throw 5"]
+    torque = found.shaft_torque_half_range.isel(shaft=3)
+    assert one.value == float(torque.max()) and one.unit == "N m"
+    assert float(torque.sel(one.at)) == one.value
+    assert worst["shaft_torque_min", "coupling"].value == float(
+        found.shaft_torque_min.isel(shaft=6).min()
+    )
+    assert {"order", "speed", "misfire"} == set(worst["disc_angle_order", "flywheel"].at)
+    ranges = barred_speeds(found)
+    assert ranges and {one.place for one in ranges} == {"throw 4 - throw 5"}
+    over = found.shaft_torque_over_limit.isel(shaft=3).max("misfire")
+    inside = sum((found.speed >= one.low) & (found.speed <= one.high) for one in ranges)
+    np.testing.assert_array_equal(inside.values.astype(bool), over.values > 1.0)
+    for one in ranges:  # ends lie where the line through points is 1, or where speeds end
+        for end in (one.low, one.high):
+            if end not in (1000.0, 2400.0):
+                assert float(over.interp(speed=end)) == pytest.approx(1.0)
+    with pytest.raises(SceneError, match="shaft_stress_over_limit"):
+        barred_speeds(found[["shaft_torque_min"]])
+    with pytest.raises(SceneError, match="no quantities of discs or shafts"):
+        worst_of_shaft(found[["torsion_status"]])
+
+
+def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
+    added = run(["reciprocating_share"], GEARED).reciprocating_share.values
+    moving = 0.03 * added / (1.0 - added)
+    included = run(["reciprocating_share"]).reciprocating_share.values
+    np.testing.assert_allclose(included, moving / DIESEL["inertia"][2:8], rtol=1e-12)
 
 
 # --- axes, designs, archives ----------------------------------------------------------------------

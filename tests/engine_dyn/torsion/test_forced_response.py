@@ -121,13 +121,14 @@ def test_cases_agree_bit_for_bit_one_by_one_and_on_threads() -> None:
     more: Any = {
         "wanted": tuple(RESULTS), "twist": [(8, 0), (2, 7)],
     }  # fmt: skip
-    many = forced_response(system, ORDERS, speed, DIESEL_NODES, gas, mass, threads=3, **more)
+    parts = [gas, mass], [1.0, speed**2]
+    many = forced_response(system, ORDERS, speed, DIESEL_NODES, *parts, threads=3, **more)
     assert many["torque"].shape == (3, 200, 2, 3, 8, 24)
     assert many["twist_extremes"].shape == (3, 200, 2, 3, 2, 3)
     for i, j, k, n in ((0, 0, 0, 0), (2, 199, 1, 2), (1, 77, 0, 1)):
         one = forced_response(
             shaft_system(**{**DIESEL, "stiffness": stiffness[i]}), ORDERS, speed[j, 0, 0],
-            DIESEL_NODES, gas[k, 0] + 0.0, mass[n], **more,
+            DIESEL_NODES, [gas[k, 0], mass[n]], [1.0, speed[j, 0, 0] ** 2], **more,
         )  # fmt: skip
         for name, values in many.items():
             np.testing.assert_array_equal(values[i, j, k, n], one[name], err_msg=name)
@@ -136,7 +137,9 @@ def test_cases_agree_bit_for_bit_one_by_one_and_on_threads() -> None:
 def test_the_torque_of_masses_grows_with_the_square_of_the_speed() -> None:
     speed = 173.0
     gas, mass = torques(6), torques(6, 2) * 1e-4
-    apart = solved(DIESEL, DIESEL_NODES, speed, gas, mass_torque=mass)
+    apart = forced_response(
+        shaft_system(**DIESEL), ORDERS, speed, DIESEL_NODES, [gas, mass], [1.0, speed**2]
+    )
     summed = solved(DIESEL, DIESEL_NODES, speed, gas + speed**2 * mass)
     np.testing.assert_allclose(apart["torque"], summed["torque"], rtol=1e-12)
 

@@ -1,0 +1,100 @@
+"""Where the rigid engine, which the speed over the angle assumes, is far from the elastic shaft."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.torsion.rigid import elastic_over_rigid
+from engine_dyn.torsion.shaft import Shaft
+from engine_dyn.torsion.system import ShaftSystem
+from engine_dyn.units import RPM
+from sweeps.planning.plan import Plan
+from sweeps.reading.silenced_warnings import RECIPROCATING_SHARE, RIGID_SHAFT
+from sweeps.scene.cylinders import cylinders_of_count
+
+__all__ = ["shaft_warnings"]
+
+FAR = 0.05
+"""Part by which the angle of the flywheel may differ from that of the rigid shaft."""
+
+STRONG, ORDERS, SPEEDS = 0.5, 2, 25
+"""Part of the cylinders whose phase vectors add up in strong orders; how many of these, and at how
+many speeds from the lowest to the highest, are looked at."""
+
+MOST_SHARE = 0.3
+"""Largest share of the reciprocating masses in the inertia of a throw that is not remarked on."""
+
+
+def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
+    """Lines about the shaft of a plan, for a design with the means of all that varies.
+
+    `off` are names of silenced warnings.
+    """
+    scene = plan.scene
+    shaft = scene.engine.shaft
+    if shaft is None:
+        return []
+    values = {key: _mean_of(plan, key) for key in scene.shaft_keys}
+    throws = len(shaft.throws)
+    lines = []
+    try:
+        moving = _mean_of(plan, "mean_reciprocating_inertia") / throws
+    except KeyError:  # the engine has no masses, and no quantity that needs them
+        moving = 0.0
+    system = shaft.system(values, np.full(throws, moving))
+    own = shaft.inertias(values, np.full(throws, moving))
+    share = max(moving / own[disc] for disc in shaft.throws)
+    asked = "torsional_response" in plan.computed
+    if asked and share > MOST_SHARE and RECIPROCATING_SHARE not in off:
+        lines.append(
+            f"{RECIPROCATING_SHARE}: the reciprocating masses have {share:.0%} of the inertia of a "
+            f"throw; above {MOST_SHARE:.0%} their variable part, which is left out, may excite "
+            "secondary resonance"
+        )
+    if RIGID_SHAFT not in off and "speed_solution" in plan.computed:
+        lines += _far_from_rigid(plan, shaft, system)
+    return lines
+
+
+def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
+    """Line on the strong order that moves the flywheel most unlike the rigid shaft."""
+    scene = plan.scene
+    engine = (scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),))[0]
+    places = engine.along_shaft
+    if places is None:
+        return []
+    phases = [[engine.members[i].phase for i in place] for place in places]
+    orders = np.asarray(plan.points["order"])
+    vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
+    strong = np.abs(vectors.sum(axis=0)) >= STRONG * engine.count
+    orders, vectors = orders[strong][:ORDERS], vectors[:, strong][:, :ORDERS]
+    if not orders.size:
+        return []
+    given = np.ravel(plan.leaves["speed"].si)
+    speeds = np.unique(np.linspace(given.min(), given.max(), SPEEDS))
+    ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)
+    far = np.abs(np.where(np.isfinite(ratio), ratio, np.inf) - 1.0)
+    if not far.max() > FAR:
+        return []
+    at, which = np.unravel_index(far.argmax(), far.shape)
+    frequency = orders[which] * speeds[at] / (2.0 * np.pi)
+    return [
+        f"{RIGID_SHAFT}: order {orders[which]:g} at {speeds[at] / RPM:.4g} rpm, "
+        f"{frequency:.4g} Hz, moves the flywheel {ratio[at, which]:.3g} times as much as with a "
+        "rigid shaft, which delta and omega assume; delta_elastic is that of the elastic shaft"
+    ]
+
+
+def _mean_of(plan: Plan, name: str) -> Any:
+    """A value, the mean where it varies [SI], by formulas of the graph alone."""
+    leaf = plan.leaves.get(name)
+    if leaf is not None:
+        if not isinstance(leaf.data, np.ndarray | np.number):
+            return leaf.data  # a constant
+        return np.ravel(leaf.si)[0] if name == "cylinder_set" else np.mean(leaf.si)
+    node = plan.scene.node(name)
+    if node.make is None or node.kind == "stage":
+        raise KeyError(name)
+    return node.make(**{need: _mean_of(plan, need) for need in node.needs})
