@@ -148,7 +148,9 @@ def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds
     over = np.nan_to_num(values, nan=0.0) > 1.0
     edges = np.diff(np.concatenate([[False], over, [False]]).astype(int))
     found = []
-    for first, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+    for first, end in zip(
+        *(np.flatnonzero(edges == side).tolist() for side in (1, -1)), strict=True
+    ):
         low, high = speed[first], speed[end - 1]
         if first > 0 and np.isfinite(values[first - 1]):
             low = _crossing(speed, values, first - 1)

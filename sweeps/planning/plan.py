@@ -368,7 +368,7 @@ class _Ancestors:
         for need in node.needs:
             here = self.visit(need)
             # A kernel takes points whole: only the curves among its results have their dimension.
-            dims.update(d for d in here if not (node.kind == "stage" and d in DIMENSIONS))
+            dims.update(set(here) - DIMENSIONS.keys() if node.kind == "stage" else here)
         dims.difference_update(node.removes)
         ordered = tuple(d for d in self.order if d in dims)
         size = math.prod(self.sizes[d] for d in ordered)

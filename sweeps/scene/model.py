@@ -217,8 +217,10 @@ class Scene(GivenValues):
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
         found = select(name, *self.words)
+        if not found.of_shaft:
+            return found
         of_shaft = [k for k in self.shaft_keys if k.rpartition("_")[0] in found.of_shaft]
-        return replace(found, needs=(*found.needs, *of_shaft)) if of_shaft else found
+        return replace(found, needs=(*found.needs, *of_shaft))
 
     @property
     def engines(self) -> tuple[Engine, ...]:

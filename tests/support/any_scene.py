@@ -28,6 +28,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import catalogue
 from sweeps.scene.reading import read_scene
 from sweeps.scene.toml_tables import FAILURES
+from tests.support.shafts import complete_shaft
 
 from .engine_files import indicator_text, points
 
@@ -379,6 +380,30 @@ def _flywheel(draw: Draw, given: Given) -> None:
     }  # fmt: skip
 
 
+def _shaft(draw: Draw, given: Given) -> None:
+    own = given.engine.own_cylinders
+    throws = given.cylinders if own is None else len(own.along_shaft or ())
+    if not throws:
+        return
+    given.tables["shaft"] = complete_shaft(throws)
+    long, coupling, load = throws, throws + 1, throws + 4
+    numbers = {
+        "disc_inertia_1": 0.05, f"disc_inertia_{throws + 1}": 3.0, "disc_damping_1": 2.0,
+        f"disc_ground_stiffness_{load}": 10.0, f"shaft_stiffness_{coupling}": 5e4,
+        f"shaft_loss_factor_{coupling}": 0.1, f"shaft_damping_{coupling}": 5.0,
+        f"shaft_length_{long}": 0.1, f"shaft_diameter_{long}": 0.1, f"shaft_bore_{long}": 0.01,
+        f"shaft_shear_modulus_{long}": 80.0, f"shaft_stress_limit_{long}": 50.0,
+        f"shaft_torque_limit_{long}": 5e3, f"shaft_tensile_strength_{long}": 600.0,
+        f"shaft_shape_factor_{long}": 0.8, "shaft_gear_ratio_1": 0.5, "damper_inertia_1": 0.1,
+        "damper_damping_1": 20.0, "damper_stiffness_1": 1e4, "damper_loss_factor_1": 0.1,
+    }  # fmt: skip
+    chosen = draw(st.lists(st.sampled_from(sorted(numbers)), max_size=8, unique=True))
+    given.values |= {key: around(numbers[key]) for key in chosen}
+    key = draw(st.sampled_from(["", "load_damping", "load_damping_factor"]))
+    if key:
+        given.values[key] = near(0.5, 4.0)
+
+
 def _truncation(draw: Draw, given: Given) -> None:
     given.values["truncation"] = st.sampled_from([2.0, 4.0, 6.0])
 
@@ -401,7 +426,7 @@ FEATURES = (
     _masses, _rod_inertia, _inertia, _rod, _size, _offset, _speed, _load, _load_law, _load_table,
     _driver, _friction, _friction_over_stroke, _components, _bearings, _pressure, _cycle,
     _indicator, _characteristic, _count, _misfire, _layout, _each_cylinder, _firing_angles,
-    _balance, _flywheel, _truncation, _stepping,
+    _balance, _flywheel, _shaft, _truncation, _stepping,
 )  # fmt: skip
 
 _EXCLUDE = (
@@ -411,7 +436,8 @@ _EXCLUDE = (
     {_rod_inertia, _masses}, {_friction, _driver},
     {_components, _bearings}, {_components, _friction, _friction_over_stroke, _driver},
     {_speed, _driver, _characteristic},
-    {_stepping, _load_table, _driver}, {_indicator, _misfire, _each_cylinder},
+    {_shaft, _inertia, _flywheel, _count, _layout}, {_stepping, _load_table, _driver},
+    {_indicator, _misfire, _each_cylinder},
 )  # fmt: skip
 """Features that do not go together, because their keys do not."""
 
@@ -448,7 +474,7 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     engine = engine_of(name)
     allowed = [f for f in (SIMPLE if simple else FEATURES) if _fits(f, engine)]
     # What excludes most of the others would hardly be drawn.
-    allowed += [f for f in (_driver, _characteristic, _cycle) if f in allowed] * 2
+    allowed += [f for f in (_driver, _characteristic, _cycle, _shaft) if f in allowed] * 2
     chosen: list[Any] = []
     for feature in draw(st.lists(st.sampled_from(allowed), min_size=1, max_size=6, unique=True)):
         if not any(feature in group and group & {*chosen} for group in _EXCLUDE):
@@ -487,7 +513,7 @@ SIMPLE = (
 
 FEATURES = (*FEATURES, _inertia_alone, _exponent)
 _EXCLUDE = (
-    *_EXCLUDE, {_inertia_alone, _inertia, _flywheel},
+    *_EXCLUDE, {_inertia_alone, _inertia, _flywheel, _shaft},
     {_exponent, _load_law, _load_table, _driver, _characteristic},
 )  # fmt: skip
 

@@ -12,6 +12,7 @@ import xarray as xr
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
+from tests.support.shafts import complete_shaft
 
 
 def asking(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> dict[str, Any]:
@@ -56,14 +57,7 @@ NOT_OF_AN_ENGINE: dict[str, Any] = {
         "rod_inertia": 0.1, **BEARINGS, **VALVES,
     },
     "characteristic": {"kind": "diesel"},
-    "shaft": {
-        "reciprocating": "added",
-        "discs": [
-            {"name": "throw", "throw": 1, "inertia": 0.1, "damping": 2.0},
-            {"name": "flywheel", "inertia": 3.0},
-        ],
-        "shafts": [{"stiffness": 1e6, "loss_factor": 0.02, "diameter": 0.1}],
-    },
+    "shaft": complete_shaft(1),
 }  # fmt: skip
 """Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
 

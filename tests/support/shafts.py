@@ -15,6 +15,7 @@ __all__ = [
     "DIESEL_NODES",
     "DIESEL_ORDERS",
     "DIESEL_SPEED",
+    "complete_shaft",
     "dense",
     "diesel_torques",
     "shaft_with",
@@ -37,6 +38,43 @@ DIESEL_SPEED = _TORQUE["speed"] * np.pi / 30.0
 
 _THROW_1 = np.array(_TORQUE["throw_1"])
 DIESEL_ORDERS = _THROW_1[:, 0]
+
+
+def complete_shaft(throws: int) -> dict[str, Any]:
+    """The table [shaft] of an engine with so many throws, which has all that a shaft may have.
+
+    Shaft number `throws` follows from its length, the next is a coupling.
+    """
+    return {
+        "reciprocating": "added",
+        "loss_factor": 0.02,
+        "shear_modulus": 80.0,
+        "load": "load",
+        "discs": [
+            *(
+                {"name": f"throw {i}", "throw": i, "inertia": 0.05, "damping": 2.0}
+                for i in range(1, throws + 1)
+            ),
+            {"name": "flywheel", "inertia": 3.0},
+            {"name": "pinion", "inertia": 0.1},
+            {"name": "wheel", "inertia": 1.0},
+            {"name": "load", "inertia": 4.0, "ground_stiffness": 10.0},
+        ],
+        "shafts": [
+            *({"stiffness": 2e6, "stress_limit": 50.0} for _ in range(throws - 1)),
+            {
+                "length": 0.1, "diameter": 0.1, "bore": 0.01, "stress_limit": 50.0,
+                "torque_limit": 5e3, "tensile_strength": 600.0, "shape_factor": 0.8,
+            },
+            {"name": "coupling", "stiffness": 5e4, "loss_factor": 0.1, "damping": 5.0},
+            {"between": ["wheel", "load"], "stiffness": 2e5},
+        ],
+        "gears": [{"between": ["pinion", "wheel"], "ratio": -0.5}],
+        "dampers": [
+            {"on": "throw 1", "inertia": 0.1, "damping": 20.0, "stiffness": 1e4,
+             "loss_factor": 0.1},
+        ],
+    }  # fmt: skip
 
 
 def shaft_with(key: str) -> dict[str, Any]:

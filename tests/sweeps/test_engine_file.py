@@ -22,6 +22,7 @@ from sweeps.reading.indicator_files import read_indicator
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
 from tests.support.scenes import NOT_OF_AN_ENGINE
+from tests.support.shafts import complete_shaft
 
 # --- the catalogue ------------------------------------------------------------------------------
 
@@ -40,7 +41,9 @@ def test_every_engine_gives_a_value_for_everything(name: str) -> None:
         if engine.period == FOUR_STROKE or quantity not in of_four_strokes
     ]  # fmt: skip
     asked = {"engine": name, "output": {"quantities": quantities}}
-    read = read_scene({**asked, **NOT_OF_AN_ENGINE})
+    own = engine.own_cylinders
+    throws = len(own.along_shaft or ()) if own is not None else int(engine.values["cylinders"])
+    read = read_scene({**asked, **NOT_OF_AN_ENGINE, "shaft": complete_shaft(throws)})
     assert read.engine.name == name
     assert set(engine.values) <= set(PARAMETERS) - {"rod_length", *SOLVER_COLUMNS}
     for reason in engine.assumed.values():

@@ -13,6 +13,7 @@ from sweeps.planning.forecast import text
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
+from tests.support.shafts import complete_shaft
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -120,6 +121,7 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
     {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
     {"set": {"friction_law": "patton_nitschke_heywood"}},
+    {"shaft": {**complete_shaft(1), "load_damping_factor": 3.0}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""
