@@ -333,7 +333,7 @@ def test_every_item_of_the_sources_is_covered_by_something_that_exists() -> None
         *PARAMETERS, *ALL_QUANTITIES, *METHODS, *built_in_scenes(), *catalogue(),
         *(kind.name for kind in KINDS),
         # Tables of scenes, and words that are not looked up by name.
-        "[indicator]", "[characteristic]", "passes", "truncation", "inertia_model",
+        "[indicator]", "[characteristic]", "[shaft]", "passes", "truncation", "inertia_model",
     }  # fmt: skip
     for letter, number, _, covered, numbers in rows:
         names = re.findall(r"`([^`]+)`", covered)

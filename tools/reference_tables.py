@@ -27,6 +27,7 @@ from engine_dyn.quantities.graph import (
     QUANTITIES,
 )
 from engine_dyn.quantities.sources import SOURCES
+from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
 from sweeps.presenting.lists import LISTS
@@ -76,10 +77,13 @@ def key_rows() -> list[dict[str, str]]:
 
 
 def keys() -> str:
-    """The same as a table: of what is allowed, only names."""
+    """The same as a table: of what is allowed, only names. Those of a shaft stand with [shaft]."""
     rows = []
     for row in key_rows():
-        only = "" if row["stands in"] == "scene, engine file" else row["stands in"]
+        if row["key"].replace("_N", "_1") in OF_SHAFT:
+            continue
+        anywhere = row["stands in"] == "scene, engine file" or row["key"] in PATTERNS
+        only = "" if anywhere else row["stands in"]
         rule = row["allowed"]
         names = rule if rule.startswith("one of") else "".join(rule.partition("a name")[1:])
         meaning = with_notes(
@@ -127,6 +131,8 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
     headed: list[str] = []
     for name, given in top["properties"].items():
         one = _resolved(schema, given)
+        if name in again and name != "arrangement":
+            continue
         listed = "items" in one
         choices = [one["items"]] if listed else [one]
         choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
@@ -146,10 +152,21 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
             for place in dict.fromkeys(before.values()):
                 same = ", ".join(f"`{key}`" for key, of in before.items() if of == place)
                 parts.append(f"As in {place}: {same}.\n")
-        for inner in ("throws", "cylinders"):
-            if name == "arrangement" and inner in tables[0].get("properties", {}):
-                items = _resolved(schema, tables[0]["properties"][inner]["items"])
-                parts.append(f"### `{inner}` of `[{name}]`\n\n{_schema_table(schema, items)}\n")
+        for inner, described in tables[0].get("properties", {}).items():
+            if name not in ("arrangement", "shaft") or "items" not in described:
+                continue
+            items = _resolved(schema, described["items"])
+            part = inner.removesuffix("s")  # whose numbers are keys, such as disc_inertia_N
+            numbers = [key for key in items.get("properties", ()) if f"{part}_{key}_N" in PATTERNS]
+            if inner_rows := _schema_table(schema, items, leave=numbers):
+                parts.append(f"### `{inner}` of `[{name}]`\n\n{inner_rows}\n")
+            if numbers:
+                same = ", ".join(
+                    f"`{key}`" + f" [{unit}]" * (unit != "1")
+                    for key in numbers
+                    for unit in [PATTERNS[f"{part}_{key}_N"].unit]
+                )
+                parts.append(f"Numbers, each also a key such as `{part}_{numbers[0]}_2`: {same}.\n")
     # An arrangement may be a text as well, so its row stays.
     leave = [*again, *(name for name in headed if name != "arrangement")]
     first = f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=leave)}\n"
@@ -217,7 +234,8 @@ def _default(one: Schema) -> str:
 def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> str:
     """Keys of a table that are not among the numbers; nothing where there are none."""
     rows = []
-    varied = len(set(part.get("properties", ())) & set(PARAMETERS)) > len(PARAMETERS) / 3
+    numbers = set(PARAMETERS) - NUMBERED
+    varied = len(set(part.get("properties", ())) & numbers) > len(numbers) / 3
     for key, given in part.get("properties", {}).items():
         one = {**_resolved(schema, given), **given}
         if (varied and key in PARAMETERS) or "const" in one or key in leave:
@@ -245,6 +263,7 @@ TURNING = ", positive in the sense of rotation"
 """Said once for all torques, at the top of the page."""
 
 
+OF_ORDERS = ("_phase", "_largest_order")
 OF_A_CURVE = ("_max", "_mean", "_rms")
 PARTS = ("gas_", "inertia_")
 WHOLE = ("omega", "torque")
@@ -257,9 +276,9 @@ def _folded(listed: Sequence[str]) -> dict[str, list[str]]:
     Those that people call by other words of their own keep their rows.
     """
     found: dict[str, list[str]] = {}
-    for name in (n for n in listed if n not in WHOLE and not n.endswith("_phase")):
+    for name in (n for n in listed if n not in WHOLE and not n.endswith(OF_ORDERS)):
         if name.endswith("_order"):
-            beside = [f"{name.removesuffix('_order')}_phase"]
+            beside = [f"{name.removesuffix('order')}{end}" for end in ("phase", "largest_order")]
         else:
             beside = [f"{part}{name}" for part in PARTS] + [f"{name}{end}" for end in OF_A_CURVE]
         if kept := [n for n in beside if n in listed and n not in OTHER_WORDS]:

@@ -1,198 +1,171 @@
-"""Write docs/torsional_vibration.md: a shaft excited by the orders of an engine's torque.
+"""Write docs/torsional_vibration.md: the measured diesel's shaft, and published shafts.
 
-The measured diesel of the catalogue, its shaft of nine inertias, and the torsional response over
-speed, solved here with numpy. The same excitation goes into openTorsion: see the document. Run it
-from the project's root: `python tools/torsional_vibration.py`; `--no-figures` leaves the figure
-alone.
+Run it from the project's root: `python tools/torsional_vibration.py`; `--no-figures` leaves the
+figure alone.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
+from published_shafts import SYSTEMS, comparisons, exceptions, table
 
 import sweeps
-from engine_dyn.types import Complexes, Floats
-from sweeps.exploring.torsion import QUANTITIES, excitation
 from sweeps.figures.marks import DASHES, shade
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "torsional_vibration.md"
-PEAKS = {"flywheel": 7, "pulley": 0}
-"""Shafts whose peaks have a file beside the page, by their number."""
-
-# doi:10.1243/14644193JMBD126, Fig. 4, digitised in the example data of openTorsion (MIT licence,
-# Copyright (c) 2020 Sampo Laine, Urho Hakonen), from which the damping is taken too.
-INERTIAS = (0.0170, 0.0090, 0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487, 2.0750)
-STIFFNESSES = (1.106e6, 1.631e6, 1.253e6, 1.253e6, 1.678e6, 1.253e6, 1.253e6, 1.976e6)
-NAMES = ("pulley", "gear train", *(f"cylinder {i}" for i in range(1, 7)), "flywheel")
-CYLINDERS = tuple(range(2, 8))
-ABSOLUTE_DAMPING = 2.0  # N m s/rad, at each cylinder
-LOSS_FACTOR = 0.035  # of the shafts
+ENGINE = "diesel_105x137"
 SPEEDS = np.arange(1000.0, 2501.0, 5.0)  # rpm
-HIGHEST_ORDER = 12
+Rows = list[list[str]]
 
 
-@dataclass(frozen=True)
-class Shaft:
-    """Discs on a line of shafts.
-
-    Attributes
-    ----------
-    inertia : ndarray, shape (n,)
-        kg m2.
-    stiffness : ndarray, shape (n - 1,)
-        N m/rad, from each disc to the next.
-    damping : ndarray, shape (n,)
-        N m s/rad, of each disc against the frame.
-    loss_factor : float
-        Imaginary over real part of the stiffness.
-    """
-
-    inertia: Floats
-    stiffness: Floats
-    damping: Floats
-    loss_factor: float = 0.0
-
-    @property
-    def matrix(self) -> Floats:
-        """Stiffness matrix, without damping."""
-        found = np.zeros((self.inertia.size, self.inertia.size))
-        for i, k in enumerate(self.stiffness):
-            found[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        return found
-
-    def natural_frequencies(self) -> Floats:
-        """Of the undamped shaft [rad/s], without the rigid turn."""
-        scale = 1.0 / np.sqrt(self.inertia)
-        values = np.linalg.eigvalsh(scale[:, None] * self.matrix * scale)
-        return np.sqrt(values[1:])
-
-    def response(self, torque: Complexes, omega: Floats) -> Complexes:
-        """Angle of each disc [rad] under U exp(i omega t), shape (n, orders)."""
-        found = np.empty(torque.shape, dtype=np.complex128)
-        for i, w in enumerate(omega):
-            dynamic = (1.0 + 1j * self.loss_factor) * self.matrix
-            dynamic = dynamic + np.diag(1j * w * self.damping - w**2 * self.inertia)
-            found[:, i] = np.linalg.solve(dynamic, torque[:, i])
-        return found
-
-    def torques(self, angle: Complexes) -> Complexes:
-        """Torque in each shaft [N m], shape (n - 1, orders)."""
-        stiffness = (1.0 + 1j * self.loss_factor) * self.stiffness
-        return stiffness[:, None] * np.diff(angle, axis=0)
+def run(quantities: list[str], shaft: str = ENGINE, **axes: Any) -> xr.Dataset:
+    return sweeps.run(
+        engine=ENGINE, shaft=shaft, axes=axes, silenced_warnings=["all"],
+        output={"quantities": quantities},
+    )  # fmt: skip
 
 
-def diesel_shaft() -> Shaft:
-    damping = np.zeros(len(INERTIAS))
-    damping[list(CYLINDERS)] = ABSOLUTE_DAMPING
-    return Shaft(np.array(INERTIAS), np.array(STIFFNESSES), damping, LOSS_FACTOR)
+def diesel() -> xr.Dataset:
+    """The engine over speed, healthy and with each cylinder dead."""
+    names = [
+        "natural_frequency", "critical_speed", "mode_vector_sum", "shaft_torque_half_range",
+        "shaft_torque_largest_order", "shaft_torque_order", "shaft_stress_half_range", "delta",
+        "delta_elastic", "shaft_torque_mean",
+    ]  # fmt: skip
+    return run(names, misfire=range(7), speed=SPEEDS.tolist())
 
 
-@dataclass(frozen=True)
-class Response:
-    """Torque in each shaft over the speed of the engine.
-
-    Attributes
-    ----------
-    order : ndarray, shape (orders,)
-    torque : ndarray, shape (speeds, shafts, orders)
-        Complex amplitudes [N m].
-    range : ndarray, shape (speeds, shafts)
-        Half the range over a cycle of the sum of all orders [N m].
-    """
-
-    order: Floats
-    torque: Complexes
-    range: Floats
-
-
-def half_range(orders: Floats, torque: Complexes) -> Floats:
-    """Half the range over a cycle of the sum of orders, shape (shafts,)."""
-    phi = np.arange(1440) * (4.0 * np.pi / 1440)
-    curves = (torque[..., None] * np.exp(1j * orders[:, None] * phi)).real.sum(axis=-2)
-    return 0.5 * (curves.max(axis=-1) - curves.min(axis=-1))
-
-
-def over_speed(shaft: Shaft) -> Response:
-    """Response to the orders of the measured diesel at every speed."""
-    archive: Any = sweeps.run(
-        title="Excitation of the shaft of the measured diesel",
-        engine="diesel_105x137",
-        axes={"speed": SPEEDS.tolist()},
-        output={"quantities": list(QUANTITIES), "highest_order": HIGHEST_ORDER},
-    )
-    excited = [excitation(archive, CYLINDERS, speed=float(speed)) for speed in SPEEDS]
-    torques = [
-        shaft.torques(shaft.response(one.matrix(len(INERTIAS)), one.omega)) for one in excited
+def natural(found: xr.Dataset) -> str:
+    """Natural frequencies, and where the strongest orders meet the first within the speeds."""
+    one = found.sel(misfire=0, mode=1)
+    met = (one.critical_speed >= SPEEDS[0]) & (one.critical_speed <= SPEEDS[-1])
+    strong = one.order.values[met & (one.mode_vector_sum > 1.0)]
+    meets = [
+        f"{order:g} at {float(one.critical_speed.sel(order=order)):.0f} rpm "
+        f"({float(one.mode_vector_sum.sel(order=order)):.1f})"
+        for order in strong
     ]
-    order = excited[0].order
-    ranges = np.array([half_range(order, torque) for torque in torques])
-    return Response(order, np.array(torques), ranges)
+    hertz = ", ".join(f"{float(value):.1f}" for value in found.natural_frequency[:3])
+    return f"{hertz} Hz. Strong orders (vector sum) meet the first: {', '.join(meets)}"
 
 
-def natural_table(shaft: Shaft) -> list[list[str]]:
-    """Natural frequencies, and the speeds at which orders meet them; heads first."""
-    rows = [["natural frequency", "Hz", "rpm at which orders meet it"]]
-    for number, omega in enumerate(shaft.natural_frequencies()[:3], start=1):
-        meets = []
-        for order in np.arange(0.5, HIGHEST_ORDER + 0.5, 0.5):
-            rpm = 30.0 * omega / np.pi / order
-            if SPEEDS[0] <= rpm <= SPEEDS[-1]:
-                meets.append(f"{order:g} at {rpm:.0f}")
-        rows.append([str(number), f"{omega / (2 * np.pi):.1f}", "; ".join(meets) or "none"])
+def shafts(found: xr.Dataset) -> Rows:
+    """Largest torque and stress of each shaft over speed, healthy and of the worst misfire."""
+    rows = [[
+        "shaft", "torque N m", "at rpm", "largest order", "stress MPa", "worst misfire",
+        "its torque N m", "its rpm",
+    ]]  # fmt: skip
+    for number, name in zip(found["shaft"].values, found.shaft_name.values, strict=True):
+        one = found.sel(shaft=number)
+        torque = one.shaft_torque_half_range
+        speed = torque.sel(misfire=0).idxmax()
+        peak = one.sel(misfire=0, speed=speed)
+        dead = torque.sel(misfire=slice(1, None)).max("speed").idxmax()
+        stress = float(peak.shaft_stress_half_range)
+        rows.append([
+            str(name), f"{float(peak.shaft_torque_half_range):.0f}", f"{float(speed):.0f}",
+            f"{float(peak.shaft_torque_largest_order):g}",
+            f"{stress:.1f}" if np.isfinite(stress) else "", f"{float(dead):.0f}",
+            f"{float(torque.sel(misfire=dead).max()):.0f}",
+            f"{float(torque.sel(misfire=dead).idxmax()):.0f}",
+        ])  # fmt: skip
     return rows
 
 
-def peak_table(found: Response, shaft: int) -> list[list[str]]:
-    """Highest responses of one shaft over speed, and the order that is most of them."""
-    curve = found.range[:, shaft]
-    inside = np.flatnonzero((curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])) + 1
-    rows = [["rpm", "torque, N m", "its largest order", "amplitude of that order, N m"]]
-    for i in sorted(inside, key=lambda i: -curve[i])[:5]:
-        sizes = np.abs(found.torque[i, shaft])
-        top = int(sizes.argmax())
-        order = f"{found.order[top]:g}"
-        rows.append([f"{SPEEDS[i]:.0f}", f"{curve[i]:.0f}", order, f"{sizes[top]:.0f}"])
+def deltas(found: xr.Dataset) -> Rows:
+    rows = [["rpm", "δ rigid", "δ elastic", "ratio"]]
+    for speed in (1000.0, 1500.0, 2000.0, 2165.0):
+        one = found.sel(misfire=0, speed=speed)
+        rigid, elastic = float(one.delta), float(one.delta_elastic)
+        rows.append([f"{speed:.0f}", f"{rigid:.4f}", f"{elastic:.4f}", f"{elastic / rigid:.2f}"])
     return rows
 
 
-def draw(found: Response) -> None:
+def generator_set(found: xr.Dataset) -> Rows:
+    """Coupling, healthy and of the worst misfire."""
+    rows = [
+        ["rpm", "misfire", "mean torque, N m", "vibratory", "least", "twist, degree", "heat, W"]
+    ]
+    for speed in found.speed.values:
+        one = found.isel(shaft=-1).sel(speed=speed)
+        dead = one.shaft_torque_half_range.sel(misfire=slice(1, None)).idxmax()
+        for case in (one.sel(misfire=0), one.sel(misfire=dead)):
+            numbers = (
+                abs(case.shaft_torque_mean), case.shaft_torque_half_range, case.shaft_torque_min
+            )  # fmt: skip
+            rows.append([
+                f"{speed:.0f}", f"cylinder {int(case.misfire)}" if case.misfire else "none",
+                *(f"{float(number):.0f}" for number in numbers),
+                f"{float(case.shaft_twist_half_range):.2f}", f"{float(case.shaft_loss):.0f}",
+            ])  # fmt: skip
+    return rows
+
+
+def documents(found: xr.Dataset) -> dict[Path, str]:
+    """The page, and the files beside it."""
+    every, of_shafts = comparisons(), shafts(found)
+    # The shaft in front of the flywheel is what a maker's calculation names first.
+    name, torque, speed, order, stress, dead, of_dead, _ = of_shafts[-1]
+    mean = float(abs(found.shaft_torque_mean.sel(misfire=0, speed=float(speed))[-1]))
+    names = ["natural_frequency", "critical_speed", "shaft_torque_half_range", "shaft_torque_mean",
+             "shaft_torque_min", "shaft_twist_half_range", "shaft_loss"]  # fmt: skip
+    coupled = run(names, f"{ENGINE}_generator_set", misfire=range(7), speed=[1500, 1800])
+    rows = [one for one in every if np.isfinite(one.ours)]
+    values = {
+        "range": f"{SPEEDS[0]:.0f} to {SPEEDS[-1]:.0f}",
+        "natural": natural(found),
+        "largest": f"between {name.replace(' - ', ' and ')} is {torque} N m at {speed} rpm "
+        f"({stress} MPa), mostly order {order}, beside a mean of {mean:.0f} N m; with cylinder "
+        f"{dead} dead it is {of_dead} N m",
+        "delta": markdown(deltas(found), 1),
+        "coupling_frequency": f"{float(coupled.natural_frequency[0]):.1f}",
+        "coupling_critical": f"{float(coupled.critical_speed.sel(mode=1, order=0.5)):.0f}",
+        "generator_set": markdown(generator_set(coupled), 2),
+        "counts": f"{len(rows)} values of {len(SYSTEMS)} systems were compared: printed ones, "
+        "closed forms, and those of an independent program",
+        "exceptions": markdown(exceptions(rows)),
+    }
+    tables = {"shafts": of_shafts, "published": table(every)}
+    return {DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values)} | {
+        DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv"): csv_text(table)
+        for name, table in tables.items()
+    }
+
+
+def draw(found: xr.Dataset) -> None:
     with sheet("torsional_vibration", (7.0, 3.4), columns=2) as (_, ((left, right),)):
-        for panel, shaft in ((left, 7), (right, 0)):
-            panel.plot(SPEEDS, found.range[:, shaft], color="black", label="all orders")
-            curves = np.abs(found.torque[:, shaft])
-            for rank, place in enumerate(np.argsort(-curves.max(axis=0))[:4]):
-                panel.plot(
-                    SPEEDS, curves[:, place], color=shade(rank / 4 + 0.1),
-                    linestyle=DASHES[rank + 1], label=f"order {found.order[place]:g}",
-                )  # fmt: skip
-            panel.set_title(f"between {NAMES[shaft]} and {NAMES[shaft + 1]}")
+        one = found.sel(misfire=0)
+        last = one.isel(shaft=-1)
+        left.plot(
+            SPEEDS, last.shaft_torque_half_range, color="black", label="half range, all orders"
+        )
+        largest = np.argsort(last.shaft_torque_order.max("speed").values)[:-5:-1]
+        for rank, order in enumerate(last.order.values[largest]):
+            left.plot(
+                SPEEDS, last.shaft_torque_order.sel(order=order), color=shade(rank / 4 + 0.1),
+                linestyle=DASHES[rank + 1], label=f"order {order:g}",
+            )  # fmt: skip
+        left.set_title(f"between {str(last.shaft_name.values).replace(' - ', ' and ')}")
+        left.set_ylabel("Vibratory torque (N m)")
+        right.plot(SPEEDS, one.delta_elastic, color="black", label="elastic shaft")
+        right.plot(SPEEDS, one.delta, color=shade(0.5), linestyle=DASHES[1], label="rigid engine")
+        right.set_title("at the flywheel")
+        right.set_ylabel("Coefficient of speed fluctuation (1)")
+        for panel in (left, right):
             panel.set_xlabel("Engine speed (rpm)")
             panel.set_ylim(bottom=0.0)
             panel.legend()
-        left.set_ylabel("Torque in the shaft, half of its range (N m)")
-
-
-def documents(found: Response) -> dict[Path, str]:
-    """The page, and the files of peaks beside it."""
-    values = {"natural_table": markdown(natural_table(diesel_shaft()))}
-    files = {}
-    for name, place in PEAKS.items():
-        rows = peak_table(found, place)
-        speed, torque, order, _ = rows[1]
-        values[f"{name}_peak"] = f"{torque} N m at {speed} rpm, mostly order {order},"
-        files[DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv")] = csv_text(rows)
-    return {DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values), **files}
 
 
 if __name__ == "__main__":
     wanted = figures_wanted("Write docs/torsional_vibration.md.")
-    response = over_speed(diesel_shaft())
-    write(documents(response))
+    over_speed = diesel()
+    write(documents(over_speed))
     if wanted:
-        draw(response)
+        draw(over_speed)

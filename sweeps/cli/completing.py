@@ -21,7 +21,7 @@ __all__ = [
     "complete_scene",
 ]
 
-LISTED = ("quantities", "engines", "scenes", "keys", "classes", "sources")
+LISTED = ("quantities", "engines", "scenes", "shafts", "keys", "classes", "sources")
 """Lists of `engine-dyn list`."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]

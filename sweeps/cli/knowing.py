@@ -41,7 +41,7 @@ def plan(scene: str) -> None:
 @click.argument("words", nargs=-1)
 @guarded
 def list_(what: str | None, words: tuple[str, ...]) -> None:
-    """List quantities, engines, built-in scenes, keys, classes of cyclic irregularity or sources.
+    """List quantities, engines, scenes, shafts, keys, classes of cyclic irregularity or sources.
 
     Without WHAT, all of them.
 

@@ -9,6 +9,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
 from sweeps.errors import one_line
 from sweeps.presenting.key_texts import unit_text, value_text
+from sweeps.presenting.shafts import shaft_lines
 
 if TYPE_CHECKING:
     from engine_dyn.engine import Engine
@@ -20,7 +21,10 @@ def engine_text(engine: Engine) -> str:
     """Describe an engine: its values, which of them are assumed and why, and its sources."""
     family = engine.family
     lines = [f"{engine.name}: {engine.title}", "", "values"]
+    of_shaft = engine.shaft.keys if engine.shaft else ()
     for key, value in engine.values.items():
+        if key in of_shaft:
+            continue
         node = PARAMETERS[key]
         mark = "  (assumed)" if key in engine.assumed else ""
         said = value_text(node, value, digits=10)
@@ -32,6 +36,8 @@ def engine_text(engine: Engine) -> str:
     for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
         if table is not None:
             lines.append(f"  {what}_table: {table}")
+    if engine.shaft is not None:
+        lines += ["", *shaft_lines(engine.shaft, engine.values)]
     lines += ["", "diagrams" if family.diagrams else "no diagrams"]
     speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]

@@ -15,6 +15,7 @@ from sweeps.presenting.word_search import found_lines
 from sweeps.ratios import ratio_text
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue
+from sweeps.reading.shaft_tables import built_in_shafts
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 
@@ -89,6 +90,7 @@ def _titles(files: Mapping[str, Path]) -> Lines:
 LISTS: dict[str, Callable[[], Lines]] = {
     "engines": lambda: _titles(catalogue()),
     "scenes": lambda: _titles(built_in_scenes()),
+    "shafts": lambda: _titles(built_in_shafts()),
     "keys": _keys,
     "classes": _classes,
     "sources": lambda: list(SOURCES.items()),

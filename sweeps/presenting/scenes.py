@@ -10,6 +10,7 @@ import numpy as np
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from sweeps.errors import counted, one_line
 from sweeps.presenting.key_texts import unit_text
+from sweeps.presenting.shafts import shaft_lines
 from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
@@ -34,6 +35,9 @@ def scene_text(scene: Scene, name: str) -> str:
     lines = [f"{name}: {scene.title}"]
     lines += [f"  {line}" for line in _comment(scene.path)]
     lines += ["", "engine" if len(scene.engines) == 1 else "engines", *_engine_lines(scene)]
+    if scene.engine.shaft is not None:
+        values = {**scene.engine.values, **scene.settings}
+        lines += ["", *shaft_lines(scene.engine.shaft, values)]
     if scene.settings:
         lines += ["", "set"]
         for key, value in scene.settings.items():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,36 +21,22 @@ __all__ = [
     "shaft_with",
 ]
 
-DIESEL: dict[str, Any] = {
-    "inertia": [0.017, 0.009, 0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487, 2.075],
-    "stiffness": [1.106e6, 1.631e6, 1.253e6, 1.253e6, 1.678e6, 1.253e6, 1.253e6, 1.976e6],
-    "loss_factor": 0.035,
-    "disc_damping": [0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.0],
-}
-"""Six-cylinder diesel 105 x 137: pulley, gear train, six throws, flywheel. Mendes, Meirelles,
-Zampieri (2008), doi:10.1243/14644193JMBD126, Fig. 4, and damping, as in openTorsion's
-examples/ICE_example.py (MIT licence, copyright (c) 2020 Sampo Laine, Urho Hakonen)."""
+_DATA = tomllib.loads(
+    Path(__file__)
+    .resolve()
+    .parents[1]
+    .joinpath("reference", "torsional_systems.toml")
+    .read_text(encoding="utf-8")
+)
+_TORQUE = _DATA["diesel_torque"]
+
+DIESEL: dict[str, Any] = next(s["shaft"] for s in _DATA["system"] if s["id"] == "diesel_105x137")
+"""Six-cylinder diesel 105 x 137: pulley, gear train, six throws, flywheel."""
 
 DIESEL_NODES = range(2, 8)
-DIESEL_SPEED = 2165.0 * np.pi / 30.0
+DIESEL_SPEED = _TORQUE["speed"] * np.pi / 30.0
 
-# Torque of gas and reciprocating masses on throw 1 at full load and that speed, amplitude [N m] and
-# phase [degree], of the catalogue's engine diesel_105x137 (pressure from the same example).
-_THROW_1 = np.array([
-    [0.5, 427.378353, -44.36566575], [1, 670.6453124, -75.19333842],
-    [1.5, 532.0547574, -86.64782037], [2, 183.9749805, -100.4852321],
-    [2.5, 402.7815103, -97.80566926], [3, 188.0028726, -110.2922534],
-    [3.5, 281.237812, -104.1354041], [4, 210.3754126, -108.9415263],
-    [4.5, 185.0138845, -109.097355], [5, 152.2254407, -111.9065734],
-    [5.5, 118.3760497, -114.7947537], [6, 93.47888538, -116.8924445],
-    [6.5, 71.78575776, -118.5943858], [7, 55.69469696, -117.8673741],
-    [7.5, 45.15694544, -118.554109], [8, 35.45032126, -118.4532749],
-    [8.5, 27.2966604, -119.6422017], [9, 21.57739493, -121.425739],
-    [9.5, 15.69002259, -126.8317632], [10, 11.87685253, -133.075701],
-    [10.5, 9.670811356, -137.5465043], [11, 9.066894697, -143.9553476],
-    [11.5, 8.79408191, -148.6920575], [12, 7.999563137, -152.9155265],
-])  # fmt: skip
-
+_THROW_1 = np.array(_TORQUE["throw_1"])
 DIESEL_ORDERS = _THROW_1[:, 0]
 
 
@@ -121,7 +109,7 @@ def shaft_with(key: str) -> dict[str, Any]:
 def diesel_torques() -> Any:
     """Harmonics on the throws, shape (6, 24), of the firing order 1-5-3-6-2-4."""
     first = _THROW_1[:, 1] * np.exp(1j * np.radians(_THROW_1[:, 2]))
-    delay = np.radians([0.0, 480.0, 240.0, 600.0, 120.0, 360.0])
+    delay = np.radians(_TORQUE["delay"])
     return first * np.exp(-1j * DIESEL_ORDERS * delay[:, None])
 
 

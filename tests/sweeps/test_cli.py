@@ -30,6 +30,7 @@ from sweeps.presenting.published import text as reference_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.shaft_tables import built_in_shafts
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.archives import sound_archive
@@ -411,6 +412,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
         ),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
+        ("shafts", list(built_in_shafts())),
         ("sources", list(SOURCES)),
     ],
 )

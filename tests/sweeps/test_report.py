@@ -82,7 +82,7 @@ def test_every_section_is_there_in_its_order(written: str) -> None:
     ]  # fmt: skip
     assert "Single-cylinder four-stroke diesel" in section(written, "computed")
     assert "load_offset" in section(written, "assumptions")
-    assert "no torsional vibration" in section(written, "limits")
+    assert "without torsional vibration" in section(written, "limits")
     assert "Kakaitsas" in section(written, "cite")
     assert "All values of the archive are in this page" in section(written, "explore")
 
@@ -198,6 +198,7 @@ def test_too_small_a_limit_is_refused(archive: xr.Dataset) -> None:
 def test_limits_of_the_model_follow_the_quantities() -> None:
     assert not any("torsional" in text for text in model_limits(["shaking_force"]))
     assert any("rigid engine at constant speed" in text for text in model_limits(["shaking_force"]))
+    assert any("secondary resonance" in text for text in model_limits(["shaft_loss"]))
     assert any(
         "oil film and bending are not modelled" in text for text in model_limits(["crank_pin_load"])
     )

@@ -18,6 +18,8 @@ from sweeps.catalogue import SHAFTS
 from sweeps.errors import SceneError
 from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.planning.plausibility import plausibility_warnings
+from sweeps.presenting.engines import engine_text
+from sweeps.presenting.scenes import scene_text
 from tests.support.scenes import refusal
 from tests.support.shafts import DIESEL, dense
 
@@ -487,6 +489,27 @@ def test_two_stroke_engines_have_fifteen_orders_unless_asked() -> None:
     assert sweeps.read_scene(scene).highest_order == 15.0
     scene["output"] = {"quantities": ["shaft_torque_order"], "highest_order": 12}
     assert sweeps.read_scene(scene).highest_order == 12.0
+
+
+def test_info_shows_the_shaft(tmp_path: Path) -> None:
+    scene = {"engine": ENGINE, "shaft": GEARED, "set": {"disc_inertia_7": 2.5, "speed": 1500},
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    lines = scene_text(sweeps.read_scene(scene), "scene").splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.startswith("shaft, 11 discs"))
+    assert "are without the reciprocating masses" in lines[begin]
+    shaft = lines[begin + 1 : lines.index("", begin)]
+    assert shaft[0] == "  1 throw 1: throw 1, inertia = 0.03 [kg m2], damping = 1.5 [N m s rad-1]"
+    assert shaft[6] == "  7 flywheel: flywheel on it, inertia = 2.5 [kg m2]"
+    assert shaft[9].startswith("  10 propeller: load on it, inertia = 5 [kg m2], ground_stiffness")
+    assert shaft[10] == "  11 ring of damper 1: inertia = 0.1 [kg m2]"
+    assert shaft[17].startswith("  7 coupling: flywheel - pinion, stiffness = 20000 [N m rad-1], ")
+    assert shaft[19] == (
+        "  9 throw 1 - ring of damper 1: stiffness = 10000 [N m rad-1], damping = 20 [N m s rad-1]"
+    )
+    assert shaft[20] == "  1 gear pinion - wheel: ratio = -0.4"
+    assert len(shaft) == 21
+    text = engine_text(sweeps.read_scene(scene).engine)
+    assert shaft[0] in text.splitlines() and "disc_inertia_1 =" not in text
 
 
 # --- what is refused ------------------------------------------------------------------------------

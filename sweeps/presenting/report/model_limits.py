@@ -10,18 +10,25 @@ __all__ = ["model_limits"]
 
 SPEED, TORQUE, LOADS = "crank speed", "torque", "load and driver"
 BALANCE, ONE_CYLINDER, BEARINGS = "balance", "forces in one cylinder", "bearing loads"
+TORSION = "torsional vibration of the shaft"
 PRESSURE, FRICTION, FLYWHEEL = "pressure, work and power", "friction", "flywheel"
 ORDERS, SERIES = "orders", "truncated series"
 
-GAS = (SPEED, TORQUE, PRESSURE, FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS)
+GAS = (SPEED, TORQUE, PRESSURE, FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS, TORSION)
 """What needs the pressure in the cylinders."""
 
 LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
     (
         (SPEED, TORQUE, ORDERS, FLYWHEEL),
-        "The crankshaft is rigid and has one degree of freedom: there is no torsional vibration. "
-        "Where a natural frequency of the shaft is near a strong order of the torque, the results "
-        "are wrong.",
+        "Crank speed, torques and orders are those of a rigid crankshaft with one degree of "
+        "freedom, without torsional vibration. Where a natural frequency of the shaft is near a "
+        "strong order of the torque, they are wrong.",
+    ),
+    (
+        (TORSION,),
+        "Torsional vibration is linear, at constant mean speed. The variable part of the "
+        "reciprocating inertia (secondary resonance), bending and axial vibration, backlash and "
+        "stiffness that depends on the torque are not included. Stress is nominal.",
     ),
     (
         GAS,

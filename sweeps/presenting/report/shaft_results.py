@@ -45,10 +45,9 @@ def shaft_results(archive: xr.Dataset) -> str:
 def _numeric(archive: xr.Dataset, place: str) -> bool:
     """Whether there are numbers over discs or shafts, which have names."""
     names = archive.coords.get(f"{place}_name")
-    return (
-        names is not None and names.dims == (place,)
-        and any(place in v.dims and v.dtype.kind == "f" and v.size for v in archive.data_vars.values())
-    )  # fmt: skip
+    own = [v for v in archive.data_vars.values() if place in v.dims]
+    known = names is not None and names.dims == (place,)
+    return known and any(v.dtype.kind == "f" and v.size for v in own)
 
 
 def _system(archive: xr.Dataset) -> Iterator[str]:

@@ -10,13 +10,11 @@ from engine_dyn.torsion.dampers import pendulum
 from engine_dyn.torsion.modes import (
     critical_speeds,
     modal_damping,
-    modal_excitation,
     natural_modes,
-    resonance_angle,
     zero_crossings,
 )
 from engine_dyn.torsion.system import matrices, shaft_system
-from tests.support.shafts import DIESEL, DIESEL_NODES, DIESEL_ORDERS, diesel_torques
+from tests.support.shafts import DIESEL
 
 
 def test_modes_of_the_diesel() -> None:
@@ -147,35 +145,6 @@ def test_damping_ratio_is_half_the_loss_factor_plus_viscous_parts() -> None:
     discs = np.array(DIESEL["disc_damping"])
     expected = 0.0175 + (modes.shape**2 @ discs) / (2.0 * modes.omega * modes.modal_inertia)
     np.testing.assert_allclose(modal_damping(made, modes), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("order", "rigid", "mode_1", "mode_2", "mode_3"),
-    [
-        (0.5, 0.0, 0.625304, 0.596594, 0.706573), (1.0, 0.0, 0.199811, 1.395559, 0.921668),
-        (1.5, 0.0, 1.524661, 1.769724, 2.776743), (3.0, 6.0, 3.429537, 1.692892, 0.372883),
-        (6.0, 6.0, 3.429537, 1.692892, 0.372883), (10.5, 0.0, 1.524661, 1.769724, 2.776743),
-    ],
-)  # fmt: skip
-def test_phase_vector_sums_of_the_diesel(
-    order: float, rigid: float, mode_1: float, mode_2: float, mode_3: float
-) -> None:
-    """Own sums of an independent program, of cos and sin of the firing angles 1-5-3-6-2-4."""
-    delay = np.radians([0.0, 480.0, 240.0, 600.0, 120.0, 360.0])
-    vectors = np.exp(-1j * order * delay)[:, None]
-    sums = np.abs(modal_excitation(natural_modes(shaft_system(**DIESEL)), DIESEL_NODES, vectors))
-    np.testing.assert_allclose(sums[:3, 0], [mode_1, mode_2, mode_3], atol=6e-7)
-    assert abs(vectors.sum()) == pytest.approx(rigid, abs=1e-12)
-
-
-def test_resonance_estimate_of_the_diesel() -> None:
-    """1.1379322 degree, computed by another program: order 6 at mode 1, torques of 2165 rpm."""
-    made = shaft_system(**DIESEL)
-    modes = natural_modes(made)
-    excited = modal_excitation(modes, DIESEL_NODES, diesel_torques())
-    found = resonance_angle(modes, modal_damping(made, modes), excited)
-    place = int(np.flatnonzero(DIESEL_ORDERS == 6.0)[0])
-    assert np.degrees(found[0, place]) == pytest.approx(1.1379322, rel=1e-6)
 
 
 @pytest.mark.parametrize("orders", [[0.0], [1.0, -0.5], [np.nan]])
