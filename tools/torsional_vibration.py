@@ -111,9 +111,9 @@ def damper() -> str:
     """What the dampers of the built-in scene do to the largest stress of the crankshaft."""
     stress = sweeps.run("torsion").shaft_stress_half_range.max(["shaft", "speed"])
     best = stress.where(stress == stress.min(), drop=True).squeeze()
+    without = float(stress.sel(damper_damping_1=0).max())
     return (
-        f"{float(stress.sel(damper_damping_1=0).max()):.0f} MPa without, {float(best):.0f} MPa with "
-        f"a ring of {float(best.damper_inertia_1):g} kg m2 and {float(best.damper_damping_1):g} "
+        f"{without:.0f} MPa without, {float(best):.0f} MPa with a ring of {float(best.damper_inertia_1):g} kg m2 and {float(best.damper_damping_1):g} "
         "N m s/rad"
     )
 
