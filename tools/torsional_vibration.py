@@ -112,9 +112,10 @@ def damper() -> str:
     stress = sweeps.run("torsion").shaft_stress_half_range.max(["shaft", "speed"])
     best = stress.where(stress == stress.min(), drop=True).squeeze()
     without = float(stress.sel(damper_damping_1=0).max())
+    inertia, damping = float(best.damper_inertia_1), float(best.damper_damping_1)
     return (
-        f"{without:.0f} MPa without, {float(best):.0f} MPa with a ring of {float(best.damper_inertia_1):g} kg m2 and {float(best.damper_damping_1):g} "
-        "N m s/rad"
+        f"{without:.0f} MPa without, {float(best):.0f} MPa with a ring of {inertia:g} kg m2 and "
+        f"{damping:g} N m s/rad"
     )
 
 

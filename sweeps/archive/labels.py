@@ -429,12 +429,16 @@ def _arrangements(scene: Scene) -> str:
 
 
 def _shaft(scene: Scene) -> str:
-    """JSON of the discs that shafts and gears join, counted from 1; empty without a shaft."""
+    """JSON of the discs that shafts and gears join and of the throws', counted from 1.
+
+    Empty without a shaft.
+    """
     shaft = scene.engine.shaft
     if shaft is None:
         return ""
     pairs = {"shafts": shaft.shafts, "gears": shaft.gears}
-    return json.dumps({key: [[a + 1, b + 1] for a, b in found] for key, found in pairs.items()})
+    joined = {key: [[a + 1, b + 1] for a, b in found] for key, found in pairs.items()}
+    return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
 
 
 def _arrangement(own: Cylinders | None) -> dict[str, Any]:

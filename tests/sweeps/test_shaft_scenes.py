@@ -19,6 +19,7 @@ from sweeps.errors import SceneError
 from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.planning.plausibility import plausibility_warnings
 from sweeps.presenting.engines import engine_text
+from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.scenes import scene_text
 from tests.support.scenes import refusal
 from tests.support.shafts import DIESEL, dense
@@ -388,6 +389,22 @@ def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
         for name in names:
             np.testing.assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
     assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
+
+
+def test_a_report_holds_the_torsional_calculation() -> None:
+    shaft = changed(shafts__3__torque_limit=2500.0, pendulums=[SWUNG])
+    names = ["shaft_torque_half_range", "shaft_torque_min", "shaft_torque_over_limit",
+             "critical_speed", "mode_vector_sum"]  # fmt: skip
+    found = run(names, shaft, set={}, axes={"misfire": [0, 2], "speed": [1000.0, 1500.0, 2000.0],
+                                            "damper_damping_1": [20.0]})  # fmt: skip
+    told = shaft_results(found)
+    for text in ("Torsional vibration of the shaft", "propeller", "one cylinder misfires",
+                 "above the limit", "barred speeds", "varies", "pendulum_mass_1"):  # fmt: skip
+        assert text in told, text
+    # Reversal is told of coupling, gear and branch, not of the crankshaft.
+    least = re.findall(r"<td>least torque in each shaft</td><td>([^<]*)</td>", told)
+    assert least and all("throw" not in place or "flywheel" in place for place in least)
+    assert shaft_results(run(["delta"])) == ""
 
 
 def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:

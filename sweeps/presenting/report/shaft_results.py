@@ -129,15 +129,19 @@ def _cases(archive: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 def _worst(archive: xr.Dataset) -> Iterator[str]:
     """The worst place of each quantity, for each case, with a verdict where there is a limit."""
     rows = []
+    of_crank = _of_crank(archive)
     for case, part in _cases(archive):
         most: dict[str, Worst] = {}
         for one in worst_of_shaft(part):
+            if one.quantity == "shaft_torque_min" and one.place in of_crank:
+                continue  # a crankshaft's torque always reverses
             sign = -1.0 if one.quantity == "shaft_torque_min" else 1.0
             best = most.get(one.quantity)
             if best is None or sign * one.value > sign * best.value:
                 most[one.quantity] = one
         for name, one in most.items():
             meaning = str(archive[name].attrs.get("long_name", name))
+            meaning = meaning.partition(",")[0].partition(":")[0]
             unit = "" if one.unit == "1" else one.unit
             at = ", ".join(f"{key} {value:g}" for key, value in one.at.items()
                            if isinstance(value, int | float))  # fmt: skip
@@ -145,6 +149,18 @@ def _worst(archive: xr.Dataset) -> Iterator[str]:
             rows.append([case, meaning, one.place, f"{one.value:.4g} {unit}".strip(), at, verdict])
     if rows:
         yield table(("case", "quantity", "on", "worst", "at", "verdict"), rows, (3,))
+
+
+def _of_crank(archive: xr.Dataset) -> set[str]:
+    """Names of the shafts beside a throw."""
+    told = members_of(archive, "shaft")
+    pairs, throws = told.get("shafts"), told.get("throws")
+    if "shaft_name" not in archive.coords or not isinstance(pairs, list):
+        return set()
+    beside = [isinstance(throws, list) and bool({*map(str, throws)} & {*map(str, pair)})
+              if isinstance(pair, list) else False for pair in pairs]  # fmt: skip
+    names = archive["shaft_name"].values
+    return {str(name) for name, near in zip(names, beside, strict=False) if near}
 
 
 def _verdict(one: Worst) -> str:
