@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import engines, measure, page, peers, problem, report
+from benchmarks import measure, page, peers, problem, report
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -177,23 +176,3 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     assert float(own_row["worst"]) <= 1e-6
     assert "nan" not in text
     assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
-
-
-@pytest.mark.compiled
-def test_uneven_engines_are_measured_beside_even_ones(tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "docs" / "benchmarks", tmp_path / "benchmarks")
-    engines.write(500, tmp_path)
-    rows = page.read(tmp_path, "uneven_engines")
-    assert len(rows) == sum(len(group) for group in engines.kinds())
-    assert all(
-        row["ratio: sharing, alpha 2"] == "1.00" for row in rows if ", even" in row["engine"]
-    )
-    # Every engine of the catalogue with several cylinders that fire evenly, and no other.
-    even = page.read(tmp_path, "even_engines")
-    assert [row["engine"] for row in even] == [
-        "boxer_twin_101x70", "diesel_105x137", "marine_80x345", "parallel_twin_360",
-        "si_four_87x101", "v6_96x81", "v8_cross_plane_93x86", "v8_flat_plane_94x93",
-    ]  # fmt: skip
-    assert all(re.fullmatch(r"in-line \d+, (?:four|two)-stroke", row["beside"]) for row in even)
-    text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
-    assert page.facts_of(tmp_path)["engines_ratios"] in text
