@@ -28,7 +28,8 @@ import numpy as np
 import psutil
 
 import sweeps
-from benchmarks.command import in_processes, part_file, settings, write_part
+from benchmarks.command import part_file, settings, write_part
+from benchmarks.workers import in_processes
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits

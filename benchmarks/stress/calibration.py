@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.command import in_processes
 from benchmarks.stress import draw
+from benchmarks.workers import in_processes
 from engine_dyn import Family, diagram_from_points
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchmarks.command import in_processes
+from benchmarks.workers import in_processes
 
 __all__ = ["DEFECTS", "Findings", "gathered"]
 

@@ -20,13 +20,13 @@ import numpy as np
 import xarray as xr
 
 import sweeps
-from benchmarks.command import in_processes
 from benchmarks.stress.checks import ROUNDING, check_answers
 from benchmarks.stress.chunks import unlike_bits
 from benchmarks.stress.sample import BORDER, TOLERANCE
 from benchmarks.studies import SCALARS, STROKE_FRICTION, Scene, angle_load, columns, scene
 from benchmarks.studies import sampled as drawn
 from benchmarks.study_errors import differences
+from benchmarks.workers import in_processes
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mechanisms import counted
