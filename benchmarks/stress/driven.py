@@ -19,8 +19,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks import problem
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
-from benchmarks.stress.findings import DEFECTS, Findings, gathered
-from benchmarks.stress.sample import TOLERANCE
+from benchmarks.stress.findings import DEFECTS, Findings, Rows, Say, count, gathered, size
+from benchmarks.stress.judging import TOLERANCE
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
@@ -45,6 +45,8 @@ from oracle import in_time
 from oracle.designs import table as points_of
 from oracle.solution import acceleration, velocity
 
+PART = "Motors, drivers and loads over speed and angle"
+
 CYCLE = 4.0 * math.pi
 GROUP = 12
 """Designs of one machine."""
@@ -66,7 +68,7 @@ BORDER = 0.03
 
 LAWS = ("motor", "driver table", "load table", "linear and square", "power")
 
-VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", *DEFECTS)
+VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", "off", "outcome")
 """docs/measurements.md says what they mean."""
 
 ANGLES = np.radians(np.arange(0.0, 360.0, 2.0))
@@ -402,7 +404,7 @@ def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, fl
 
 
 def compare(job: tuple[int, int]) -> Findings:
-    """Solve one group by both; verdicts are counted by (law, status)."""
+    """Solve one group by both; verdicts are counted by law and status."""
     seed, number = job
     chosen, inputs = machine(seed, number)
     _, family = diagram(chosen.fired)
@@ -414,25 +416,49 @@ def compare(job: tuple[int, int]) -> Findings:
     for place in range(GROUP):
         code = int(found["status"][place])
         verdict, differs, cycle = judge(chosen, place, found)
-        result.counts[(chosen.name, code), verdict] += 1
+        result.counts[verdict, chosen.name, code] += 1
         if verdict == "agrees" and code == CONVERGED:
             result.note(chosen.name, differs)
             result.note((chosen.name, "stiffest"), -cycle.decay)
         if verdict in (*DEFECTS, "unknown") or code == NOT_CONVERGED:
-            result.examples.append(
-                {
-                    "driven": chosen.name, "verdict": verdict, "group": number, "place": place,
-                    "status": MEANINGS[code], "differs": differs, "cycle": str(cycle),
-                    "machine": str(chosen.driven.over_speed or chosen.driven.law),
-                    **{k: float(np.broadcast_to(v, (GROUP,))[place])
-                       for k, v in inputs.items() if not isinstance(v, str)},
-                    "closure": inputs["closure"], "inertia_model": inputs["inertia_model"],
-                }
-            )  # fmt: skip
+            result.examples.append({
+                "what": f"{verdict} {chosen.name}", "group": number, "place": place,
+                "status": MEANINGS[code], "differs": differs, "cycle": str(cycle),
+                "machine": str(chosen.driven.over_speed or chosen.driven.law),
+                **{k: v if isinstance(v, str) else float(np.broadcast_to(v, (GROUP,))[place])
+                   for k, v in inputs.items()},
+            })  # fmt: skip
     return result
 
 
-def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Findings:
+def run(seed: int, designs: int, processes: int, say: Say) -> Findings:
     """Compare groups of designs, in processes of their own."""
     jobs = [(seed, number) for number in range(-(-designs // GROUP))]
     return gathered(compare, jobs, processes, say, "driven machines, groups")
+
+
+# What is told -------------------------------------------------------------------------------------
+
+
+def words(found: Findings) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    return {
+        "driven": f"{count(found.total(VERDICTS))} designs with motors, driver tables and loads "
+        "over speed and angle, compared with an integration in time: "
+        f"{count(found.defects)} wrong."
+    }
+
+
+def tables(found: Findings) -> dict[str, Rows]:
+    """Tables by the names of their files, heads first."""
+    codes = sorted({code for _, _, code in found.counts})
+    names = [name for name in VERDICTS if found.of(name)]
+    outcomes = [["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)]]
+    verdicts = [["law", *names, "largest difference", "stiffest that agrees"]]
+    for law in LAWS:
+        numbers = [sum(found.of(verdict, law, code) for verdict in names) for code in codes]
+        outcomes.append([law, *map(count, (sum(numbers), *numbers))])
+        stiffest = found.worst.get((law, "stiffest"), 0.0)
+        verdicts.append([law, *(count(found.of(name, law)) for name in names),
+                         size(found.worst.get(law, 0.0)), f"{stiffest:.3g}"])  # fmt: skip
+    return {"driven_outcomes": outcomes, "driven": verdicts}
