@@ -96,10 +96,8 @@ def measured_sweep(designs: int, memory: str, folder: Path) -> tuple[Rows, dict[
     with netCDF4.Dataset(output) as file:
         count = int(file["delta"].size)
         chunks = " x ".join(str(n) for n in file["delta"].chunking())
-    size, resident = (
-        output.stat().st_size,
-        usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024),
-    )
+    size, rate = output.stat().st_size, count / (computing + writing) / 1e6
+    resident = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     output.unlink()
     body = [
         ["designs, four scalar quantities and the status, from the command line", str(count)],
