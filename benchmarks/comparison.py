@@ -286,7 +286,6 @@ LOOKS: dict[str, tuple[str, str]] = {
     "Diffrax": ("#44AA99", "*"),
     "heyoka": ("#332288", "<"),
     "SciPy solve_ivp": ("#555555", "d"),
-    "SciPy solve_bvp": ("#999999", "p"),
     "Euler in Python": ("#000000", "x"),
 }
 
@@ -363,8 +362,8 @@ def measured(run: Run) -> tuple[dict[str, str], Figure]:
     log("sampled designs")
     drawn = problem.sampled(2_000 if quick else 400_000)
     of_drawn = reference(drawn.take(slice(0, 16 if quick else 200)))
-    # Euler is written for one load, and SciPy's other solver is its slower one.
-    able = [c for c in unshared if c.series not in ("Euler in Python", "SciPy solve_bvp")]
+    # Euler is written for one load.
+    able = [case for case in unshared if case.series != "Euler in Python"]
     own = [
         Case("auto", f"tolerance {t:.0e}", own_solver(threads, tolerance=t))
         for t in ((1e-6,) if quick else (1e-6, 1e-4, 1e-8))
@@ -377,7 +376,7 @@ def measured(run: Run) -> tuple[dict[str, str], Figure]:
 
     loops = [case for case in others if case.scenes]
     balanced = [case for case in others if case.series == BALANCE]
-    left_out = ("Euler in Python", "SciPy solve_ivp", "SciPy solve_bvp")
+    left_out = ("Euler in Python", "SciPy solve_ivp")
     quickest = [case for case in others if not case.scenes and case.series not in left_out]
     kinds = [(a, z, False) for a in (2.0, 1.0, 0.0) for z in (1, 4, 8)]
     kinds += [(1.6, 1, False), (1.6, 4, False), (2.0, 1, True), (2.0, 4, True), (1.0, 4, True)]

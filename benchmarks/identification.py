@@ -35,8 +35,6 @@ from sweeps.errors import SceneError
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
 
-__all__ = ["KINDS", "Case", "Counted", "Kind", "count", "main", "simulated", "told"]
-
 LOADS = (25.0, 50.0, 90.0)
 SPEED = 1500.0
 WHEEL = wheel_from_text("36-1")
@@ -67,33 +65,21 @@ at = { design = [1, 2, 3] }
 """
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of case.
-
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what tables say.
-    vary : tuple of str
-        What is fitted.
-    low_orders : bool
-        Whether most of the noise is in low orders, as that of combustion, or white.
-    priors : tuple of str
-        Parameters that are known with `PRIORS`.
-    at_bound : bool
-        Whether the load torque is constant: its exponent is at its bound of 0.
-    with_teeth : bool
-        Whether the wheel has errors, which the fit then estimates.
-    """
+class Kind(NamedTuple):
+    """A kind of case."""
 
     name: str
-    words: str
+    words: str  # what tables say
     vary: tuple[str, ...] = ("inertia", "gap_angle", "dead_centre_shift", "load_exponent")
-    low_orders: bool = True
-    priors: tuple[str, ...] = ()
-    at_bound: bool = False
-    with_teeth: bool = True
+    low_orders: bool = True  # most of the noise, as that of combustion; else it is white
+    priors: tuple[str, ...] = ()  # parameters that are known with `PRIORS`
+    at_bound: bool = False  # the load torque is constant: its exponent is at its bound of 0
+    with_teeth: bool = True  # the wheel has errors, which the fit then estimates
+
+    @property
+    def teeth(self) -> str:
+        """How the wheel is fitted."""
+        return "estimated" if self.with_teeth else "perfect"
 
 
 KINDS = (
@@ -109,46 +95,22 @@ KINDS = (
 
 
 class Case(NamedTuple):
-    """What a case was made with.
+    """What a case was made with."""
 
-    Attributes
-    ----------
-    values : dict
-        Of all parameters; of those of single recordings by ``key@number``.
-    errors : ndarray, shape (teeth,)
-        Of the intervals of the wheel.
-    times : list of ndarray
-        At which the teeth pass in three recordings [s].
-    """
-
-    values: dict[str, float]
-    errors: Floats
-    times: list[Floats]
+    values: dict[str, float]  # of all parameters; of those of single recordings by ``key@number``
+    errors: Floats  # of the intervals of the wheel, shape (teeth,)
+    times: list[Floats]  # at which the teeth pass in three recordings [s]
 
 
 @dataclass
 class Counted:
-    """What came out for one kind.
-
-    Attributes
-    ----------
-    cases : int
-        Of all.
-    covered : dict
-        For each parameter, how many intervals had the truth in them.
-    off : dict
-        For each parameter, the sum of squares of errors over standard deviations.
-    refused : list of str
-        Fits that were refused, by their lines.
-    unlikely : int
-        Fits of which the likelihood of noise is below 0.05.
-    """
+    """What came out for one kind."""
 
     cases: int = 0
-    covered: dict[str, int] = field(default_factory=dict)
-    off: dict[str, float] = field(default_factory=dict)
-    refused: list[str] = field(default_factory=list)
-    unlikely: int = 0
+    covered: dict[str, int] = field(default_factory=dict)  # intervals that had the truth in them
+    off: dict[str, float] = field(default_factory=dict)  # squares of errors over deviations, summed
+    refused: list[str] = field(default_factory=list)  # fits that were refused, by their lines
+    unlikely: int = 0  # fits of which the likelihood of noise is below 0.05
 
 
 def simulated(kind: Kind, rng: np.random.Generator) -> Case:
@@ -260,15 +222,11 @@ def _wanted(kind: Kind, case: Case, rng: np.random.Generator) -> dict[str, Varie
 
     A pressure factor is said to be 1, and was drawn around it.
     """
-    wanted = {}
-    for key in kind.vary:
-        how = Varied(own=key == "pressure_factor")
-        if key in kind.priors:
-            known = 1.0 if how.own else case.values[key] + rng.normal(0.0, PRIORS[key])
-            if key == "load_exponent":
-                known = max(known, 0.0)
-            how = replace(how, prior=known, deviation=PRIORS[key])
-        wanted[key] = how
+    wanted = {key: Varied(own=key == "pressure_factor") for key in kind.vary}
+    for key in (key for key in kind.vary if key in kind.priors):
+        known = 1.0 if wanted[key].own else case.values[key] + rng.normal(0.0, PRIORS[key])
+        known = max(known, 0.0) if key == "load_exponent" else known
+        wanted[key] = replace(wanted[key], prior=known, deviation=PRIORS[key])
     return wanted
 
 
@@ -285,9 +243,8 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
             found.cases += 1
             try:
                 fit = sweeps.identify(
-                    folder / "scene.toml", _wanted(kind, case, rng), predict=False,
-                    teeth="estimated" if kind.with_teeth else "perfect",
-                )  # fmt: skip
+                    folder / "scene.toml", _wanted(kind, case, rng), predict=False, teeth=kind.teeth
+                )
             except SceneError as error:
                 found.refused.append(str(error))
                 continue
@@ -319,22 +276,17 @@ def pressures() -> str:
             with tempfile.TemporaryDirectory() as name:
                 _write(Path(name), times)
                 said = [_interval(Path(name), vary, kind) for vary in (sure, unsure)]
-            wheel = "estimated" if kind.with_teeth else "perfect"
-            body.append([f"{shift:g}°, {pegging:g} bar", wheel, *said])
+            body.append([f"{shift:g}°, {pegging:g} bar", kind.teeth, *said])
     head = ["true shift, pegging", "wheel", "pressures taken as exact", "with priors"]
     return "\n".join(rows(head, body, right=False))
 
 
 def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
     """The inertia with its interval, and how likely the residuals are noise."""
-    fit = sweeps.identify(
-        folder / "scene.toml", vary, predict=False,
-        teeth="estimated" if kind.with_teeth else "perfect",
-    ).isel(parameter=0)  # fmt: skip
-    return (
-        f"{float(fit.value):.3f} ({float(fit.value_low):.3f} to {float(fit.value_high):.3f}), "
-        f"{fit.attrs['likelihood_of_noise']:.2g}"
-    )
+    scene = folder / "scene.toml"
+    fit = sweeps.identify(scene, vary, predict=False, teeth=kind.teeth).isel(parameter=0)
+    value, low, high = (f"{float(v):.3f}" for v in (fit.value, fit.value_low, fit.value_high))
+    return f"{value} ({low} to {high}), {fit.attrs['likelihood_of_noise']:.2g}"
 
 
 def told(results: dict[str, Counted]) -> str:

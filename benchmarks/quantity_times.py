@@ -10,9 +10,8 @@ load or amplitude and phase of an order, one stands for all unless `--all` is gi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import sweeps
 from benchmarks import measure, peers, problem
@@ -25,8 +24,6 @@ from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
-
-__all__ = ["KINDS", "Kind", "Rate", "Rates", "measured", "scene_of"]
 
 MOST = 1_000_000
 """Designs of a run, at most."""
@@ -63,30 +60,15 @@ OF_MISFIRE = {**OF_V6, "crank_ratio": (0.22, 0.33), "misfire": (0, 6)}
 SHARE = {"characteristic_share": (0.3, 0.9)}
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A way to sample designs.
-
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what tables say.
-    engine : str
-        Engine of the catalogue.
-    ranges : mapping
-        Parameters drawn, each evenly from its range.
-    aim : float
-        Designs a second.
-    characteristic : tuple, optional
-        Curve, rated power [W] and speed [rpm]; the load follows from it.
-    """
+class Kind(NamedTuple):
+    """A way to sample designs."""
 
     name: str
-    words: str
+    words: str  # what tables say
     engine: str
-    ranges: Mapping[str, tuple[float, float]]
-    aim: float = AIM
-    characteristic: tuple[str, float, float] | None = None
+    ranges: Mapping[str, tuple[float, float]]  # of parameters, each drawn evenly
+    aim: float = AIM  # designs a second
+    characteristic: tuple[str, float, float] | None = None  # curve, rated power [W], speed [rpm]
 
 
 KINDS = (
@@ -107,8 +89,7 @@ KINDS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Rate:
+class Rate(NamedTuple):
     """A quantity of one kind of sample, and its warm runs."""
 
     kind: Kind
@@ -116,11 +97,10 @@ class Rate:
     timing: Timing
 
 
-@dataclass(frozen=True)
-class Rates:
+class Rates(NamedTuple):
     """All of one run, and the rate of the loop that they are compared with."""
 
-    rows: tuple[Rate, ...]
+    rows: list[Rate]
     loop: Timing
 
 
@@ -177,7 +157,7 @@ def measured(
             run = partial(sweeps.run, scene_of(kind, quantity, count), threads=threads)
             found.append(Rate(kind, quantity, measure.warm(run, count, runs)))
             log(f"{kind.name:<24}{quantity:<28}{found[-1].timing.rate:>14,.0f} designs/s")
-    return Rates(tuple(found), loop)
+    return Rates(found, loop)
 
 
 HEAD = ["quantity", "designs/s", "aim", "over the loop", "designs"]

@@ -1,22 +1,26 @@
 """Write docs/torsional_vibration.md: a shaft excited by the orders of an engine's torque.
 
 The measured diesel of the catalogue, its shaft of nine inertias, and the torsional response over
-speed, solved here with numpy. The same excitation goes into openTorsion: see the document. Run it
+speed, by `engine_dyn.torsion`. The same excitation goes into openTorsion: see the document. Run it
 from the project's root: `python tools/torsional_vibration.py`; `--no-figures` leaves the figure
 alone.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
 
 import sweeps
+from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.modes import critical_speeds, natural_modes
+from engine_dyn.torsion.synthesis import half_range
+from engine_dyn.torsion.system import ShaftSystem, shaft_system
 from engine_dyn.types import Complexes, Floats
+from engine_dyn.units import RPM
 from sweeps.exploring.torsion import QUANTITIES, excitation
 from sweeps.figures.marks import DASHES, shade
 
@@ -37,88 +41,21 @@ SPEEDS = np.arange(1000.0, 2501.0, 5.0)  # rpm
 HIGHEST_ORDER = 12
 
 
-@dataclass(frozen=True)
-class Shaft:
-    """Discs on a line of shafts.
-
-    Attributes
-    ----------
-    inertia : ndarray, shape (n,)
-        kg m2.
-    stiffness : ndarray, shape (n - 1,)
-        N m/rad, from each disc to the next.
-    damping : ndarray, shape (n,)
-        N m s/rad, of each disc against the frame.
-    loss_factor : float
-        Imaginary over real part of the stiffness.
-    """
-
-    inertia: Floats
-    stiffness: Floats
-    damping: Floats
-    loss_factor: float = 0.0
-
-    @property
-    def matrix(self) -> Floats:
-        """Stiffness matrix, without damping."""
-        found = np.zeros((self.inertia.size, self.inertia.size))
-        for i, k in enumerate(self.stiffness):
-            found[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        return found
-
-    def natural_frequencies(self) -> Floats:
-        """Of the undamped shaft [rad/s], without the rigid turn."""
-        scale = 1.0 / np.sqrt(self.inertia)
-        values = np.linalg.eigvalsh(scale[:, None] * self.matrix * scale)
-        return np.sqrt(values[1:])
-
-    def response(self, torque: Complexes, omega: Floats) -> Complexes:
-        """Angle of each disc [rad] under U exp(i omega t), shape (n, orders)."""
-        found = np.empty(torque.shape, dtype=np.complex128)
-        for i, w in enumerate(omega):
-            dynamic = (1.0 + 1j * self.loss_factor) * self.matrix
-            dynamic = dynamic + np.diag(1j * w * self.damping - w**2 * self.inertia)
-            found[:, i] = np.linalg.solve(dynamic, torque[:, i])
-        return found
-
-    def torques(self, angle: Complexes) -> Complexes:
-        """Torque in each shaft [N m], shape (n - 1, orders)."""
-        stiffness = (1.0 + 1j * self.loss_factor) * self.stiffness
-        return stiffness[:, None] * np.diff(angle, axis=0)
-
-
-def diesel_shaft() -> Shaft:
-    damping = np.zeros(len(INERTIAS))
-    damping[list(CYLINDERS)] = ABSOLUTE_DAMPING
-    return Shaft(np.array(INERTIAS), np.array(STIFFNESSES), damping, LOSS_FACTOR)
-
-
-@dataclass(frozen=True)
-class Response:
-    """Torque in each shaft over the speed of the engine.
-
-    Attributes
-    ----------
-    order : ndarray, shape (orders,)
-    torque : ndarray, shape (speeds, shafts, orders)
-        Complex amplitudes [N m].
-    range : ndarray, shape (speeds, shafts)
-        Half the range over a cycle of the sum of all orders [N m].
-    """
+class Response(NamedTuple):
+    """Torque in each shaft over the speed of the engine."""
 
     order: Floats
-    torque: Complexes
-    range: Floats
+    torque: Complexes  # amplitudes [N m], shape (speeds, shafts, orders)
+    range: Floats  # half the range over a cycle of the sum of all orders [N m], (speeds, shafts)
 
 
-def half_range(orders: Floats, torque: Complexes) -> Floats:
-    """Half the range over a cycle of the sum of orders, shape (shafts,)."""
-    phi = np.arange(1440) * (4.0 * np.pi / 1440)
-    curves = (torque[..., None] * np.exp(1j * orders[:, None] * phi)).real.sum(axis=-2)
-    return 0.5 * (curves.max(axis=-1) - curves.min(axis=-1))
+def diesel_shaft() -> ShaftSystem:
+    damping = np.zeros(len(INERTIAS))
+    damping[list(CYLINDERS)] = ABSOLUTE_DAMPING
+    return shaft_system(INERTIAS, STIFFNESSES, loss_factor=LOSS_FACTOR, disc_damping=damping)
 
 
-def over_speed(shaft: Shaft) -> Response:
+def over_speed(shaft: ShaftSystem) -> Response:
     """Response to the orders of the measured diesel at every speed."""
     archive: Any = sweeps.run(
         title="Excitation of the shaft of the measured diesel",
@@ -127,24 +64,24 @@ def over_speed(shaft: Shaft) -> Response:
         output={"quantities": list(QUANTITIES), "highest_order": HIGHEST_ORDER},
     )
     excited = [excitation(archive, CYLINDERS, speed=float(speed)) for speed in SPEEDS]
-    torques = [
-        shaft.torques(shaft.response(one.matrix(len(INERTIAS)), one.omega)) for one in excited
-    ]
-    order = excited[0].order
-    ranges = np.array([half_range(order, torque) for torque in torques])
-    return Response(order, np.array(torques), ranges)
+    torque = np.array([one.complexes for one in excited])
+    found = forced_response(shaft, excited[0].order, SPEEDS * RPM, CYLINDERS, torque,
+                            wanted=("torque", "torque_extremes"))  # fmt: skip
+    return Response(excited[0].order, found["torque"], half_range(found["torque_extremes"]))
 
 
-def natural_table(shaft: Shaft) -> list[list[str]]:
+def natural_table(shaft: ShaftSystem) -> list[list[str]]:
     """Natural frequencies, and the speeds at which orders meet them; heads first."""
     rows = [["natural frequency", "Hz", "rpm at which orders meet it"]]
-    for number, omega in enumerate(shaft.natural_frequencies()[:3], start=1):
-        meets = []
-        for order in np.arange(0.5, HIGHEST_ORDER + 0.5, 0.5):
-            rpm = 30.0 * omega / np.pi / order
-            if SPEEDS[0] <= rpm <= SPEEDS[-1]:
-                meets.append(f"{order:g} at {rpm:.0f}")
-        rows.append([str(number), f"{omega / (2 * np.pi):.1f}", "; ".join(meets) or "none"])
+    orders = np.arange(0.5, HIGHEST_ORDER + 0.5, 0.5)
+    rpm = critical_speeds(shaft, orders, *(SPEEDS[[0, -1]] * RPM)) / RPM
+    for number, omega in enumerate(natural_modes(shaft).omega[:3]):
+        meets = [
+            f"{order:g} at {speed:.0f}"
+            for order, speed in zip(orders, rpm[:, number], strict=True) if np.isfinite(speed)
+        ]  # fmt: skip
+        hertz = f"{omega / (2 * np.pi):.1f}"
+        rows.append([str(number + 1), hertz, "; ".join(meets) or "none"])
     return rows
 
 

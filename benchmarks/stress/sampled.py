@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 from unittest import mock
 
 import numpy as np
@@ -104,27 +104,17 @@ def stroke_friction(size: int, seed: int) -> Scene:
     return scene(designs=drawn, set={"ring_pressure": 1.5})
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """One kind of sampled study.
 
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what the table says.
-    build : callable
-        From a number of designs and a seed to a scene.
-    designs : int
-        Of `DESIGNS`.
-    checkable : int
-        Cylinders of the designs that the independent solver gets, at most: it follows the friction
-        of every cylinder, and of twelve that would take it minutes.
+    `checkable` are the cylinders of the designs that the independent solver gets, at most: it
+    follows the friction of every cylinder, and of twelve that would take it minutes.
     """
 
     name: str
-    words: str
-    build: Callable[..., Scene]
-    designs: int
+    words: str  # what the table says
+    build: Callable[..., Scene]  # from a number of designs and a seed
+    designs: int  # of `DESIGNS`
     checkable: int = 12
 
 

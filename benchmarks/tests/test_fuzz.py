@@ -20,8 +20,7 @@ from hypothesis import HealthCheck, given, settings
 from benchmarks.fuzz import damage
 from benchmarks.fuzz.campaign import TARGETS
 from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
-from benchmarks.fuzz.damaged_bytes import sound_files
-from benchmarks.fuzz.hdf5_spans import checksum, spans
+from benchmarks.fuzz.damaged_bytes import checksum, sound_files, spans
 from benchmarks.fuzz.sandbox import engines, scenes
 from benchmarks.tables import toml_text
 from benchmarks.workers import Lost, answers, in_processes
