@@ -1,7 +1,6 @@
 """How often the 95 % intervals of fitted parameters cover the truth.
 
 python -m benchmarks identification [--cases 400] [--only KIND ...] [--part FILE]
-python -m benchmarks identification --pressures     what a wrong pressure does to the inertia
 python -m benchmarks identification --write FOLDER  a scene and its recordings, to try it
 
 Every case is an engine with parameters drawn at random, whose recordings are written as files and
@@ -30,7 +29,7 @@ from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
@@ -121,17 +120,11 @@ def simulated(kind: Kind, rng: np.random.Generator) -> Case:
         "gap_angle": rng.uniform(-150.0, 150.0),
         "dead_centre_shift": rng.normal(0.0, 0.5),
         "load_exponent": 1.0 if own else 0.0 if kind.at_bound else rng.uniform(0.9, 2.0),
-        "pegging": 0.0,
     }
     for number in range(len(LOADS)):
         values[f"pressure_factor@{number + 1}"] = (
             1.0 + rng.normal(0.0, PRIORS["pressure_factor"]) if own else 1.0
         )
-    return recorded(values, kind, rng)
-
-
-def recorded(values: dict[str, float], kind: Kind, rng: np.random.Generator) -> Case:
-    """Draw errors of the wheel, and record its teeth."""
     errors = (TOOTH_DEVIATION if kind.with_teeth else 0.0) * rng.normal(size=WHEEL.teeth)
     errors -= errors @ WHEEL.width / TURN
     gap = values["gap_angle"] * DEGREE
@@ -154,18 +147,17 @@ def _speed(values: dict[str, float], number: int) -> Floats:
     family = scene.engine.family
     assert isinstance(family, Family)
     shift, factor = values["dead_centre_shift"], values[f"pressure_factor@{number + 1}"]
-    pegging = values["pegging"] * BAR
-    moved = family.each(lambda d: _moved(d, shift * DEGREE, factor, pegging))
+    moved = family.each(lambda d: _moved(d, shift * DEGREE, factor))
     engine = replace(scene.engine, family=moved)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ImplausibleWarning)
         return np.asarray(sweeps.run(replace(scene, engine=engine)).omega.values).ravel()
 
 
-def _moved(diagram: Diagram, shift: float, factor: float, pegging: float) -> Diagram:
-    """A diagram that comes later, multiplied and raised, on the same angles."""
+def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
+    """A diagram that comes later, multiplied, on the same angles."""
     pressure = _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift)
-    return diagram_from_points(diagram.angle, factor * pressure + pegging, diagram.period)
+    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
 
 
 def _periodic(angle: Floats, values: Floats) -> Any:
@@ -259,36 +251,6 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
     return found
 
 
-def pressures() -> str:
-    """A table: inertia fitted to one engine whose pressures are not those of the scene."""
-    sure = {"inertia": Varied(), "gap_angle": Varied()}
-    unsure = sure | {
-        "dead_centre_shift": Varied(prior=0.0, deviation=1.0),
-        "pegging": Varied(prior=0.0, deviation=0.3),
-    }
-    body = []
-    values = {"inertia": 2.2, "gap_angle": -40.0, "load_exponent": 1.0}
-    values |= {f"pressure_factor@{number + 1}": 1.0 for number in range(len(LOADS))}
-    for kind in (KINDS[1], KINDS[4]):
-        for shift, pegging in ((0.0, 0.0), (1.0, 0.0), (0.0, 0.3)):
-            made = values | {"dead_centre_shift": shift, "pegging": pegging}
-            times = recorded(made, kind, np.random.default_rng(21)).times
-            with tempfile.TemporaryDirectory() as name:
-                _write(Path(name), times)
-                said = [_interval(Path(name), vary, kind) for vary in (sure, unsure)]
-            body.append([f"{shift:g}°, {pegging:g} bar", kind.teeth, *said])
-    head = ["true shift, pegging", "wheel", "pressures taken as exact", "with priors"]
-    return "\n".join(rows(head, body, right=False))
-
-
-def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
-    """The inertia with its interval, and how likely the residuals are noise."""
-    scene = folder / "scene.toml"
-    fit = sweeps.identify(scene, vary, predict=False, teeth=kind.teeth).isel(parameter=0)
-    value, low, high = (f"{float(v):.3f}" for v in (fit.value, fit.value_low, fit.value_high))
-    return f"{value} ({low} to {high}), {fit.attrs['likelihood_of_noise']:.2g}"
-
-
 def told(results: dict[str, Counted]) -> str:
     """Lines of a table: coverage in percent, a row for each kind."""
     keys = list(dict.fromkeys(key for one in results.values() for key in one.covered))
@@ -308,16 +270,13 @@ def main(arguments: Sequence[str]) -> None:
     """Count, print, write."""
     options = settings(
         "benchmarks identification", __doc__, arguments, cases=400,
-        only=[kind.name for kind in KINDS], part=Path, pressures=False, write=Path,
+        only=[kind.name for kind in KINDS], part=Path, write=Path,
     )  # fmt: skip
     if options.write is not None:
         case = simulated(KINDS[0], np.random.default_rng([21, 0, 0]))
         options.write.mkdir(parents=True, exist_ok=True)
         _write(options.write, case.times)
         print(json.dumps(case.values, indent=1))
-        return
-    if options.pressures:
-        print(pressures())
         return
     results = {}
     for kind in KINDS:

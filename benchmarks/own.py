@@ -1,4 +1,4 @@
-"""The project alone: rates, traces, single designs, start-up, memory, and a large run."""
+"""The project alone: rates, traces, single designs, start-up, and a large run."""
 
 from __future__ import annotations
 
@@ -215,42 +215,6 @@ def factorial(size: int) -> dict[str, Any]:
     }
 
 
-PEAK = """
-import gc
-import sweeps
-from pathlib import Path
-from benchmarks.own import answer, factorial, scene
-def peak():
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return 1024 * int(next(line for line in lines if line.startswith("VmHWM")).split()[1])
-def work(size):
-    return {work}
-work(8)
-gc.collect()
-Path("/proc/self/clear_refs").write_text("5")  # the peak so far is forgotten
-before = peak()
-result = work({size})
-print(peak() - before, result["delta"].size, sum(v.nbytes for v in dict({variables}).values()))
-"""
-
-
-def memory(run: Run, size: int) -> None:
-    """Peak resident memory of the solver and of a whole run, in processes of their own (Linux)."""
-    log("memory")
-    body = []
-    for what, work, variables in (
-        ("sweep.solve", f"answer(scene(size, 2.0), {run.threads})", "result"),
-        ("sweeps.run", f"sweeps.run(factorial(size), threads={run.threads})", "result.variables"),
-    ):
-        if Path("/proc/self/clear_refs").exists():
-            code = PEAK.format(work=work, size=size, variables=variables)
-            added, count, held = map(int, _child(code))
-            megabytes = (f"{part / 1e6:.0f} MB" for part in (added, held, added - held))
-            body.append([what, number(count, 3), *megabytes])
-    head = ["what", "designs", "added", "results", "beyond the results"]
-    run.save("memory", head, body)
-
-
 def big_run(run: Run) -> dict[str, str]:
     """`engine-dyn run` of many designs, four quantities; fewer if it would take long."""
     log("a large run")
@@ -260,7 +224,6 @@ def big_run(run: Run) -> dict[str, str]:
     took = min(seconds_of(compute, factorial(small)) for _ in range(2))
     size = max(small, min(most, int(small * patience / max(took, 1e-3))))
     asked = factorial(most if size > most // 2 else size)
-    memory(run, size)
     computing = seconds_of(compute, asked)
     designs = int(np.prod([axis["num"] for axis in asked["axes"].values()]))
     with tempfile.TemporaryDirectory() as name:

@@ -36,9 +36,9 @@ from benchmarks.problem import (
     RADIUS,
     STROKE,
     Designs,
-    kinematics,
 )
 from engine_dyn.types import Floats
+from oracle.spline import velocity
 
 Solver = Callable[[Designs], Floats]
 
@@ -198,7 +198,7 @@ class Coefficients:
         """Reduced parameters, with the mean torque by quadrature."""
         if designs.variable:
             raise ValueError("this peer is written for constant inertia")
-        v, _ = kinematics(MEAN_PHI, designs.ratio[:, None])
+        v = velocity(MEAN_PHI, designs.ratio[:, None])
         scale = 2.0 / (designs.inertia * designs.speed**2)
         mean = (v @ MEAN_MOTORED + designs.heat * (v @ MEAN_BURNT)) / MEAN_PHI.size
         kappa = scale * (designs.cylinders * LEVER * mean - designs.friction)
