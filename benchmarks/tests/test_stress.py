@@ -364,11 +364,11 @@ def test_driven_machines(group: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_what_is_said_of_driven_machines_is_judged() -> None:
     """A false stall, false numbers and a false claim of accuracy are seen."""
-    chosen, inputs = driven.machine(1, 4)
+    chosen = driven.machine(1, 4)
     _, family = driven.diagram(chosen.fired)
     found = dispatch.solve(
         wanted=("delta", "omega_max", "omega_min", "omega_mean", "delta_error", "omega"),
-        family=family, driven=chosen.driven, crank_angle=np.zeros(1), threads=1, **inputs,
+        family=family, driven=chosen.driven, crank_angle=np.zeros(1), threads=1, **chosen.inputs,
     )  # fmt: skip
     found["load_factor"] = np.ones(driven.GROUP)
 
