@@ -208,8 +208,8 @@ def machine(seed: int, number: int) -> Machine:
         own = name == "load table" and random.uniform() < 0.5
         speeds = nominal * (gear if own else 1.0) * x
         curve = torque_over_speed(speeds, y, driver=driver, own_speed=own)
-        key = "driver_over_speed" if driver else "load_over_speed"
-        driven = replace(driven, **{key: curve})
+        made: Any = {"driver_over_speed" if driver else "load_over_speed": curve}
+        driven = replace(driven, **made)
         law, ends = table_law(x, y), (low, high)
     elif name == "linear and square":
         weight = float(random.uniform())
