@@ -25,11 +25,11 @@ from benchmarks import (
     compile_times,
     identification,
     measure,
-    own,
     page,
     quantity_times,
     study_rates,
     study_times,
+    throughput,
 )
 from benchmarks.command import CPUS, ROOT, log, settings, versions
 from benchmarks.studies import STUDIES
@@ -51,12 +51,12 @@ def write(run: measure.Run) -> None:
     style: Any = STYLE
     with matplotlib.rc_context(style):
         facts, work_precision = comparison.measured(run)
-        figures = {"work_precision": work_precision, "throughput": own.rates(run)}
+        figures = {"work_precision": work_precision, "throughput": throughput.rates(run)}
         (run.folder / "figures").mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
             # 200 dpi: sharp in print at column width, small in the repository.
             figure.savefig(run.folder / "figures" / f"bench_{name}.png", dpi=200, metadata={})
-    facts |= own.traces(run)
+    facts |= throughput.traces(run)
     studies = study_times.measured(
         STUDIES, run.threads, run.runs, 0.005 if run.quick else 1.0, 2 if run.quick else 24, log
     )
@@ -68,8 +68,8 @@ def write(run: measure.Run) -> None:
         0.05 if run.quick else 1.0, 1 if run.quick else 3, log,
     )  # fmt: skip
     run.save("quantities", quantity_times.HEAD, quantity_times.body(quantities))
-    own.single(run)
-    facts |= own.big_run(run)
+    throughput.single(run)
+    facts |= throughput.big_run(run)
     page.save_facts(run.folder, {
         "machine": measure.machine(run.threads),
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),

@@ -215,15 +215,9 @@ def together(usual: Usual, fixed: Mapping[str, float], place: Floats) -> Paramet
     return found
 
 
-def sensitivity(
-    usual: Usual, fixed: Mapping[str, float], measure: Measure, place: Floats
-) -> Floats:
-    """Change of each figure per spread of each parameter, by central differences."""
+def central_differences(figures: Callable[[Floats], Floats], place: Floats) -> Floats:
+    """Change of each figure per unit of each parameter."""
     half = 1e-3
-
-    def figures(at: Floats) -> Floats:
-        return measure(diagram_of(together(usual, fixed, at)))
-
     columns = [
         (figures(place + half * unit) - figures(place - half * unit)) / (2.0 * half)
         for unit in np.eye(len(place))
@@ -240,21 +234,20 @@ def closest(
     point of least norm on the linearised constraints, J z' = J z - (F - target). Its fixed point
     meets the figures with z in the row space of J, which is Lagrange's condition.
 
-    Returns
-    -------
-    parameters : dict
-    place : ndarray
-        Deviation of each varied parameter in spreads.
+    Returned are the parameters, and the deviation of each varied one in spreads.
 
     Raises
     ------
     RuntimeError
         If it does not converge.
     """
+
+    def off(at: Floats) -> Floats:
+        return measure(diagram_of(together(usual, fixed, at))) - target
+
     place = np.zeros(len(usual))
     for _ in range(80):
-        here = measure(diagram_of(together(usual, fixed, place))) - target
-        jacobian = sensitivity(usual, fixed, measure, place)
+        here, jacobian = off(place), central_differences(off, place)
         step = np.linalg.lstsq(jacobian, jacobian @ place - here, rcond=None)[0] - place
         largest = float(np.abs(step).max())
         place = place + min(1.0, 0.7 / max(largest, 1e-12)) * step

@@ -12,7 +12,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from statistics import NormalDist
@@ -71,30 +70,14 @@ NORMAL = NormalDist()
 SEED = 21
 
 
-@dataclass(frozen=True)
-class Case:
-    """What is looked for, and what is known of the wheel.
+class Case(NamedTuple):
+    """What is looked for, and what is known of the wheel."""
 
-    Attributes
-    ----------
-    title : str
-        For figure and tables.
-    constant : float
-        Errors of intervals that repeat every turn and are not known, as a share of the size that
-        the map gives.
-    passage : float
-        Errors of each passage of a tooth, as a share of the same size.
-    reference_cycles : float
-        See `work_estimator`.
-    averaged : int or None
-        See `work_estimator`.
-    """
-
-    title: str
-    constant: float
-    passage: float
-    reference_cycles: float = np.inf
-    averaged: int | None = None
+    title: str  # for figure and tables
+    constant: float  # errors of intervals that repeat every turn and are not known, over the size
+    passage: float  # errors of each passage of a tooth, over the size that the map gives
+    reference_cycles: float = np.inf  # see `work_estimator`
+    averaged: int | None = None  # see `work_estimator`
 
     def noise(self, size: float) -> WheelNoise:
         """Errors of the wheel at a size, in shares of a pitch."""
@@ -335,7 +318,7 @@ def counted(
     """
     rng = np.random.default_rng(seed)
     first = EARLIER_DRAWN if np.isfinite(case.reference_cycles) else 0
-    case = replace(case, reference_cycles=first or np.inf)
+    case = case._replace(reference_cycles=first or np.inf)
     estimator, lacking = estimator_at(motor, speed, imep, case, size)
     wanted = detection(estimator, lacking, false_alarms)
     ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin

@@ -71,17 +71,8 @@ def digitised() -> tuple[Floats, Floats]:
 def smoothed_points(angle: Floats, pressure: Floats) -> tuple[Floats, Floats]:
     """Return the smoothed pressures [bar], and the errors [bar] of the points that are smoothed.
 
-    Parameters
-    ----------
-    angle, pressure : ndarray, shape (K,)
-        Points in degrees and bar, as `digitised` returns them.
-
-    Returns
-    -------
-    smoothed : ndarray, shape (K,)
-        Pressure [bar]; exactly the given one where nothing is smoothed.
-    error : ndarray, shape (L,)
-        Standard error [bar] of each of the L points between `SMOOTHED_FROM` and `SMOOTHED_TO`.
+    Points are in degrees and bar, as `digitised` returns them. Where nothing is smoothed, the
+    pressure is exactly the given one.
     """
     inside = _inside(angle)
     rise = (angle > RISE_FROM) & (angle < RISE_TO)

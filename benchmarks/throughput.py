@@ -176,7 +176,7 @@ def single(run: Run) -> None:
     """
     log("one design, start-up, compiling")
     runs, fresh = (1, False) if run.quick else (5, True)
-    one, other = _child(f"from benchmarks.own import one_design; print(*one_design({runs}))")
+    one, other = _child(f"from benchmarks.throughput import one_design; print(*one_design({runs}))")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         caches = [str(folder / f"cache{i}") for i in range(FIRST_RUNS)] if fresh else []
