@@ -294,24 +294,15 @@ def with_no_torque(parameters: Mapping[str, float]) -> Parameters:
 
 
 def calibrate() -> dict[int, Parameters]:
-    """Fit the three loads, and print each figure and parameter.
-
-    Returns
-    -------
-    dict
-        Parameters of the cycle in file units, for each load [percent].
-    """
+    """Parameters of the cycle in file units for each load [percent]; prints what they meet."""
     found: dict[int, Parameters] = {}
-    for load in MEASURES:
+    for load, measure in MEASURES.items():
         usual, fixed = varied_and_fixed(load, found.get(50, {}))
-        exact, place = closest(usual, fixed, MEASURES[load], targets()[load])
-        found[load] = rounded(exact)
-        if load == 0:
-            found[load] = with_no_torque(found[load])
+        exact, place = closest(usual, fixed, measure, targets()[load])
+        found[load] = rounded(exact) if load else with_no_torque(rounded(exact))
         print(f"{load} % load, fitted:")
-        got = MEASURES[load](diagram_of(found[load]))
-        for goal, value in zip(targets()[load], got, strict=True):
-            print(f"  printed {goal:12.5f}  fitted {value:12.5f}")
+        for pair in zip(targets()[load], measure(diagram_of(found[load])), strict=True):
+            print("  printed {:12.5f}  fitted {:12.5f}".format(*pair))
         for (name, (value, spread)), units in zip(usual.items(), place, strict=True):
             print(
                 f"  {name:21s} {found[load][name]:12.6f} {FILE_UNITS[name][0]:7s}"

@@ -282,7 +282,9 @@ def add(result: Sampled, kind: Kind, seed: int, number: int, size: int, threads:
         note("broken", rule, mask)
     reference = solved_generally(one, threads)
     verdict, differs = judged(found, reference, speed)
-    for each in ("agrees", "border", "gave up", "off", "outcome"):
+    for each in ("agrees", "border"):
+        result.counts[each, name] += int((verdict == each).sum())
+    for each in ("gave up", "off", "outcome"):
         note(each, "", verdict == each, other=reference)
     good = (found["status"] == CONVERGED) & np.isfinite(differs["delta"])
     for what in DIFFERENCES:
