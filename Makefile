@@ -104,7 +104,6 @@ misfire-map: $(VENV)/.installed-test
 # Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
 bench: $(VENV)/.installed-bench
 	$(python) -m benchmarks $(BENCH)
-	$(python) -m benchmarks.engines
 
 # Settings: STUDIES='--quick --only sampled v6_load', and others.
 studies: $(VENV)/.installed-test

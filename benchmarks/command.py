@@ -1,4 +1,4 @@
-"""What every command of this folder needs: its settings, its log, processes, and its figures.
+"""What every command of this folder needs: its settings, its log, and its figures.
 
 Figures of reliability are one file of JSON for each command, docs/reliability/NAME.json.
 tools/reliability.py reads them; every part says when it was made, with which versions.
@@ -14,18 +14,16 @@ import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from sweeps.archive import provenance
 
-__all__ = ["ROOT", "in_processes", "log", "part_file", "processor", "settings",
-           "temporary_files_apart", "versions", "write_part"]  # fmt: skip
+__all__ = ["ROOT", "log", "part_file", "processor", "settings", "temporary_files_apart",
+           "versions", "write_part"]  # fmt: skip
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -72,14 +70,6 @@ def settings(
 def log(words: str) -> None:
     """Say what goes on."""
     print(f"{time.strftime('%H:%M:%S')}  {words}", file=sys.stderr, flush=True)
-
-
-def in_processes(
-    work: Callable[[Any], Any], jobs: Iterable[Any], processes: int = CPUS
-) -> Iterator[Any]:
-    """Results of `work` on each of the jobs, in their order, by processes of their own."""
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(work, jobs)
 
 
 @contextmanager

@@ -30,8 +30,6 @@ from benchmarks.studies import STUDIES, Study, study
 from benchmarks.tables import rows
 from engine_dyn.compilation import source_hash
 
-__all__ = ["Compiled", "measured", "save_rows"]
-
 DESIGNS = 2000
 """Of a study: so few that computing takes little of its time."""
 
@@ -77,18 +75,9 @@ def measured(
     chosen: Sequence[Study], designs: int = DESIGNS, short: bool = False,
     run: Run = processor_time,
 ) -> list[Compiled]:  # fmt: skip
-    """Rows of the table, in its order, with caches of their own.
+    """Rows of the table, in its order; without those of single studies where it is `short`.
 
-    Parameters
-    ----------
-    chosen : sequence of Study
-        Which.
-    designs : int
-        Number of designs of each.
-    short : bool
-        Leave out the rows of single studies.
-    run : callable
-        Runs a command with variables added to its environment, and returns its seconds.
+    `run` runs a command with variables added to its environment, and returns its seconds.
     """
     with tempfile.TemporaryDirectory(prefix="compile_times") as name:
         folder = Path(name)
@@ -100,18 +89,15 @@ def measured(
             log(f"{words}: {cold:.1f} s, then {warm:.1f} s")
             return Compiled(words, cold, warm)
 
-        def of_studies(words: str, cache: str, some: Sequence[Study]) -> Compiled:
-            names = [one.name for one in some]
-            return row(words, cache, sys.executable, "-c", RUN_STUDIES, str(designs), *names)
-
         # Bytecode, and what is read from the disk for the first time, must not count.
         run((PROGRAM, "--version"), {"NUMBA_CACHE_DIR": str(folder / "version")})
+        of_studies = (sys.executable, "-c", RUN_STUDIES, str(designs))
         thesis = (PROGRAM, "run", "thesis", "-o", folder / "thesis.nc", "--overwrite")
-        return [
-            row("`engine-dyn run thesis`", "apart", *thesis),
-            *(of_studies(one.words, "apart", [one]) for one in chosen if not short),
-            of_studies(f"{len(chosen)} studies in one process", "together", chosen),
-        ]
+        found = [row("`engine-dyn run thesis`", "apart", *thesis)]
+        found += [row(one.words, "apart", *of_studies, one.name) for one in chosen if not short]
+        names = [one.name for one in chosen]
+        words = f"{len(chosen)} studies in one process"
+        return [*found, row(words, "together", *of_studies, *names)]
 
 
 # The table and the page ---------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 """How often the 95 % intervals of fitted parameters cover the truth.
 
 python -m benchmarks identification [--cases 400] [--only KIND ...] [--part FILE]
-python -m benchmarks identification --pressures     what a wrong pressure does to the inertia
 python -m benchmarks identification --write FOLDER  a scene and its recordings, to try it
 
 Every case is an engine with parameters drawn at random, whose recordings are written as files and
@@ -30,12 +29,10 @@ from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
-
-__all__ = ["KINDS", "Case", "Counted", "Kind", "count", "main", "simulated", "told"]
 
 LOADS = (25.0, 50.0, 90.0)
 SPEED = 1500.0
@@ -67,33 +64,21 @@ at = { design = [1, 2, 3] }
 """
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of case.
-
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what tables say.
-    vary : tuple of str
-        What is fitted.
-    low_orders : bool
-        Whether most of the noise is in low orders, as that of combustion, or white.
-    priors : tuple of str
-        Parameters that are known with `PRIORS`.
-    at_bound : bool
-        Whether the load torque is constant: its exponent is at its bound of 0.
-    with_teeth : bool
-        Whether the wheel has errors, which the fit then estimates.
-    """
+class Kind(NamedTuple):
+    """A kind of case."""
 
     name: str
-    words: str
+    words: str  # what tables say
     vary: tuple[str, ...] = ("inertia", "gap_angle", "dead_centre_shift", "load_exponent")
-    low_orders: bool = True
-    priors: tuple[str, ...] = ()
-    at_bound: bool = False
-    with_teeth: bool = True
+    low_orders: bool = True  # most of the noise, as that of combustion; else it is white
+    priors: tuple[str, ...] = ()  # parameters that are known with `PRIORS`
+    at_bound: bool = False  # the load torque is constant: its exponent is at its bound of 0
+    with_teeth: bool = True  # the wheel has errors, which the fit then estimates
+
+    @property
+    def teeth(self) -> str:
+        """How the wheel is fitted."""
+        return "estimated" if self.with_teeth else "perfect"
 
 
 KINDS = (
@@ -109,46 +94,22 @@ KINDS = (
 
 
 class Case(NamedTuple):
-    """What a case was made with.
+    """What a case was made with."""
 
-    Attributes
-    ----------
-    values : dict
-        Of all parameters; of those of single recordings by ``key@number``.
-    errors : ndarray, shape (teeth,)
-        Of the intervals of the wheel.
-    times : list of ndarray
-        At which the teeth pass in three recordings [s].
-    """
-
-    values: dict[str, float]
-    errors: Floats
-    times: list[Floats]
+    values: dict[str, float]  # of all parameters; of those of single recordings by ``key@number``
+    errors: Floats  # of the intervals of the wheel, shape (teeth,)
+    times: list[Floats]  # at which the teeth pass in three recordings [s]
 
 
 @dataclass
 class Counted:
-    """What came out for one kind.
-
-    Attributes
-    ----------
-    cases : int
-        Of all.
-    covered : dict
-        For each parameter, how many intervals had the truth in them.
-    off : dict
-        For each parameter, the sum of squares of errors over standard deviations.
-    refused : list of str
-        Fits that were refused, by their lines.
-    unlikely : int
-        Fits of which the likelihood of noise is below 0.05.
-    """
+    """What came out for one kind."""
 
     cases: int = 0
-    covered: dict[str, int] = field(default_factory=dict)
-    off: dict[str, float] = field(default_factory=dict)
-    refused: list[str] = field(default_factory=list)
-    unlikely: int = 0
+    covered: dict[str, int] = field(default_factory=dict)  # intervals that had the truth in them
+    off: dict[str, float] = field(default_factory=dict)  # squares of errors over deviations, summed
+    refused: list[str] = field(default_factory=list)  # fits that were refused, by their lines
+    unlikely: int = 0  # fits of which the likelihood of noise is below 0.05
 
 
 def simulated(kind: Kind, rng: np.random.Generator) -> Case:
@@ -159,17 +120,11 @@ def simulated(kind: Kind, rng: np.random.Generator) -> Case:
         "gap_angle": rng.uniform(-150.0, 150.0),
         "dead_centre_shift": rng.normal(0.0, 0.5),
         "load_exponent": 1.0 if own else 0.0 if kind.at_bound else rng.uniform(0.9, 2.0),
-        "pegging": 0.0,
     }
     for number in range(len(LOADS)):
         values[f"pressure_factor@{number + 1}"] = (
             1.0 + rng.normal(0.0, PRIORS["pressure_factor"]) if own else 1.0
         )
-    return recorded(values, kind, rng)
-
-
-def recorded(values: dict[str, float], kind: Kind, rng: np.random.Generator) -> Case:
-    """Draw errors of the wheel, and record its teeth."""
     errors = (TOOTH_DEVIATION if kind.with_teeth else 0.0) * rng.normal(size=WHEEL.teeth)
     errors -= errors @ WHEEL.width / TURN
     gap = values["gap_angle"] * DEGREE
@@ -192,18 +147,17 @@ def _speed(values: dict[str, float], number: int) -> Floats:
     family = scene.engine.family
     assert isinstance(family, Family)
     shift, factor = values["dead_centre_shift"], values[f"pressure_factor@{number + 1}"]
-    pegging = values["pegging"] * BAR
-    moved = family.each(lambda d: _moved(d, shift * DEGREE, factor, pegging))
+    moved = family.each(lambda d: _moved(d, shift * DEGREE, factor))
     engine = replace(scene.engine, family=moved)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ImplausibleWarning)
         return np.asarray(sweeps.run(replace(scene, engine=engine)).omega.values).ravel()
 
 
-def _moved(diagram: Diagram, shift: float, factor: float, pegging: float) -> Diagram:
-    """A diagram that comes later, multiplied and raised, on the same angles."""
+def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
+    """A diagram that comes later, multiplied, on the same angles."""
     pressure = _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift)
-    return diagram_from_points(diagram.angle, factor * pressure + pegging, diagram.period)
+    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
 
 
 def _periodic(angle: Floats, values: Floats) -> Any:
@@ -260,15 +214,11 @@ def _wanted(kind: Kind, case: Case, rng: np.random.Generator) -> dict[str, Varie
 
     A pressure factor is said to be 1, and was drawn around it.
     """
-    wanted = {}
-    for key in kind.vary:
-        how = Varied(own=key == "pressure_factor")
-        if key in kind.priors:
-            known = 1.0 if how.own else case.values[key] + rng.normal(0.0, PRIORS[key])
-            if key == "load_exponent":
-                known = max(known, 0.0)
-            how = replace(how, prior=known, deviation=PRIORS[key])
-        wanted[key] = how
+    wanted = {key: Varied(own=key == "pressure_factor") for key in kind.vary}
+    for key in (key for key in kind.vary if key in kind.priors):
+        known = 1.0 if wanted[key].own else case.values[key] + rng.normal(0.0, PRIORS[key])
+        known = max(known, 0.0) if key == "load_exponent" else known
+        wanted[key] = replace(wanted[key], prior=known, deviation=PRIORS[key])
     return wanted
 
 
@@ -285,9 +235,8 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
             found.cases += 1
             try:
                 fit = sweeps.identify(
-                    folder / "scene.toml", _wanted(kind, case, rng), predict=False,
-                    teeth="estimated" if kind.with_teeth else "perfect",
-                )  # fmt: skip
+                    folder / "scene.toml", _wanted(kind, case, rng), predict=False, teeth=kind.teeth
+                )
             except SceneError as error:
                 found.refused.append(str(error))
                 continue
@@ -300,41 +249,6 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
                     off = float((fit.value[i] - truth) / fit.value_deviation[i]) ** 2
                     found.off[key] = found.off.get(key, 0.0) + off
     return found
-
-
-def pressures() -> str:
-    """A table: inertia fitted to one engine whose pressures are not those of the scene."""
-    sure = {"inertia": Varied(), "gap_angle": Varied()}
-    unsure = sure | {
-        "dead_centre_shift": Varied(prior=0.0, deviation=1.0),
-        "pegging": Varied(prior=0.0, deviation=0.3),
-    }
-    body = []
-    values = {"inertia": 2.2, "gap_angle": -40.0, "load_exponent": 1.0}
-    values |= {f"pressure_factor@{number + 1}": 1.0 for number in range(len(LOADS))}
-    for kind in (KINDS[1], KINDS[4]):
-        for shift, pegging in ((0.0, 0.0), (1.0, 0.0), (0.0, 0.3)):
-            made = values | {"dead_centre_shift": shift, "pegging": pegging}
-            times = recorded(made, kind, np.random.default_rng(21)).times
-            with tempfile.TemporaryDirectory() as name:
-                _write(Path(name), times)
-                said = [_interval(Path(name), vary, kind) for vary in (sure, unsure)]
-            wheel = "estimated" if kind.with_teeth else "perfect"
-            body.append([f"{shift:g}°, {pegging:g} bar", wheel, *said])
-    head = ["true shift, pegging", "wheel", "pressures taken as exact", "with priors"]
-    return "\n".join(rows(head, body, right=False))
-
-
-def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
-    """The inertia with its interval, and how likely the residuals are noise."""
-    fit = sweeps.identify(
-        folder / "scene.toml", vary, predict=False,
-        teeth="estimated" if kind.with_teeth else "perfect",
-    ).isel(parameter=0)  # fmt: skip
-    return (
-        f"{float(fit.value):.3f} ({float(fit.value_low):.3f} to {float(fit.value_high):.3f}), "
-        f"{fit.attrs['likelihood_of_noise']:.2g}"
-    )
 
 
 def told(results: dict[str, Counted]) -> str:
@@ -356,16 +270,13 @@ def main(arguments: Sequence[str]) -> None:
     """Count, print, write."""
     options = settings(
         "benchmarks identification", __doc__, arguments, cases=400,
-        only=[kind.name for kind in KINDS], part=Path, pressures=False, write=Path,
+        only=[kind.name for kind in KINDS], part=Path, write=Path,
     )  # fmt: skip
     if options.write is not None:
         case = simulated(KINDS[0], np.random.default_rng([21, 0, 0]))
         options.write.mkdir(parents=True, exist_ok=True)
         _write(options.write, case.times)
         print(json.dumps(case.values, indent=1))
-        return
-    if options.pressures:
-        print(pressures())
         return
     results = {}
     for kind in KINDS:

@@ -13,7 +13,6 @@ import math
 import os
 import random
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -41,21 +40,7 @@ from sweeps.cli.main import main
 main()
 """
 
-IN_MEMORY = """
-import sys, time
-from sweeps.planning.plan import make_plan
-from sweeps.running.in_memory import compute
-from sweeps.scene.reading import read_scene
-plan = make_plan(read_scene(sys.argv[1]))
-compute(make_plan(read_scene("first")))
-began = time.perf_counter()
-compute(plan)
-print(plan.designs / (time.perf_counter() - began))
-"""
-
-
-def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
+Rows = list[list[str]]
 
 
 def scene_text(designs: int) -> str:
@@ -80,113 +65,55 @@ def scene_text(designs: int) -> str:
 def start(*arguments: str, folder: Path, block: float = BLOCK) -> subprocess.Popen[str]:
     """Start the command, with blocks of at most so many bytes."""
     return subprocess.Popen(
-        [sys.executable, "-c", COMMAND, str(block), *arguments],
-        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
+        [sys.executable, "-c", COMMAND, str(block), *arguments], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
 
 
 # --- a large sweep ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """What one large run took; bytes, seconds, designs a second."""
-
-    designs: int
-    blocks: str
-    memory: str
-    archive: int
-    resident: int
-    wall: float
-    computing: float
-    writing: float
-    in_memory: float
-    compared: int
-    disk: float
-
-    @property
-    def rate(self) -> float:
-        """Designs a second, from the first block to the archive's name."""
-        return self.designs / (self.computing + self.writing)
-
-    @property
-    def disk_rate(self) -> float:
-        """Designs a second at which the same disk writes and syncs the archive's bytes."""
-        return self.disk / (self.archive / self.designs)
-
-    @property
-    def required(self) -> float:
-        """Half of what memory, or the disk, allows."""
-        return 0.5 * min(self.in_memory, self.disk_rate)
-
-
-def disk_speed(folder: Path, size: int) -> float:
-    """Bytes a second at which a file is written and synced."""
-    piece = np.random.default_rng(1).bytes(1 << 24)
-    path = folder / "speed.bin"
-    began = time.perf_counter()
-    with path.open("wb") as stream:
-        left = size
-        while left > 0:
-            left -= stream.write(piece[: min(left, len(piece))])
-        stream.flush()
-        os.fsync(stream.fileno())
-    took = time.perf_counter() - began
-    path.unlink()
-    return size / took
-
-
-def measured_sweep(designs: int, memory: str, folder: Path) -> Sweep:
-    """Run a large sweep by the command, and what it is compared with before and after it."""
+def measured_sweep(designs: int, memory: str, folder: Path) -> tuple[Rows, dict[str, Any]]:
+    """Run a large sweep by the command; rows of the table, and figures."""
     (folder / "large.toml").write_text(scene_text(designs))
-    compared = min(designs, 10_000_000)
-    (folder / "compared.toml").write_text(scene_text(compared))
-
-    def in_memory() -> float:
-        done = subprocess.run(
-            [sys.executable, "-c", IN_MEMORY, str(folder / "compared.toml")],
-            capture_output=True, text=True, check=True, env=environment(),
-        )  # fmt: skip
-        return float(done.stdout)
-
     log("kernels")
-    subprocess.run(
-        [sys.executable, "-c", COMMAND, "1e9", "run", "first", "-o", str(folder / "first.nc")],
-        check=True, capture_output=True, env=environment(),
-    )  # fmt: skip
-    log(f"{compared} designs in memory")
-    rates = [in_memory()]
+    start("run", "first", "-o", "first.nc", folder=folder).communicate()
     log(f"{designs} designs into an archive")
-    output, said = folder / "large.nc", folder / "said.txt"
-    began = time.perf_counter()
-    with said.open("w") as stream:
-        process = subprocess.Popen(
-            [sys.executable, "-c", COMMAND, "1e9", "run", str(folder / "large.toml"),
-             "-o", str(output), "--memory", memory],
-            stdout=stream, stderr=stream, env=environment(),
-        )  # fmt: skip
-        _, outcome, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(outcome)
-    wall = time.perf_counter() - began
-    text = said.read_text()
+    output, began = folder / "large.nc", time.perf_counter()
+    process = start("run", "large.toml", "-o", "large.nc", "--memory", memory, folder=folder,
+                    block=1e9)  # fmt: skip
+    assert process.stdout is not None
+    said = process.stdout.read()
+    _, outcome, usage = os.wait4(process.pid, 0)
+    wall, process.returncode = time.perf_counter() - began, os.waitstatus_to_exitcode(outcome)
     if process.returncode:
-        raise RuntimeError(text)
-    line = next(line for line in text.splitlines() if "computing " in line)
-    size = output.stat().st_size
+        raise RuntimeError(said)
+    # "computing 40.8 s, writing 5.7 s"
+    words = next(line for line in said.splitlines() if "computing " in line).split()
+    computing, writing = float(words[1]), float(words[4])
     with netCDF4.Dataset(output) as file:
         count = int(file["delta"].size)
         chunks = " x ".join(str(n) for n in file["delta"].chunking())
-    log("the disk, and memory again")
-    disk = max(disk_speed(folder, size) for _ in range(2))
-    rates.append(in_memory())
+    size, rate = output.stat().st_size, count / (computing + writing) / 1e6
+    resident = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     output.unlink()
-    words = line.split()
-    unit = 1 if sys.platform == "darwin" else 1024
-    return Sweep(
-        designs=count, blocks=chunks, memory=memory, archive=size,
-        resident=usage.ru_maxrss * unit, wall=wall, computing=float(words[1]),
-        writing=float(words[4]), in_memory=max(rates), compared=compared, disk=disk,
-    )  # fmt: skip
+    body = [
+        ["designs, four scalar quantities and the status, from the command line", str(count)],
+        ["--memory", memory],
+        ["archive", size_text(size)],
+        ["chunks of a variable", chunks],
+        ["largest resident memory, libraries included (required: less than 1 GB)",
+         size_text(resident)],
+        ["whole run", f"{wall:.1f} s"],
+        ["computing, with blocks written meanwhile", f"{computing:.1f} s"],
+        ["assembling and syncing the archive", f"{writing:.1f} s"],
+        ["throughput of both steps", f"{rate:.2f} million designs/s"],
+    ]  # fmt: skip
+    figures = {
+        "designs": count, "memory": memory, "archive_bytes": size, "resident_bytes": resident,
+    }  # fmt: skip
+    return body, figures
 
 
 # --- killed runs and killed workers ---------------------------------------------------------------
@@ -246,9 +173,9 @@ class Runs:
         """Seconds of an uninterrupted run."""
         began = time.perf_counter()
         process = self.start("--overwrite", *more)
-        _, errors = process.communicate()
+        said, _ = process.communicate()
         if process.returncode:
-            raise RuntimeError(errors)
+            raise RuntimeError(said)
         return time.perf_counter() - began
 
     def clear(self) -> None:
@@ -286,10 +213,10 @@ class Runs:
             now = self.blocks()
             written |= {name for name, when in kept.items() if now.get(name, when) != when}
             time.sleep(0.02)
-        _, errors = process.communicate()
+        said, _ = process.communicate()
         wrong = [f"{name} was computed again" for name in sorted(written)]
         if process.returncode:
-            wrong.append(f"not completed: {errors}")
+            wrong.append(f"not completed: {said}")
         elif variables(self.output) != self.expected:
             wrong.append("other bytes in the variables")
         if self.partial.exists():
@@ -342,7 +269,7 @@ def kills(designs: int, count: int, seed: int, folder: Path) -> Killed:
             try:
                 process.wait(wait)
             except subprocess.TimeoutExpired:
-                process.send_signal(signal.SIGKILL)
+                process.kill()
             process.communicate()
             resume = ["--resume"]
         runs.found.counts[runs.state()] += 1
@@ -397,61 +324,32 @@ def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Killed:
 HEAD = ["part", "what", "how much"]
 
 
-def rows(sweep: Sweep, found: Killed, cluster: Killed) -> list[list[str]]:
-    """Everything measured, one fact a row: part, what, how much."""
-    large, killed, workers = "a sweep larger than its memory", "killed runs", "killed workers"
+def rows_of_kills(found: Killed) -> Rows:
+    """What was found after kills of runs."""
     return [
-        [large, "designs, four scalar quantities and the status, from the command line",
-         str(sweep.designs)],
-        [large, "--memory", sweep.memory],
-        [large, "archive", size_text(sweep.archive)],
-        [large, "chunks of a variable", sweep.blocks],
-        [large, "largest resident memory, libraries included (required: less than 1 GB)",
-         size_text(sweep.resident)],
-        [large, "whole run", f"{sweep.wall:.1f} s"],
-        [large, "computing, with blocks written meanwhile", f"{sweep.computing:.1f} s"],
-        [large, "assembling and syncing the archive", f"{sweep.writing:.1f} s"],
-        [large, "throughput of both steps", f"{sweep.rate / 1e6:.2f} million designs/s"],
-        [large, f"in memory ({sweep.compared} designs; the better of one run before and one after)",
-         f"{sweep.in_memory / 1e6:.2f} million designs/s"],
-        [large, "the disk alone, writing and syncing the same bytes",
-         f"{size_text(sweep.disk)}/s, {sweep.disk_rate / 1e6:.2f} million designs/s"],
-        [large, "required: half of the lesser of the last two rates",
-         f"{sweep.required / 1e6:.2f} million designs/s"],
-        [killed, "runs", str(found.counts.total())],
-        [killed, "designs of each, in many small blocks", str(found.designs)],
-        [killed, "a run that is not killed", f"{found.whole:.1f} s"],
-        *([killed, f"on disk after the last kill: {words}", str(found.counts[name])]
+        ["runs", str(found.counts.total())],
+        ["designs of each, in many small blocks", str(found.designs)],
+        ["a run that is not killed", f"{found.whole:.1f} s"],
+        *([f"on disk after the last kill: {words}", str(found.counts[name])]
           for name, words in STATES.items()),
-        [killed, "finished blocks found", str(sum(found.kept))],
-        [killed, "lost", "; ".join(found.lost) or "nothing"],
-        [workers, f"designs, by --scheduler local:{PROCESSES} (dask.distributed, one thread each)",
-         str(cluster.designs)],
-        [workers, "blocks", str(cluster.blocks)],
-        [workers, "runs in which one was killed", str(len(cluster.took))],
-        [workers, "by one process", f"{cluster.alone:.1f} s"],
-        [workers, f"by {PROCESSES} workers, including their start and end",
-         f"{cluster.whole:.1f} s"],
-        [workers, "with a worker killed", f"{min(cluster.took):.1f} to {max(cluster.took):.1f} s"],
-        [workers, "blocks finished when it was killed",
-         f"{min(cluster.kept)} to {max(cluster.kept)}"],
-        [workers, "lost", "; ".join(cluster.lost) or "nothing"],
+        ["finished blocks found", str(sum(found.kept))],
+        ["lost", "; ".join(found.lost) or "nothing"],
     ]  # fmt: skip
 
 
-def figures(sweep: Sweep, found: Killed, cluster: Killed) -> dict[str, Any]:
-    """What docs/trust.md tells of these runs."""
-    return {
-        "designs": sweep.designs,
-        "memory": sweep.memory,
-        "archive_bytes": sweep.archive,
-        "resident_bytes": sweep.resident,
-        "runs_killed": found.counts.total(),
-        "blocks_found": sum(found.kept),
-        "lost": len(found.lost),
-        "workers_killed": len(cluster.kept),
-        "lost_by_workers": len(cluster.lost),
-    }
+def rows_of_workers(found: Killed) -> Rows:
+    """What was found after kills of workers."""
+    return [
+        [f"designs, by --scheduler local:{PROCESSES} (dask.distributed, one thread each)",
+         str(found.designs)],
+        ["blocks", str(found.blocks)],
+        ["runs in which one was killed", str(len(found.took))],
+        ["by one process", f"{found.alone:.1f} s"],
+        [f"by {PROCESSES} workers, including their start and end", f"{found.whole:.1f} s"],
+        ["with a worker killed", f"{min(found.took):.1f} to {max(found.took):.1f} s"],
+        ["blocks finished when it was killed", f"{min(found.kept)} to {max(found.kept)}"],
+        ["lost", "; ".join(found.lost) or "nothing"],
+    ]  # fmt: skip
 
 
 def main() -> None:
@@ -464,11 +362,19 @@ def main() -> None:
     )  # fmt: skip
     with temporary_files_apart(given.folder) as name:
         folder = Path(name)
-        sweep = measured_sweep(given.designs, given.memory, folder)
+        sweep, figures = measured_sweep(given.designs, given.memory, folder)
         found = kills(given.kill_designs, given.kills, given.seed, folder)
         cluster = killed_workers(given.kill_designs, given.workers_killed, given.seed, folder)
-    save(given.output, HEAD, rows(sweep, found, cluster))
-    write_part(given.part, figures(sweep, found, cluster))
+    parts = {
+        "a sweep larger than its memory": sweep, "killed runs": rows_of_kills(found),
+        "killed workers": rows_of_workers(cluster),
+    }  # fmt: skip
+    save(given.output, HEAD, [[part, *row] for part, body in parts.items() for row in body])
+    write_part(given.part, {
+        **figures, "runs_killed": found.counts.total(), "blocks_found": sum(found.kept),
+        "lost": len(found.lost), "workers_killed": len(cluster.kept),
+        "lost_by_workers": len(cluster.lost),
+    })  # fmt: skip
     print(given.output)
     if found.lost or cluster.lost:
         sys.exit(1)

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_bvp, solve_ivp
+from scipy.integrate import solve_ivp
 
 from benchmarks.peers import (
     MOST_SWEEPS,
@@ -87,35 +87,6 @@ def scipy_ivp(c: Coefficients, phi: Floats, tolerance: float) -> tuple[Any, Any]
             if c.half == 1.0 or abs(step) < 0.1 * tolerance:
                 break
         found.append(run(start, phi)[0])
-    q = np.stack(found, axis=1)
-    return q, c.slope(phi, q)
-
-
-def scipy_bvp(c: Coefficients, phi: Floats, tolerance: float, mesh: int) -> tuple[Any, Any]:
-    """Collocation of the boundary value problem, one design after the other."""
-    guess = np.linspace(0.0, CYCLE / c.cylinders, mesh)
-    torque_load, found = c.half == 0.0, []
-    for i in range(c.kappa.size):
-        one = Coefficients(tuple(each[i : i + 1] for each in c.numbers), c.half, c.cylinders)
-
-        # Under a torque load any level is periodic: the closure takes the place of the condition.
-        def slope(x: Floats, y: Floats, one: Coefficients = one) -> Floats:
-            rate = one.slope(x, y[0][:, None]).T
-            return np.vstack([rate, np.log(y[0])]) if torque_load else rate
-
-        def jacobian(x: Floats, y: Floats, one: Coefficients = one) -> Floats:
-            return (-one.half * one.kappa * y ** (one.half - 1.0))[None]
-
-        def ends(left: Floats, right: Floats) -> Floats:
-            return np.array([left[1], right[1]]) if torque_load else right - left
-
-        start = np.vstack([np.ones(mesh), np.zeros(mesh)]) if torque_load else np.ones((1, mesh))
-        found.append(
-            solve_bvp(
-                slope, ends, guess, start, fun_jac=None if torque_load else jacobian,
-                tol=tolerance, max_nodes=20000,
-            ).sol(phi)[0]
-        )  # fmt: skip
     q = np.stack(found, axis=1)
     return q, c.slope(phi, q)
 
@@ -269,10 +240,6 @@ def cases(threads: int, processes: Processes, quick: bool) -> tuple[list[Case], 
     found = [
         Case("SciPy solve_ivp", f"DOP853, {t:.0e}", alone(scipy_ivp, n, tolerance=t), runs=3)
         for t, n in (((1e-6, 720),) if quick else ((1e-5, 360), (1e-7, 720), (1e-10, 2880)))
-    ]
-    found += [
-        Case("SciPy solve_bvp", f"tol {t:.0e}", alone(scipy_bvp, n, tolerance=t, mesh=m), runs=3)
-        for t, m, n in ((1e-4, 91, 720), (1e-6, 181, 1440))[: 1 if quick else 2]
     ]
     # Module, series, why it may be absent, designs of a block and of a run, settings, their words.
     optional: list[tuple[str, str, str, int, int, Callable[..., Curves], Any]] = [

@@ -1,8 +1,7 @@
 """docs/benchmarks.md, from `page.md.in` and the CSV files that lie beside the page.
 
-`make bench`, `python -m benchmarks.engines` and `make compile-times` write the files below
-docs/benchmarks, and this the page. Between two @ stands the name of a fact, of a study (its rate),
-of a peer (its ratio) or of a time.
+`make bench` and `make compile-times` write the files below docs/benchmarks, and this the page.
+Between two @ stands the name of a fact, of a study (its rate), of a peer (its ratio) or of a time.
 """
 
 from __future__ import annotations

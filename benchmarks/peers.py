@@ -36,9 +36,9 @@ from benchmarks.problem import (
     RADIUS,
     STROKE,
     Designs,
-    kinematics,
 )
 from engine_dyn.types import Floats
+from oracle.spline import velocity
 
 Solver = Callable[[Designs], Floats]
 
@@ -198,7 +198,7 @@ class Coefficients:
         """Reduced parameters, with the mean torque by quadrature."""
         if designs.variable:
             raise ValueError("this peer is written for constant inertia")
-        v, _ = kinematics(MEAN_PHI, designs.ratio[:, None])
+        v = velocity(MEAN_PHI, designs.ratio[:, None])
         scale = 2.0 / (designs.inertia * designs.speed**2)
         mean = (v @ MEAN_MOTORED + designs.heat * (v @ MEAN_BURNT)) / MEAN_PHI.size
         kappa = scale * (designs.cylinders * LEVER * mean - designs.friction)
@@ -658,33 +658,30 @@ def cases(threads: int, processes: Processes, quick: bool) -> tuple[list[Case], 
     from benchmarks import libraries
 
     many = 64 if quick else 2048
+
+    def steps(nodes: int) -> Solver:
+        return partial(solve_curves, curves=numpy_steps, nodes=nodes, threads=threads)
+
+    def alone(solver: Callable[..., Floats], **options: Any) -> Solver:
+        """Bound by Python: in processes."""
+        return partial(processes, partial(solver, **options))
+
     found = [
         Case(series, f"{n} steps", numba_loop(n, threads, share), scenes=True)
         for series, share in (("Numba loop", False), ("Numba loop, shared tables", True))
         for n in (90, 180, 360, 720, 1440, 2880)[:: 2 if quick else 1]
     ]
     found += [
-        Case(
-            "NumPy steps",
-            f"{n} steps",
-            partial(solve_curves, curves=numpy_steps, nodes=n, threads=threads),
-            3,
-            many,
-        )
+        Case("NumPy steps", f"{n} steps", steps(n), runs=3, least=many)
         for n in ((360,) if quick else (180, 360, 720, 1440))
     ]
     found += [
-        Case(
-            "Harmonic balance",
-            f"{n} nodes",
-            partial(processes, partial(harmonic_balance, whole=n)),
-            least=many,
-            exponents=(2.0,),
-        )
+        Case("Harmonic balance", f"{n} nodes", alone(harmonic_balance, whole=n), least=many,
+             exponents=(2.0,))
         for n in ((96,) if quick else (64, 96, 112, 128, 180))
-    ]
+    ]  # fmt: skip
     # At exponent 0 Euler never closes: it would only be timed running into its limit.
-    euler = partial(processes, partial(python_euler, most_cycles=300 if quick else 3000))
+    euler = alone(python_euler, most_cycles=300 if quick else 3000)
     found.append(Case("Euler in Python", "1 degree", euler, 1, 8, 40, exponents=(1.0, 1.6, 2.0)))
     others, absent = libraries.cases(threads, processes, quick)
     return found + others, absent

@@ -211,19 +211,10 @@ def answer(
 # Reference ----------------------------------------------------------------------------------------
 
 
-def kinematics(phi: Floats, ratio: Floats) -> tuple[Floats, Floats]:
-    """Reduced velocity c/(r omega) and acceleration b/(r omega^2), from the rod l/r."""
-    sine, cosine, rod = np.sin(phi), np.cos(phi), 1.0 / ratio
-    root = np.sqrt(rod**2 - sine**2)
-    v = sine + sine * cosine / root
-    b = cosine + (cosine**2 - sine**2) / root + (sine * cosine) ** 2 / root**3
-    return v, b
-
-
 def reference(designs: Designs) -> Floats:
     """Delta of every design, to rounding: `oracle/spline.py` with the formula of the pressure."""
     gas = np.array([
-        np.mean(pressure_of(FINE, heat) * kinematics(FINE, ratio)[0])
+        np.mean(pressure_of(FINE, heat) * spline.velocity(FINE, ratio))
         for heat, ratio in zip(designs.heat, designs.ratio, strict=True)
     ])  # fmt: skip
     batch = spline.Designs.of(

@@ -10,10 +10,8 @@ load or amplitude and phase of an order, one stands for all unless `--all` is gi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import sweeps
 from benchmarks import measure, peers, problem
@@ -21,13 +19,11 @@ from benchmarks.command import CPUS, settings
 from benchmarks.measure import Timing
 from benchmarks.studies import FOUR, OF_CYCLE, OF_V6, RANGES, Scene, columns
 from benchmarks.study_times import LOOP_STEPS
-from benchmarks.tables import number, read, rows
+from benchmarks.tables import number, rows
 from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
-
-__all__ = ["BEFORE", "KINDS", "Kind", "Rate", "Rates", "measured", "scene_of"]
 
 MOST = 1_000_000
 """Designs of a run, at most."""
@@ -64,30 +60,15 @@ OF_MISFIRE = {**OF_V6, "crank_ratio": (0.22, 0.33), "misfire": (0, 6)}
 SHARE = {"characteristic_share": (0.3, 0.9)}
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A way to sample designs.
-
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what tables say.
-    engine : str
-        Engine of the catalogue.
-    ranges : mapping
-        Parameters drawn, each evenly from its range.
-    aim : float
-        Designs a second.
-    characteristic : tuple, optional
-        Curve, rated power [W] and speed [rpm]; the load follows from it.
-    """
+class Kind(NamedTuple):
+    """A way to sample designs."""
 
     name: str
-    words: str
+    words: str  # what tables say
     engine: str
-    ranges: Mapping[str, tuple[float, float]]
-    aim: float = AIM
-    characteristic: tuple[str, float, float] | None = None
+    ranges: Mapping[str, tuple[float, float]]  # of parameters, each drawn evenly
+    aim: float = AIM  # designs a second
+    characteristic: tuple[str, float, float] | None = None  # curve, rated power [W], speed [rpm]
 
 
 KINDS = (
@@ -107,16 +88,8 @@ KINDS = (
          ("spark ignition", 120e3, 5500.0)),
 )  # fmt: skip
 
-BEFORE = {
-    (row["kind"], row["quantity"]): float(row["designs/s"])
-    for row in read(Path(__file__).with_name("rates_before.csv"))
-}
-"""Designs a second of one core before kernels took over, by kind and quantity, measured once
-(2026-11-23, beside other work), so that the tables show what changed."""
 
-
-@dataclass(frozen=True)
-class Rate:
+class Rate(NamedTuple):
     """A quantity of one kind of sample, and its warm runs."""
 
     kind: Kind
@@ -124,11 +97,10 @@ class Rate:
     timing: Timing
 
 
-@dataclass(frozen=True)
-class Rates:
+class Rates(NamedTuple):
     """All of one run, and the rate of the loop that they are compared with."""
 
-    rows: tuple[Rate, ...]
+    rows: list[Rate]
     loop: Timing
 
 
@@ -166,9 +138,8 @@ def measured(
     log: Callable[[str], None] = print,
 ) -> Rates:  # fmt: skip
     """Time quantities of some kinds of samples, warm; each run takes about `seconds`."""
-    loop, designs = peers.numba_loop(LOOP_STEPS, threads), problem.table(200_000, (2.0,))
-    loop(designs)
-    of_loop = [measure.seconds_of(loop, designs) for _ in range(runs)]
+    designs = problem.table(200_000, (2.0,))
+    loop = measure.warm(partial(peers.numba_loop(LOOP_STEPS, threads), designs), 200_000, runs)
     found = []
     for kind in kinds:
         for quantity in quantities:
@@ -179,33 +150,28 @@ def measured(
                 sweeps.run(scene_of(kind, quantity, size), threads=threads)
 
             try:
-                work(FIRST)
+                count = measure.enough(work, seconds, MOST, FIRST)
             except SceneError as refused:  # what only the physics refuses, in its own words
                 log(f"{kind.name:<24}{quantity:<28}{refused}")
                 continue
-            count = measure.enough(work, seconds, MOST, FIRST)
-            scene = scene_of(kind, quantity, count)
-            run = partial(sweeps.run, scene, threads=threads)
-            run()
-            times = tuple(measure.seconds_of(run) for _ in range(runs))
-            found.append(Rate(kind, quantity, Timing(count, times)))
+            run = partial(sweeps.run, scene_of(kind, quantity, count), threads=threads)
+            found.append(Rate(kind, quantity, measure.warm(run, count, runs)))
             log(f"{kind.name:<24}{quantity:<28}{found[-1].timing.rate:>14,.0f} designs/s")
-    return Rates(tuple(found), Timing(len(designs), tuple(of_loop)))
+    return Rates(found, loop)
 
 
-HEAD = ["quantity", "designs/s", "aim", "over the loop", "before", "designs"]
+HEAD = ["quantity", "designs/s", "aim", "over the loop", "designs"]
 
 
 def body(found: Rates) -> list[list[str]]:
     """One row a quantity and kind; rates below their aim are bold."""
     lines = []
     for row in found.rows:
-        rate, before = row.timing.rate, BEFORE.get((row.kind.name, row.quantity))
-        shown = number(rate) if rate >= row.kind.aim else f"**{number(rate)}**"
+        rate = row.timing.rate
         lines.append([
-            f"{row.kind.words}: `{row.quantity}`", shown,
-            number(row.kind.aim), number(rate / found.loop.rate),
-            "-" if before is None else number(before), number(row.timing.count, 6),
+            f"{row.kind.words}: `{row.quantity}`",
+            number(rate) if rate >= row.kind.aim else f"**{number(rate)}**",
+            number(row.kind.aim), number(rate / found.loop.rate), number(row.timing.count, 6),
         ])  # fmt: skip
     return lines
 

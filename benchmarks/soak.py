@@ -17,8 +17,9 @@ import sys
 import tempfile
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -27,7 +28,8 @@ import numpy as np
 import psutil
 
 import sweeps
-from benchmarks.command import in_processes, part_file, settings, temporary_files_apart, write_part
+from benchmarks.command import part_file, settings, temporary_files_apart, write_part
+from benchmarks.workers import Lost, answers
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
@@ -69,33 +71,18 @@ WRONG: dict[str, Any] = {**SCENES["scalars"], "axes": {"speed": [1000, -1]}}
 # --- one process --------------------------------------------------------------------------------
 
 
-@dataclass
-class Process:
-    """What a process has, over many runs."""
+def sample() -> dict[str, int]:
+    """What this process has."""
+    gc.collect()
+    process = psutil.Process()
+    return {"resident": process.memory_info().rss, "descriptors": process.num_fds(),
+            "threads": process.num_threads()}  # fmt: skip
 
-    runs: list[int] = field(default_factory=list)
-    resident: list[int] = field(default_factory=list)
-    descriptors: list[int] = field(default_factory=list)
-    threads: list[int] = field(default_factory=list)
-    left: list[str] = field(default_factory=list)
-    wrong: list[str] = field(default_factory=list)
-    seconds: float = 0.0
 
-    def measure(self, run: int) -> None:
-        """Take a sample."""
-        gc.collect()
-        process = psutil.Process()
-        self.runs.append(run)
-        self.resident.append(process.memory_info().rss)
-        self.descriptors.append(process.num_fds())
-        self.threads.append(process.num_threads())
-
-    @property
-    def growth(self) -> float:
-        """Bytes a run by which memory grows: a straight line, the first quarter left out."""
-        first = len(self.runs) // 4
-        slope = np.polyfit(self.runs[first:], self.resident[first:], 1)[0]
-        return float(slope)
+def growth(runs: list[int], resident: list[int]) -> float:
+    """Bytes a run by which memory grows: a straight line, the first quarter left out."""
+    first = len(runs) // 4
+    return float(np.polyfit(runs[first:], resident[first:], 1)[0])
 
 
 def results(dataset: Any) -> dict[str, bytes]:
@@ -148,31 +135,38 @@ def _stops_after_one_block() -> Iterator[None]:
         yield
 
 
-def one_process(runs: int, folder: Path) -> Process:
-    """Run scenes of all kinds one after the other, in this process."""
-    found = Process()
-    began = time.perf_counter()
+def one_process(runs: int, folder: Path) -> tuple[list[str], dict[str, Any]]:
+    """Run scenes of all kinds one after the other, in this process; what fell, and figures."""
+    wrong, began = [], time.perf_counter()
     alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
     kinds, names = _kinds_of_runs(folder, alone), list(SCENES)
     before = set(Path(tempfile.gettempdir()).iterdir())
-    round_ = len(kinds) * len(names)
+    counts: list[int] = []
+    samples: dict[str, list[int]] = defaultdict(list)
     for run in range(runs):
         name = names[run // len(kinds) % len(names)]
         if not kinds[run % len(kinds)](name):
-            found.wrong.append(f"run {run}, {name}: another result than alone")
-        if (run + 1) % round_ == 0:
-            found.measure(run + 1)
-    found.left = [p.name for p in folder.iterdir() if p.name not in ("out.nc", "kept.nc")]
-    found.left += [p.name for p in set(Path(tempfile.gettempdir()).iterdir()) - before]
-    found.seconds = time.perf_counter() - began
-    if found.growth > GROWTH:
-        found.wrong.append(f"memory grows by {found.growth:.0f} bytes a run")
+            wrong.append(f"run {run}, {name}: another result than alone")
+        if (run + 1) % (len(kinds) * len(names)) == 0:
+            counts.append(run + 1)
+            for what, value in sample().items():
+                samples[what].append(value)
+    left = [path.name for path in folder.iterdir() if path.name not in ("out.nc", "kept.nc")]
+    left += [path.name for path in set(Path(tempfile.gettempdir()).iterdir()) - before]
+    grows = growth(counts, samples["resident"])
+    if grows > GROWTH:
+        wrong.append(f"memory grows by {grows:.0f} bytes a run")
+    ends = {what: [values[len(values) // 4], values[-1]] for what, values in samples.items()}
     for what in ("descriptors", "threads"):
-        counts = getattr(found, what)
-        if counts[-1] > counts[len(counts) // 4]:
-            found.wrong.append(f"{what}: {counts[len(counts) // 4]}, at the end {counts[-1]}")
-    found.wrong += [f"left: {name}" for name in found.left]
-    return found
+        if ends[what][1] > ends[what][0]:
+            wrong.append(f"{what}: {ends[what][0]}, at the end {ends[what][1]}")
+    wrong += [f"left: {name}" for name in left]
+    return wrong, {
+        "runs": runs, "seconds": round(time.perf_counter() - began, 1),
+        "resident_first": ends["resident"][0], "resident_last": ends["resident"][1],
+        "growth_bytes_per_run": round(grows, 1), "growth_allowed": GROWTH,
+        "descriptors": ends["descriptors"], "threads": ends["threads"], "left": left,
+    }  # fmt: skip
 
 
 # --- many at once -------------------------------------------------------------------------------
@@ -195,11 +189,8 @@ def many_threads(rounds: int, folder: Path) -> list[str]:
         except Exception as error:
             wrong.append(f"thread {number}: {type(error).__name__}: {error}")
 
-    threads = [threading.Thread(target=work, args=(n,)) for n in range(THREADS)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(work, range(THREADS)))
     return wrong
 
 
@@ -229,21 +220,19 @@ def _in_process(job: tuple[int, int, Path, bool]) -> tuple[list[str], int]:
 def many_processes(rounds: int, folder: Path, *, own: bool) -> tuple[list[str], int]:
     """Write archives from several processes; what fell, and how often one was refused."""
     jobs = [(number, rounds, folder, own) for number in range(PROCESSES)]
-    wrong, refused = _gathered(in_processes(_in_process, jobs, PROCESSES))
+    wrong, refused = _gathered(answers(_in_process, jobs, PROCESSES))
     left = [p.name for p in folder.iterdir() if p.suffix == ".partial"]
     return wrong + [f"left: {name}" for name in left], refused
 
 
-def _gathered(said: Iterator[tuple[list[str], int]]) -> tuple[list[str], int]:
+def _gathered(said: Iterator[Any]) -> tuple[list[str], int]:
     """What processes say: lines, and a sum."""
     wrong: list[str] = []
     total = 0
-    try:
-        for lines, count in said:
-            wrong += lines
-            total += count
-    except Exception as error:  # of a process, or that it has ended
-        wrong.append(f"a process: {type(error).__name__}: {error}")
+    for answer in said:
+        lines, count = ([f"a process: {answer.why}"], 0) if isinstance(answer, Lost) else answer
+        wrong += lines
+        total += count
     return wrong, total
 
 
@@ -292,7 +281,7 @@ def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str],
     writer = threading.Thread(target=write)
     writer.start()
     try:
-        return _gathered(in_processes(_read, [(n, folder) for n in range(readers)], readers))
+        return _gathered(answers(_read, [(n, folder) for n in range(readers)], readers))
     finally:
         (folder / "ends").touch()
         writer.join()
@@ -303,37 +292,20 @@ def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str],
 
 def soak(runs: int, rounds: int, replacements: int, folder: Path) -> dict[str, Any]:
     """All of it; figures, and what fell."""
-    limits.LARGEST_BLOCK, before = BLOCK, limits.LARGEST_BLOCK
-    parts = {}
-    for name in ("one", "threads", "own", "same", "readers"):
-        parts[name] = folder / name
-        parts[name].mkdir()
-    try:
-        one = one_process(runs, parts["one"])
-        threads = many_threads(rounds, parts["threads"])
-        own, _ = many_processes(rounds, parts["own"], own=True)
+    parts = {name: folder / name for name in ("one", "threads", "own", "same", "readers")}
+    for part in parts.values():
+        part.mkdir()
+    with mock.patch.object(limits, "LARGEST_BLOCK", BLOCK):
+        wrong, figures = one_process(runs, parts["one"])
+        wrong += many_threads(rounds, parts["threads"])
+        wrong += many_processes(rounds, parts["own"], own=True)[0]
         same, refused = many_processes(rounds, parts["same"], own=False)
-        readers, reads = readers_beside_a_writer(replacements, parts["readers"])
-    finally:
-        limits.LARGEST_BLOCK = before
+        beside, reads = readers_beside_a_writer(replacements, parts["readers"])
     return {
-        "runs": runs,
-        "seconds": round(one.seconds, 1),
-        "resident_first": one.resident[len(one.resident) // 4],
-        "resident_last": one.resident[-1],
-        "growth_bytes_per_run": round(one.growth, 1),
-        "growth_allowed": GROWTH,
-        "descriptors": [one.descriptors[len(one.descriptors) // 4], one.descriptors[-1]],
-        "threads": [one.threads[len(one.threads) // 4], one.threads[-1]],
-        "left": one.left,
-        "threads_at_once": THREADS,
-        "processes_at_once": PROCESSES,
-        "rounds_each": rounds,
-        "refused_on_one_output": refused,
-        "replacements": replacements,
-        "reads_beside_a_writer": reads,
-        "wrong": [*one.wrong, *threads, *own, *same, *readers],
-    }
+        **figures, "threads_at_once": THREADS, "processes_at_once": PROCESSES,
+        "rounds_each": rounds, "refused_on_one_output": refused, "replacements": replacements,
+        "reads_beside_a_writer": reads, "wrong": wrong + same + beside,
+    }  # fmt: skip
 
 
 def main() -> None:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -58,47 +57,23 @@ OF_CYCLE = {"combustion_start": (-35.0, -15.0), "compression_ratio": (8.5, 10.5)
             "heat": (14.0, 32.0)}  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Aim:
-    """A rate that is wanted, and one to hope for, as multiples of another rate.
+class Aim(NamedTuple):
+    """A rate that is wanted, and one to hope for, as multiples of another rate."""
 
-    Attributes
-    ----------
-    of : str
-        `ONE_TABLE`, `LOOP` or the name of a study.
-    wanted, hoped_for : float, optional
-        Ratios.
-    """
-
-    of: str
+    of: str  # `ONE_TABLE`, `LOOP` or the name of a study
     wanted: float
     hoped_for: float | None = None
 
 
-@dataclass(frozen=True)
-class Study:
-    """One kind of study.
-
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what tables say.
-    build : callable
-        Makes a scene of about so many designs.
-    designs : int
-        Number of designs of a measurement.
-    aim : Aim, optional
-        What is wanted.
-    modelled : bool
-        Whether every design has a modelled cycle of its own.
-    """
+class Study(NamedTuple):
+    """One kind of study."""
 
     name: str
-    words: str
-    build: Build
-    designs: int
+    words: str  # what tables say
+    build: Build  # makes a scene of about so many designs
+    designs: int  # of a measurement
     aim: Aim | None = None
-    modelled: bool = False
+    modelled: bool = False  # whether every design has a modelled cycle of its own
 
 
 def by_rate(wanted: float, hoped_for: float | None = None) -> Aim:

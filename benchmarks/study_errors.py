@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,8 +27,6 @@ from oracle.solution import Design, Problem
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
 
-__all__ = ["COMPARED", "Differences", "differences", "single"]
-
 COMPARED = ("delta", "omega_max", "omega_min", "omega_mean")
 
 RPM = math.pi / 30.0
@@ -37,24 +35,12 @@ ROUNDING = 1e-12
 """Of delta, relative, in the independent solution."""
 
 
-@dataclass(frozen=True)
-class Differences:
-    """Relative differences from the independent solutions of some designs.
-
-    Attributes
-    ----------
-    delta, speeds : float
-        The largest, of delta and of the three speeds.
-    honest : float
-        Share of designs whose `delta_error` is at least the true error; NaN where it is not asked
-        for.
-    designs : int
-        Number of designs compared.
-    """
+class Differences(NamedTuple):
+    """Largest relative differences from the independent solutions of some designs."""
 
     delta: float
-    speeds: float
-    honest: float
+    speeds: float  # of the three
+    honest: float  # share with a `delta_error` of at least the true error; NaN where not asked for
     designs: int
 
 

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import statistics
 import sys
-import time
 from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple
 
 import sweeps
 from benchmarks.command import ROOT
+from benchmarks.measure import seconds_of
 from engine_dyn.speed.batch import in_blocks
 
 SCENE: dict[str, Any] = {
@@ -38,38 +41,44 @@ class WarmRun(NamedTuple):
     milliseconds: float
 
 
+@contextmanager
+def profiled(note: Callable[[FrameType], None]) -> Iterator[None]:
+    """Tell of every call of a function of Python in this thread."""
+    before = sys.getprofile()
+    sys.setprofile(lambda frame, event, _: note(frame) if event == "call" else None)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
+
+
 def measure() -> WarmRun:
     """Run the scene until all is warm, then once with its calls noted, then for the time."""
-    for _ in range(3):
-        sweeps.run(SCENE, threads=1)
     calls: Counter[str] = Counter()
     frames: list[str] = []
 
-    def name(frame: FrameType) -> str:
-        code = frame.f_code
-        return f"{Path(code.co_filename).name}: {code.co_qualname}"
-
-    def note(frame: FrameType, event: str, argument: Any) -> None:
-        if event != "call" or not frame.f_code.co_filename.startswith(PACKAGES):
+    def note(frame: FrameType) -> None:
+        """Count our functions; at the one that calls the kernel, note those on the way to it."""
+        if not ours(frame):
             return
         calls[f"{frame.f_code.co_filename}: {frame.f_code.co_qualname}"] += 1
-        if frame.f_code is in_blocks.solve_in_blocks.__code__:
-            above: FrameType | None = frame
-            while above is not None and above.f_code.co_filename.startswith(PACKAGES):
-                frames.insert(0, name(above))
-                above = above.f_back
+        above: FrameType | None = frame
+        while frame.f_code is in_blocks.solve_in_blocks.__code__ and above and ours(above):
+            frames.insert(0, f"{Path(above.f_code.co_filename).name}: {above.f_code.co_qualname}")
+            above = above.f_back
 
-    sys.setprofile(note)
-    try:
-        sweeps.run(SCENE, threads=1)
-    finally:
-        sys.setprofile(None)
-    times = []
-    for _ in range(RUNS):
-        began = time.perf_counter()
-        sweeps.run(SCENE, threads=1)
-        times.append(time.perf_counter() - began)
+    run = partial(sweeps.run, SCENE, threads=1)
+    for _ in range(3):
+        run()
+    with profiled(note):
+        run()
+    times = [seconds_of(run) for _ in range(RUNS)]
     return WarmRun(calls, frames, 1000.0 * statistics.median(times))
+
+
+def ours(frame: FrameType) -> bool:
+    """Whether a function is of one of our packages."""
+    return frame.f_code.co_filename.startswith(PACKAGES)
 
 
 def main() -> None:

@@ -215,15 +215,9 @@ def together(usual: Usual, fixed: Mapping[str, float], place: Floats) -> Paramet
     return found
 
 
-def sensitivity(
-    usual: Usual, fixed: Mapping[str, float], measure: Measure, place: Floats
-) -> Floats:
-    """Change of each figure per spread of each parameter, by central differences."""
+def central_differences(figures: Callable[[Floats], Floats], place: Floats) -> Floats:
+    """Change of each figure per unit of each parameter."""
     half = 1e-3
-
-    def figures(at: Floats) -> Floats:
-        return measure(diagram_of(together(usual, fixed, at)))
-
     columns = [
         (figures(place + half * unit) - figures(place - half * unit)) / (2.0 * half)
         for unit in np.eye(len(place))
@@ -240,21 +234,20 @@ def closest(
     point of least norm on the linearised constraints, J z' = J z - (F - target). Its fixed point
     meets the figures with z in the row space of J, which is Lagrange's condition.
 
-    Returns
-    -------
-    parameters : dict
-    place : ndarray
-        Deviation of each varied parameter in spreads.
+    Returned are the parameters, and the deviation of each varied one in spreads.
 
     Raises
     ------
     RuntimeError
         If it does not converge.
     """
+
+    def off(at: Floats) -> Floats:
+        return measure(diagram_of(together(usual, fixed, at))) - target
+
     place = np.zeros(len(usual))
     for _ in range(80):
-        here = measure(diagram_of(together(usual, fixed, place))) - target
-        jacobian = sensitivity(usual, fixed, measure, place)
+        here, jacobian = off(place), central_differences(off, place)
         step = np.linalg.lstsq(jacobian, jacobian @ place - here, rcond=None)[0] - place
         largest = float(np.abs(step).max())
         place = place + min(1.0, 0.7 / max(largest, 1e-12)) * step
@@ -301,24 +294,15 @@ def with_no_torque(parameters: Mapping[str, float]) -> Parameters:
 
 
 def calibrate() -> dict[int, Parameters]:
-    """Fit the three loads, and print each figure and parameter.
-
-    Returns
-    -------
-    dict
-        Parameters of the cycle in file units, for each load [percent].
-    """
+    """Parameters of the cycle in file units for each load [percent]; prints what they meet."""
     found: dict[int, Parameters] = {}
-    for load in MEASURES:
+    for load, measure in MEASURES.items():
         usual, fixed = varied_and_fixed(load, found.get(50, {}))
-        exact, place = closest(usual, fixed, MEASURES[load], targets()[load])
-        found[load] = rounded(exact)
-        if load == 0:
-            found[load] = with_no_torque(found[load])
+        exact, place = closest(usual, fixed, measure, targets()[load])
+        found[load] = rounded(exact) if load else with_no_torque(rounded(exact))
         print(f"{load} % load, fitted:")
-        got = MEASURES[load](diagram_of(found[load]))
-        for goal, value in zip(targets()[load], got, strict=True):
-            print(f"  printed {goal:12.5f}  fitted {value:12.5f}")
+        for pair in zip(targets()[load], measure(diagram_of(found[load])), strict=True):
+            print("  printed {:12.5f}  fitted {:12.5f}".format(*pair))
         for (name, (value, spread)), units in zip(usual.items(), place, strict=True):
             print(
                 f"  {name:21s} {found[load][name]:12.6f} {FILE_UNITS[name][0]:7s}"

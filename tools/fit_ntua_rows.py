@@ -23,7 +23,7 @@ import math
 from typing import Any
 
 import numpy as np
-from calibrate_ntua import one_pass, targets, torque
+from calibrate_ntua import central_differences, one_pass, targets, torque
 from pages import csv_text
 from scipy.interpolate import CubicSpline
 from thesis_study import (
@@ -166,12 +166,7 @@ def fit() -> tuple[Floats, Floats, Floats]:
         squares = float(np.sum((prior @ values) ** 2) + np.sum(off**2))
         if squares < least:
             best, least = values, squares
-        half = 1e-3
-        changes = [
-            (figures(values + half * unit) - figures(values - half * unit)) / (2.0 * half)
-            for unit in identity
-        ]
-        jacobian = np.stack(changes, axis=1) / tolerances[:, None]
+        jacobian = central_differences(figures, values) / tolerances[:, None]
         found = np.linalg.lstsq(
             np.vstack([prior, jacobian]), -np.concatenate([prior @ values, off]), rcond=None
         )[0]

@@ -12,7 +12,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from statistics import NormalDist
@@ -71,30 +70,14 @@ NORMAL = NormalDist()
 SEED = 21
 
 
-@dataclass(frozen=True)
-class Case:
-    """What is looked for, and what is known of the wheel.
+class Case(NamedTuple):
+    """What is looked for, and what is known of the wheel."""
 
-    Attributes
-    ----------
-    title : str
-        For figure and tables.
-    constant : float
-        Errors of intervals that repeat every turn and are not known, as a share of the size that
-        the map gives.
-    passage : float
-        Errors of each passage of a tooth, as a share of the same size.
-    reference_cycles : float
-        See `work_estimator`.
-    averaged : int or None
-        See `work_estimator`.
-    """
-
-    title: str
-    constant: float
-    passage: float
-    reference_cycles: float = np.inf
-    averaged: int | None = None
+    title: str  # for figure and tables
+    constant: float  # errors of intervals that repeat every turn and are not known, over the size
+    passage: float  # errors of each passage of a tooth, over the size that the map gives
+    reference_cycles: float = np.inf  # see `work_estimator`
+    averaged: int | None = None  # see `work_estimator`
 
     def noise(self, size: float) -> WheelNoise:
         """Errors of the wheel at a size, in shares of a pitch."""
@@ -335,7 +318,7 @@ def counted(
     """
     rng = np.random.default_rng(seed)
     first = EARLIER_DRAWN if np.isfinite(case.reference_cycles) else 0
-    case = replace(case, reference_cycles=first or np.inf)
+    case = case._replace(reference_cycles=first or np.inf)
     estimator, lacking = estimator_at(motor, speed, imep, case, size)
     wanted = detection(estimator, lacking, false_alarms)
     ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
@@ -367,103 +350,6 @@ def counted(
     expected = np.broadcast_to(wanted.probability, found.shape)[hits].mean()
     return Counted(each, float(normal.mean()), float(expected), float(below[hits].mean()),
                    int(hits.sum()))  # fmt: skip
-
-
-# What the formulas leave out ----------------------------------------------------------------------
-
-
-def errors_of_reference(motor: Motor, speed: float, imep: float) -> dict[str, float]:
-    """Largest deviation [Pa] that is found in a perfect engine whose model is wrong."""
-    estimator, _ = estimator_at(motor, speed, imep, UNKNOWN)
-    true, _ = motor.cycle(speed, imep)
-    raw = speed_through_wheel(true.angle, true.speed, WHEEL, GAP, PERIOD)
-
-    def found(cycle: MeanCycle, gap_angle: float) -> float:
-        model = speed_through_wheel(cycle.angle, cycle.speed, WHEEL, gap_angle, PERIOD)
-        relative = np.tile(energy_deviation(raw, model), (3, 1))
-        return float(np.abs(estimator.deviations(relative)[1]).max())
-
-    laden = copy(motor)
-    laden.inertia = motor.inertia.mean() + 1.03 * (motor.inertia - motor.inertia.mean())
-    late = copy(motor)
-    late.diagrams = [(np.roll(f, round(2.0 * DEGREE / PERIOD * SAMPLES)), m)
-                     for f, m in motor.diagrams]  # fmt: skip
-    return {
-        "reciprocating mass 3 % too high": found(laden.cycle(speed, imep)[0], GAP),
-        "inertia 3 % too high": found(replace(true, speed=_flatter(true.speed, 1.03)), GAP),
-        "wheel turned by 0.5 degrees": found(true, GAP + 0.5 * DEGREE),
-        "pressure 2 degrees late": found(late.cycle(speed, imep)[0], GAP),
-    }
-
-
-def _flatter(speed: Floats, ratio: float) -> Floats:
-    """Speed whose fluctuation is that of a larger inertia, to first order."""
-    return np.asarray(speed.mean() + (speed - speed.mean()) / ratio)
-
-
-def torsion_errors(
-    motor: Motor,
-    speed: float,
-    imep: float,
-    end: str,
-    frequency: float = 400.0,
-    share: float = 0.3,
-    loss_factor: float = 0.05,
-) -> tuple[float, float]:
-    """What a torsional mode does to the deviations when one cycle is missed, over what it lacks.
-
-    Two masses and a spring: crank with cylinders, and flywheel. Linear, at constant mean speed,
-    with the missed cycle in the middle of 32.
-
-    Parameters
-    ----------
-    end : {"front", "flywheel"}
-        Where the wheel is.
-    frequency : float
-        Natural frequency [Hz].
-    share : float
-        Of the inertia that turns with the cylinders.
-    loss_factor : float
-        Of the spring.
-
-    Returns
-    -------
-    missed, other : float
-        Error of the missed cycle's deviation, and the largest change of a normal one.
-    """
-    cycles, middle = 32, 16
-    estimator, lacking = estimator_at(motor, speed, imep, LEARNED)
-    cycle, _ = motor.cycle(speed, imep)
-    inertia = float(motor.inertia.mean())
-    torque = np.zeros(cycles * SAMPLES)
-    start = round((motor.firing[0] / PERIOD + middle) * SAMPLES)
-    torque[start : start + SAMPLES] = -lacking * cycle.combustion  # from half a cycle before
-    waves = np.fft.rfft(torque)
-    order = np.arange(waves.size) / cycles * TURN / PERIOD
-    omega = order * speed
-    spring = (TURN * frequency) ** 2 * share * (1.0 - share) * inertia * (1.0 + 1j * loss_factor)
-    natural = spring / (share * (1.0 - share) * inertia)
-    ratio = natural / (natural - omega**2)
-    if end == "front":
-        ratio = ratio * (1.0 - omega**2 * (1.0 - share) * inertia / spring)
-    waves[0] = 0.0
-    rigid = np.divide(waves, 1j * omega * inertia * speed, where=omega > 0.0,
-                      out=np.zeros_like(waves))  # fmt: skip
-    found = []
-    edges = GAP + TURN * np.arange(2 * cycles)[:, None] + WHEEL.angle
-    edges = np.append(edges.ravel(), GAP + 2.0 * cycles * TURN)
-    at = np.arange(cycles * SAMPLES + 1) * PERIOD / SAMPLES
-    for response in (rigid, rigid * ratio):
-        curve = np.fft.irfft(response, torque.size)
-        curve = np.append(curve, curve[0])
-        total = np.append(0.0, np.cumsum(0.5 * (curve[1:] + curve[:-1]))) * PERIOD / SAMPLES
-        seen = np.diff(np.interp(edges - GAP, at - GAP, total, period=None)) / np.diff(edges)
-        rows = seen.reshape(cycles, -1)[: cycles - 1]
-        found.append(estimator.deviations(rows) / lacking)
-    change = np.abs(found[1] - found[0])
-    missed = change[middle, 0]
-    change[middle, 0] = 0.0
-    return float(missed), float(np.nanmax(change))
 
 
 # Document -----------------------------------------------------------------------------------------
@@ -584,29 +470,6 @@ def counted_table(motors: Motors) -> Rows:
     return rows
 
 
-def reference_table(motors: Motors) -> Rows:
-    heads, columns = ["wrong in the model"], []
-    for name, motor in motors.items():
-        for rpm, imep in ((1000.0, 4.0), (6000.0, 1.0)):
-            heads.append(f"{ENGINES[name]}, {rpm:.0f} rpm, {imep:g} bar")
-            columns.append(errors_of_reference(motor, rpm * RPM, imep * BAR))
-    return [heads, *([key, *(f"{one[key] / BAR:.4f}" for one in columns)] for key in columns[0])]
-
-
-def torsion_table(motors: Motors) -> Rows:
-    rows = [["engine", "rpm", "imep, bar", "threshold", "wheel at the front: missed", "others",
-             "wheel at the flywheel: missed", "others"]]  # fmt: skip
-    for name, motor in motors.items():
-        for rpm, imep in ((1000.0, 4.0), (3000.0, 1.0), (6000.0, 1.0), (6000.0, 12.0)):
-            point = (motor, rpm * RPM, imep * BAR)
-            estimator, lacking = estimator_at(*point, LEARNED)
-            threshold = float(detection(estimator, lacking, FALSE_ALARMS).threshold.max())
-            errors = [x for end in ("front", "flywheel") for x in torsion_errors(*point, end)]
-            cells = [f"{rpm:.0f}", f"{imep:g}", f"{100.0 * -threshold / lacking:.0f} %"]
-            rows.append([ENGINES[name], *cells, *(f"{100.0 * x:.1f} %" for x in errors)])
-    return rows
-
-
 def example(motor: Motor) -> None:
     """Figure of the command: one weak cylinder and three missed cycles, at 2500 rpm."""
     rng = np.random.default_rng(SEED)
@@ -635,7 +498,6 @@ def example(motor: Motor) -> None:
 
 TABLES: dict[str, Callable[[Motors], Rows]] = {
     "limits": limits_table, "corner": corner_table, "counted": counted_table,
-    "reference": reference_table, "torsion": torsion_table,
 }  # fmt: skip
 
 

@@ -206,7 +206,6 @@ def characteristic_table() -> Rows:
 
 # --- kinematic series, forces and orders of the notes ---------------------------------------------
 
-POINTS = 4096
 RATIOS = (0.2, 1.0 / 3.0, 0.5)
 
 
@@ -226,25 +225,6 @@ def coefficient_table() -> Rows:
             cells += [f"{printed:.6f}", f"{exact:.6f}"]
         rows.append(cells)
     return rows
-
-
-def largest_disagreement() -> float:
-    """Largest difference of the exact series, orders 1 to 40, from transforms of the curves."""
-    phi = np.arange(POINTS) * (2.0 * math.pi / POINTS)
-    orders = np.arange(1.0, 41.0)
-    worst = 0.0
-    for ratio in (0.05, *RATIOS, 0.7, 0.9):
-        v, b = slider_crank.velocity(phi, ratio), slider_crank.acceleration(phi, ratio)
-        curves = (
-            (slider_crank.position(phi, ratio), series.position_coefficients, 1.0),
-            (v, series.velocity_coefficients, -1j),
-            (b, series.acceleration_coefficients, 1.0),
-            (-b * v, series.inertia_torque_coefficients, -1j),
-        )
-        for curve, function, factor in curves:
-            found = 2.0 * np.fft.rfft(curve)[1:41] / POINTS
-            worst = max(worst, float(np.abs(found - factor * function(orders, ratio)).max()))
-    return worst
 
 
 def truncation_table() -> Rows:
@@ -422,7 +402,6 @@ def values() -> dict[str, str]:
         "second_harmonic": f"{SECOND:.5f}",
         "best_rms": f"{float(gear.best_fraction('rms')):.3f}",
         "best_peak": f"{float(gear.best_fraction('peak')):.3f}",
-        "series_error": f"{largest_disagreement():.0e}",
         "marine_two": f"{two:.2f}",
         "marine_four": f"{four:.2f}",
         "gravity": f"{gravity:.3f}",

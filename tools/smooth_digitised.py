@@ -24,17 +24,12 @@ SciPy.
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
-from pathlib import Path
 
 import numpy as np
-import xarray as xr
-from pages import ROOT, csv_rows, csv_text
+from pages import ROOT, csv_rows, csv_text, write
 from scipy.interpolate import BSpline, make_smoothing_spline
 from scipy.optimize import brentq
 
-import sweeps
 from engine_dyn.types import Booleans, Floats
 
 ENGINES = ROOT / "sweeps" / "catalogue" / "engines"
@@ -48,18 +43,6 @@ RISE_FROM, RISE_TO = -3.0, 8.0  # degree: from the end of compression to the pea
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard error of a number rounded to a step, in steps
 HELD = 1e-3  # bar: a thousandth of the error of a smoothed point
 REPETITIONS = 30
-CURVE_STEP = 0.1  # degree
-COMPARED = {
-    "peak_pressure": "largest pressure [bar]",
-    "imep": "indicated mean effective pressure [bar]",
-    "torque_mean": "mean torque [N m]",
-    "delta": "coefficient of speed fluctuation δ",
-    "crank_pin_load_max": "largest load of the crank pin [N]",
-}
-
-PEAK_ANGLE = "crank angle of the largest pressure"
-BEND = "largest second derivative of the pressure"
-
 HEAD = """\
 # Cylinder pressure of one cycle of a six-cylinder diesel engine 105/137 mm at full load.
 # Written by tools/smooth_digitised.py; change that, not this.
@@ -70,13 +53,12 @@ HEAD = """\
 
 
 def main() -> None:
-    """Write the smoothed points, and say what they change."""
+    """Write the smoothed points."""
     angle, pressure = digitised()
     smoothed, _ = smoothed_points(angle, pressure)
     points = [(f"{a:.6f}", f"{p:.6f}") for a, p in zip(angle, smoothed, strict=True)]
     text = HEAD + csv_text([("crank_angle_deg", "pressure_bar"), *points])
-    SMOOTHED.write_text(text, encoding="utf-8")
-    print(csv_text(effect_table()))
+    write({SMOOTHED: text})
 
 
 def digitised() -> tuple[Floats, Floats]:
@@ -89,17 +71,8 @@ def digitised() -> tuple[Floats, Floats]:
 def smoothed_points(angle: Floats, pressure: Floats) -> tuple[Floats, Floats]:
     """Return the smoothed pressures [bar], and the errors [bar] of the points that are smoothed.
 
-    Parameters
-    ----------
-    angle, pressure : ndarray, shape (K,)
-        Points in degrees and bar, as `digitised` returns them.
-
-    Returns
-    -------
-    smoothed : ndarray, shape (K,)
-        Pressure [bar]; exactly the given one where nothing is smoothed.
-    error : ndarray, shape (L,)
-        Standard error [bar] of each of the L points between `SMOOTHED_FROM` and `SMOOTHED_TO`.
+    Points are in degrees and bar, as `digitised` returns them. Where nothing is smoothed, the
+    pressure is exactly the given one.
     """
     inside = _inside(angle)
     rise = (angle > RISE_FROM) & (angle < RISE_TO)
@@ -110,40 +83,6 @@ def smoothed_points(angle: Floats, pressure: Floats) -> tuple[Floats, Floats]:
         spline = _stiffest(angle, pressure, error, inside)
         slope = spline(angle, 1)
     return np.where(inside, spline(angle), pressure), error[inside]
-
-
-def effect_table() -> list[list[str]]:
-    """Return what the smoothing changes in the engine at its rated point."""
-    name = "diesel_105x137"
-    quantities = [*COMPARED, "pressure"]
-    with tempfile.TemporaryDirectory() as folder:
-        unsmoothed = Path(folder) / f"{name}.toml"
-        text = (ENGINES / unsmoothed.name).read_text(encoding="utf-8")
-        unsmoothed.write_text(text.replace(SMOOTHED.name, DIGITISED.name), encoding="utf-8")
-        shutil.copy(DIGITISED, folder)
-        output = {"quantities": quantities, "angle_step": CURVE_STEP}
-        before, after = (
-            sweeps.run({"engine": engine, "output": output}) for engine in (str(unsmoothed), name)
-        )
-    rows = [["number", "digitised", "smoothed", "change"]]
-    for quantity, label in COMPARED.items():
-        old, new = float(before[quantity]), float(after[quantity])
-        rows.append([label, f"{old:.6g}", f"{new:.6g}", f"{100.0 * (new / old - 1.0):+.3f} %"])
-    (old_angle, old), (new_angle, new) = (_peak_and_bend(found) for found in (before, after))
-    turned = f"{new_angle - old_angle:+.1f} degree"
-    flatter = f"{100.0 * (new / old - 1.0):+.0f} %"
-    return [
-        *rows,
-        [f"{PEAK_ANGLE} [degree]", f"{old_angle:.1f}", f"{new_angle:.1f}", turned],
-        [f"{BEND} [bar/degree²]", f"{old:.3g}", f"{new:.3g}", flatter],
-    ]
-
-
-def _peak_and_bend(found: xr.Dataset) -> tuple[float, float]:
-    """Return the angle [degree] of the largest pressure, and its largest second derivative."""
-    pressure = found["pressure"].squeeze()
-    bend = float(np.abs(np.diff(pressure.values, 2)).max()) / CURVE_STEP**2
-    return float(pressure["crank_angle"][int(pressure.values.argmax())]), bend
 
 
 def _inside(angle: Floats) -> Booleans:

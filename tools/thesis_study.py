@@ -22,7 +22,6 @@ import engine_dyn
 import sweeps
 from engine_dyn import Diagram
 from engine_dyn.status import CONVERGED, MEANINGS
-from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import built_in_scenes
@@ -53,9 +52,6 @@ AGREEMENT = {
     "torque_mean": 2e-6,
 }
 """Relative differences allowed to the independent solver, fixed before it was written."""
-
-MOST_CYCLES = 60
-"""Cycles tried for the rows with several cylinders."""
 
 WITHOUT_SPEED = "without a speed"
 
@@ -224,22 +220,6 @@ def run_all_rows() -> Study:
     base["designs"] = {name: [column[k] for k in kept] for name, column in designs.items()}
     base["engine"] = "ntua_all_rows"
     return Study(list(base["designs"]["case"]), {"published": sweeps.run(base)})
-
-
-def misfit_over_cycles(case: str, *, cut_speed: bool) -> Floats:
-    """Root mean square difference of the three printed omegas [rad/s] after 1, 2, ... cycles."""
-    scene = thesis_scene()
-    place = scene["designs"].pop("case").index(case)
-    scene["designs"] = {
-        key: [column[place]] * MOST_CYCLES for key, column in scene["designs"].items()
-    }
-    scene["designs"]["passes"] = list(range(1, MOST_CYCLES + 1))
-    if cut_speed:
-        make_as_made(scene["designs"])
-    scene["output"] = {"quantities": list(SPEEDS)}
-    computed = sweeps.run(scene)
-    squares = [(computed[name].values - printed(case, name)) ** 2 for name in SPEEDS]
-    return np.asarray(np.sqrt(np.mean(squares, axis=0)), dtype=np.float64)
 
 
 # --- the nominal engine ---------------------------------------------------------------------------

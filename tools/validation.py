@@ -22,7 +22,6 @@ from typing import Any
 import calibrate_ntua
 import numpy as np
 import other_sources
-import smooth_digitised
 import thesis_study as thesis
 from other_sources import Rows, signed
 from pages import DOCS, csv_text, figures_wanted, filled, sheet, write
@@ -310,23 +309,6 @@ def procedure_table(study: Study) -> Rows:
     ]
 
 
-def cycles_table(study: Study) -> Rows:
-    """Find the number of cycles that meets the printed omegas of several cylinders best."""
-    rows = [["design", "in the scene"]]
-    for way in ("as made", "as published"):
-        rows[0] += [f"{way}: best", "difference", "with the scene's"]
-    for case in study.several():
-        used = int(study.at("published", "passes", case))
-        cells = [case, str(used)]
-        for cut_speed in (True, False):
-            misfit = thesis.misfit_over_cycles(case, cut_speed=cut_speed)
-            best = int(np.argmin(misfit)) + 1
-            count = f"{best} or more" if best == thesis.MOST_CYCLES else str(best)
-            cells += [count, f"{misfit[best - 1]:.3f}", f"{misfit[used - 1]:.3f}"]
-        rows.append(cells)
-    return rows
-
-
 def span(values: Iterable[float], decimals: int = 2) -> str:
     """Smallest to largest difference."""
     found = sorted(values)
@@ -454,9 +436,7 @@ def tables(
         "large_differences": large_differences(study),
         "all_rows": all_rows_table(study, thesis.run_all_rows()),
         "correction": correction_table(),
-        "cycles": cycles_table(study),
         "procedure": procedure_table(study),
-        "smoothing": smooth_digitised.effect_table(),
         "errata": errata_table(),
         "repetition": repetition_table(),
         "drift": drift_table(drift),
@@ -522,10 +502,8 @@ def documents(
         "mean_cut": cut,
         "mean_whole": whole,
         "named": f"{NAMED:g}",
-        "most_cycles": str(thesis.MOST_CYCLES),
         "stopped_repeated": stopped["repeated"],
         "stopped_periodic": stopped["periodic"],
-        "smoothing_delta": next(r[-1] for r in made["smoothing"] if "speed fluctuation" in r[0]),
         "worst_rod": " and ".join(
             f"{max(float(row[n]) for row in made['rod'][1:]):g} %" for n in (2, 3)
         ),

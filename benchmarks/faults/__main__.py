@@ -13,6 +13,7 @@ import hashlib
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 from benchmarks.command import ROOT, part_file, settings, write_part
@@ -34,22 +35,23 @@ def summary(campaign: Campaign, count: int) -> dict[str, Any]:
     """Figures of a campaign."""
     tried = {p: campaign.verdicts[p] for p in campaign.points[:count] if p in campaign.verdicts}
     reached = {p: v for p, v in tried.items() if v.hit or p.fault.startswith("power")}
+
+    def by(kinds: Iterable[str]) -> dict[str, int]:
+        return dict(sorted(Counter(kinds).items()))
+
     return {
         "points": len(reached),
         "of": len(campaign.points),
         "not_reached": len(tried) - len(reached),
-        "ended": dict(sorted(Counter(v.ended for v in reached.values()).items())),
-        "faults": dict(sorted(Counter(p.fault for p in reached).items())),
-        "calls": dict(
-            sorted(Counter(v.hit.split(" ")[0] or "end" for v in reached.values()).items())
-        ),
-        "scenarios": dict(sorted(Counter(p.scenario for p in reached).items())),
+        "ended": by(v.ended for v in reached.values()),
+        "faults": by(p.fault for p in reached),
+        "calls": by(v.hit.split(" ")[0] or "end" for v in reached.values()),
+        "scenarios": by(p.scenario for p in reached),
         "wrong": [
             f"{p.scenario}, call {p.call}, {p.fault} ({v.hit}): {v.wrong}"
-            for p, v in tried.items()
-            if v.wrong
+            for p, v in tried.items() if v.wrong
         ],
-    }
+    }  # fmt: skip
 
 
 def main() -> None:

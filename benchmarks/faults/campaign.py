@@ -8,17 +8,18 @@ an archive that is equal to that of an undisturbed run, to the byte, and leave n
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import re
 import shutil
 import signal
 from collections import defaultdict
-from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from benchmarks.faults import power
-from benchmarks.faults.scenarios import OTHER, SCENARIOS, Scenario
+from benchmarks.faults.scenarios import OTHER, SCENARIOS, Command, Scenario
 from benchmarks.faults.server import Outcome, Server
 from sweeps.archive.partial import Damaged, Partial
 
@@ -51,44 +52,28 @@ _LOST = [f"power {rule}" for rule in power.RULES]
 _DEATHS = ["kill", "kill after", *_LOST]
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     """One fault.
 
-    Attributes
-    ----------
-    scenario : str
-        What is run.
-    call : int
-        The number of the system call.
-    fault : str
-        An error ("EIO"), "short" (fewer bytes than asked), "full" (ENOSPC from then on), "kill",
-        "kill after" (the call), or "power RULE" (killed, and what was not synced is lost).
+    That is an error ("EIO"), "short" (fewer bytes than asked), "full" (ENOSPC from then on),
+    "kill", "kill after" (the call), or "power RULE" (killed, and what was not synced is lost).
     """
 
     scenario: str
-    call: int
+    call: int  # the number of the system call
     fault: str
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """What became of a point.
 
-    Attributes
-    ----------
-    hit : str
-        The call that failed; empty where the run ended before.
-    ended : str
-        "right", "told" (one line and a status), "killed", "library" (netCDF's library crashes where
-        the last write of a file or its closing fails; no program can tell that), or "wrong".
-    wrong : str
-        What should not be; empty where all is as promised.
+    It ended "right", "told" (one line and a status), "killed", "library" (netCDF's library crashes
+    where the last write of a file or its closing fails; no program can tell that), or "wrong".
     """
 
-    hit: str
+    hit: str  # the call that failed; empty where the run ended before
     ended: str
-    wrong: str
+    wrong: str  # what should not be; empty where all is as promised
 
 
 class Campaign:
@@ -118,19 +103,15 @@ class Campaign:
 
     def _read(self, state: Path, identity: str) -> None:
         """Read the verdicts of an interrupted campaign."""
-        lines = state.read_text().splitlines() if state.exists() else []
-        if not lines or lines[0] != identity:
-            state.parent.mkdir(parents=True, exist_ok=True)
-            state.write_text(f"{identity}\n")
-            return
-        known = set(self.points)
-        for line in lines[1:]:
-            try:
-                point, verdict = json.loads(line)
-            except ValueError:  # the line that was being written
-                continue
-            if Point(**point) in known:
-                self.verdicts[Point(**point)] = Verdict(**verdict)
+        first, *lines = state.read_text().splitlines() if state.exists() else [""]
+        if first == identity:
+            known = set(self.points)
+            for line in lines:
+                with contextlib.suppress(ValueError):  # the line that was being written
+                    point, verdict = json.loads(line)
+                    if Point(*point) in known:
+                        self.verdicts[Point(*point)] = Verdict(*verdict)
+        state.parent.mkdir(parents=True, exist_ok=True)
         state.write_text(f"{identity}\n")
         for found, what in self.verdicts.items():
             self._keep(found, what)
@@ -138,7 +119,7 @@ class Campaign:
     def _keep(self, point: Point, verdict: Verdict) -> None:
         if self._state is not None:
             with self._state.open("a") as stream:
-                stream.write(json.dumps([asdict(point), asdict(verdict)]) + "\n")
+                stream.write(json.dumps([point, verdict]) + "\n")
 
     # --- which points there are ---------------------------------------------------------------
 
@@ -148,14 +129,14 @@ class Campaign:
         Of one kind are the points of a scenario with the same call, on the same file, and fault.
         """
         kinds: dict[tuple[str, str, str], list[Point]] = defaultdict(list)
-        for scenario in SCENARIOS.values():
-            calls = self._undisturbed(scenario)
+        for scene in SCENARIOS:
+            calls = self._undisturbed(scene)
             for number, call in enumerate([*calls, "end"], 1):
                 name = call.split(" ")[0]
                 faults = [*_ERRORS[name], *_DEATHS] if name != "end" else _LOST
                 kind = " ".join(part.split(".new")[0][:40] for part in call.split("/"))
                 for fault in faults:
-                    kinds[scenario.name, kind, fault].append(Point(scenario.name, number, fault))
+                    kinds[scene, kind, fault].append(Point(scene, number, fault))
         chance = random.Random(1)
         for points in kinds.values():
             chance.shuffle(points)
@@ -165,44 +146,53 @@ class Campaign:
         longest = max(map(len, order))
         return [points[i] for i in range(longest) for points in order if i < len(points)]
 
-    def _undisturbed(self, scenario: Scenario) -> list[str]:
+    def _undisturbed(self, name: str) -> list[str]:
         """Run a scenario twice without a fault: its calls, its archive and what lies beside it."""
+        output = self.work / SCENARIOS[name].output
         for _ in range(2):
-            self._prepare(scenario)
-            output = self.work / scenario.output
-            self.old[scenario.name] = output.read_bytes() if output.exists() else None
-            done = self.server.run(list(scenario.command), self.work)
-            if done.status or done.errors:
-                raise RuntimeError(f"{scenario.name}: {done.errors}")
+            self._prepare(name)
+            self.old[name] = output.read_bytes() if output.exists() else None
+            done = self._run(SCENARIOS[name].command)
             found = output.read_bytes()
-            if self.expected.setdefault(scenario.name, found) != found:
-                raise RuntimeError(f"{scenario.name}: two undisturbed runs differ")
-            self.names[scenario.name] = self._listed()
+            if self.expected.setdefault(name, found) != found:
+                raise RuntimeError(f"{name}: two undisturbed runs differ")
+            self.names[name] = self._listed()
         return done.calls
 
-    def _prepare(self, scenario: Scenario) -> None:
+    def _run(self, command: Command) -> Outcome:
+        """Run a command without a fault."""
+        done = self.server.run(command, self.work)
+        if done.status or done.errors:
+            raise RuntimeError(f"{' '.join(command)}: {done.errors}")
+        return done
+
+    def _prepare(self, name: str) -> Scenario:
         """Make what is there before a run."""
+        scenario = SCENARIOS[name]
         shutil.rmtree(self.work, ignore_errors=True)
-        kept = self.server.folder / f"before {scenario.name}"
+        kept = self._before(name)
         if kept.exists():
             shutil.copytree(kept, self.work)
-            return
+            return scenario
         self.work.mkdir()
         (self.work / "scene.toml").write_text(scenario.scene)
         (self.work / "other.toml").write_text(OTHER)
         for command in scenario.before:
-            done = self.server.run(list(command), self.work)
-            if done.status:
-                raise RuntimeError(f"{scenario.name}: {done.errors}")
+            self._run(command)
         if scenario.cut:
-            calls = self.server.run(list(scenario.command), self.work).calls
+            calls = self._run(scenario.command).calls
             (self.work / scenario.output).unlink()
             blocks = [
                 i for i, call in enumerate(calls) if call.startswith("rename") and "block" in call
             ]
             # Killed behind the second block, which is synced by then.
-            self.server.run(list(scenario.command), self.work, call=blocks[1] + 6, fault="kill")
+            self.server.run(scenario.command, self.work, call=blocks[1] + 6, fault="kill")
         shutil.copytree(self.work, kept)
+        return scenario
+
+    def _before(self, name: str) -> Path:
+        """Folder of what is there before a run."""
+        return self.server.folder / f"before {name}"
 
     def _listed(self) -> set[str]:
         return {str(path.relative_to(self.work)) for path in self.work.rglob("*")}
@@ -221,13 +211,12 @@ class Campaign:
         return verdict
 
     def _judged(self, point: Point) -> Verdict:
-        scenario = SCENARIOS[point.scenario]
-        self._prepare(scenario)
+        scenario = self._prepare(point.scenario)
         loses = point.fault.startswith("power")
         if loses:
             power.all_synced(self.work, self.shadows)
         done = self.server.run(
-            list(scenario.command), self.work, call=point.call,
+            scenario.command, self.work, call=point.call,
             fault="kill" if loses else point.fault, shadows=self.shadows if loses else None,
         )  # fmt: skip
         deadly = point.fault in _DEATHS and bool(done.hit)
@@ -237,25 +226,25 @@ class Campaign:
         elif not (deadly and done.status == -signal.SIGKILL):
             wrong = _badly_ended(done)
         if loses:
-            rule = point.fault.split(" ")[1]
-            power.lose(self.work, self.shadows, rule, point.call)
-        wrong = wrong or self._badly_left(scenario, done) or self._badly_completed(scenario)
+            power.lose(self.work, self.shadows, point.fault.split(" ")[1], point.call)
+        wrong = wrong or self._badly_left(point.scenario, done)
+        wrong = wrong or self._badly_completed(point.scenario)
         return Verdict(done.hit, "wrong" if wrong else ended, wrong)
 
-    def _badly_left(self, scenario: Scenario, done: Outcome) -> str:
+    def _badly_left(self, name: str, done: Outcome) -> str:
         """What is wrong with the files that a run has left; empty where nothing is."""
-        output = self.work / scenario.output
+        output = self.work / SCENARIOS[name].output
         found = output.read_bytes() if output.exists() else None
-        if found == self.expected[scenario.name]:
+        if found == self.expected[name]:
             return ""
         if done.status == 0:
             return f"exit status 0, and the archive is {_described(found)}"
-        if found != self.old[scenario.name]:
+        if found != self.old[name]:
             return f"the archive is neither the old nor the new one: {_described(found)}"
         partial = Partial.of(output)
         partial.header()
-        before = self.server.folder / f"before {scenario.name}" / scenario.output
-        for number in (*Partial.of(before).finished(), *done.done):
+        before = Partial.of(self._before(name) / SCENARIOS[name].output).finished()
+        for number in (*before, *done.done):
             try:
                 partial.read(number)
             except Damaged as error:
@@ -263,15 +252,16 @@ class Campaign:
                     return f"block {number} was reported finished, and is lost ({error})"
         return ""
 
-    def _badly_completed(self, scenario: Scenario) -> str:
+    def _badly_completed(self, name: str) -> str:
         """Complete a run without a fault; what is wrong then, empty where nothing is."""
-        done = self.server.run(list(scenario.again), self.work)
+        scenario = SCENARIOS[name]
+        done = self.server.run(scenario.again, self.work)
         said = scenario.afterwards
         if done.status and not (said and done.status == 2 and said in done.errors):
             return f"not completed: status {done.status}, {done.errors.strip()}"
-        if (self.work / scenario.output).read_bytes() != self.expected[scenario.name]:
+        if (self.work / scenario.output).read_bytes() != self.expected[name]:
             return "completed, and other bytes than without a fault"
-        extra = self._listed() - self.names[scenario.name]
+        extra = self._listed() - self.names[name]
         return f"completed, and left over: {', '.join(sorted(extra))}" if extra else ""
 
 

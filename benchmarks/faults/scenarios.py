@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
-__all__ = ["SCENARIOS", "SCENE", "Scenario"]
+__all__ = ["OTHER", "SCENARIOS", "SCENE", "Command", "Scenario"]
 
 SCENE = """\
 title = "A small map"
@@ -20,78 +20,40 @@ quantities = ["delta", "omega_mean", "imep"]
 """
 
 OTHER = SCENE.replace("9.0", "8.0")
+"""The text of other.toml."""
 
 LITTLE = SCENE.replace("num = 100", "num = 3")
 
-RUN = ("run", "scene.toml", "--threads", "1")
+Command = tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """One command, and what is there before it.
+class Scenario(NamedTuple):
+    """One command, and what is there before it."""
 
-    Attributes
-    ----------
-    name : str
-        As it is listed.
-    scene : str
-        The text of scene.toml.
-    command : tuple of str
-        What is run with a fault.
-    again : tuple of str
-        What is run after that, to complete it.
-    output : str
-        The archive.
-    before : tuple of tuple of str
-        Commands that make what is there before.
-    cut : bool
-        Whether the first run of `command` is killed half way before: it is one that goes on.
-    afterwards : str
-        What `again` may say where everything was done already, instead of succeeding.
-    """
-
-    name: str
-    scene: str
-    command: tuple[str, ...]
-    again: tuple[str, ...]
+    scene: str  # the text of scene.toml
+    command: Command  # what is run with a fault
+    again: Command  # what is run after that, to complete it
     output: str = "out.nc"
-    before: tuple[tuple[str, ...], ...] = ()
-    cut: bool = False
-    afterwards: str = ""
+    before: tuple[Command, ...] = ()  # make what is there before
+    cut: bool = False  # whether `command` was killed half way before: it is one that goes on
+    afterwards: str = ""  # what `again` may say where everything was done already
 
 
-def _of_shards() -> tuple[tuple[str, ...], ...]:
-    return tuple((*RUN, "--shard", f"{i}/2", "-o", f"{i}.nc") for i in (1, 2))
-
+RUN = ("run", "scene.toml", "--threads", "1", "-o", "out.nc")
+FAR = (*RUN[:-1], "of/today/out.nc")
+EXTEND = ("extend", "out.nc", "--axis", "speed=1100,1700", "--threads", "1")
+MERGE = ("merge", "1.nc", "2.nc", "-o", "out.nc")
+SHARDS = tuple((*RUN[:-1], f"{i}.nc", "--shard", f"{i}/2") for i in (1, 2))
+REPLACE = (*RUN, "--overwrite")
+BEFORE = ("run", "other.toml", *RUN[2:])
 
 SCENARIOS = {
-    scenario.name: scenario
-    for scenario in (
-        Scenario(
-            "a new run", SCENE, (*RUN, "-o", "of/today/out.nc"),
-            (*RUN, "-o", "of/today/out.nc", "--resume"), "of/today/out.nc",
-        ),
-        Scenario(
-            "a run that goes on", SCENE, (*RUN, "-o", "out.nc", "--resume"),
-            (*RUN, "-o", "out.nc", "--resume"), cut=True,
-        ),
-        Scenario(
-            "a run that replaces", SCENE, (*RUN, "-o", "out.nc", "--overwrite"),
-            (*RUN, "-o", "out.nc", "--overwrite", "--resume"),
-            before=(("run", "other.toml", "-o", "out.nc", "--threads", "1"),),
-        ),
-        Scenario(
-            "a run of one block", LITTLE, (*RUN, "-o", "out.nc"),
-            (*RUN, "-o", "out.nc", "--resume"),
-        ),
-        Scenario(
-            "extend", LITTLE, ("extend", "out.nc", "--axis", "speed=1100,1700", "--threads", "1"),
-            ("extend", "out.nc", "--axis", "speed=1100,1700", "--threads", "1"),
-            before=((*RUN, "-o", "out.nc"),), afterwards="is already on the axis",
-        ),
-        Scenario(
-            "merge", LITTLE, ("merge", "1.nc", "2.nc", "-o", "out.nc"),
-            ("merge", "1.nc", "2.nc", "-o", "out.nc", "--overwrite"), before=_of_shards(),
-        ),
-    )
+    "a new run": Scenario(SCENE, FAR, (*FAR, "--resume"), "of/today/out.nc"),
+    "a run that goes on": Scenario(SCENE, (*RUN, "--resume"), (*RUN, "--resume"), cut=True),
+    "a run that replaces": Scenario(SCENE, REPLACE, (*REPLACE, "--resume"), before=(BEFORE,)),
+    "a run of one block": Scenario(LITTLE, RUN, (*RUN, "--resume")),
+    "extend": Scenario(
+        LITTLE, EXTEND, EXTEND, before=(RUN,), afterwards="is already on the axis"
+    ),
+    "merge": Scenario(LITTLE, MERGE, (*MERGE, "--overwrite"), before=SHARDS),
 }  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import errno
 import json
 import os
 import select
@@ -18,10 +19,10 @@ import subprocess
 import sys
 import tempfile
 import threading
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace, TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -62,30 +63,15 @@ def built(folder: Path) -> Path:
     return path
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What became of one run.
+class Outcome(NamedTuple):
+    """What became of one run."""
 
-    Attributes
-    ----------
-    status : int or None
-        Its exit status; negative: the signal that ended it; None: it did not end.
-    output, errors : str
-        What it printed.
-    calls : list of str
-        The system calls below its folder: "open /out.nc.partial/lock", and so on.
-    hit : str
-        The call that failed; empty where none did.
-    done : list of int
-        Blocks that were reported finished.
-    """
-
-    status: int | None
+    status: int | None  # of its exit; negative: the signal that ended it; None: it did not end
     output: str
     errors: str
-    calls: list[str]
-    hit: str
-    done: list[int]
+    calls: list[str]  # below its folder: "open /out.nc.partial/lock", and so on
+    hit: str  # the call that failed; empty where none did
+    done: list[int]  # blocks that were reported finished
 
 
 class Server:
@@ -116,14 +102,15 @@ class Server:
         self._folder.cleanup()
 
     def run(
-        self, arguments: list[str], folder: Path, *, call: int = 0, fault: str = "",
+        self, arguments: Sequence[str], folder: Path, *, call: int = 0, fault: str = "",
         shadows: Path | None = None,
     ) -> Outcome:  # fmt: skip
         """Run the command in a folder, with a fault at the n-th call; 0: with none."""
         for name in ("out", "err", "calls", "done"):
             (self.folder / name).unlink(missing_ok=True)
+        number = FAULTS[fault] if fault in FAULTS else getattr(errno, fault) if fault else 0
         request = {
-            "arguments": arguments, "folder": str(folder), "call": call, "fault": number_of(fault),
+            "arguments": arguments, "folder": str(folder), "call": call, "fault": number,
             "shadows": "" if shadows is None else str(shadows), "beside": str(self.folder),
         }  # fmt: skip
         assert self._process.stdin is not None and self._process.stdout is not None
@@ -141,13 +128,6 @@ class Server:
     def _text(self, name: str) -> str:
         path = self.folder / name
         return path.read_text(errors="replace") if path.exists() else ""
-
-
-def number_of(fault: str) -> int:
-    """How the layer names a fault: "ENOSPC", "short", "kill", ..."""
-    import errno
-
-    return FAULTS[fault] if fault in FAULTS else getattr(errno, fault) if fault else 0
 
 
 # --- in the process itself ----------------------------------------------------------------------

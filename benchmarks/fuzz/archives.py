@@ -41,12 +41,9 @@ def good_archive(part: bool = False) -> bytes:
     plan = make_plan(read_scene(_SMALL))
     if part:
         plan = shard(plan, 1, 3)
-    results = {}
-    for name in plan.outputs:
-        shape = tuple(plan.sizes[d] for d in plan.dims(name))
-        results[name] = (
-            np.zeros(shape, "i1") if name == "status" else 1.0 + np.indices(shape).sum(0)
-        )
+    shapes = {name: tuple(plan.sizes[d] for d in plan.dims(name)) for name in plan.outputs}
+    results = {name: 1.0 + np.indices(shape).sum(0) for name, shape in shapes.items()}
+    results["status"] = np.zeros(shapes["status"], "i1")
     path = sandbox() / "good.nc"
     netcdf.write(label(plan, results, seconds=1.0), path, overwrite=True)
     data = path.read_bytes()
@@ -113,25 +110,23 @@ def write_archive(path: Path, example: tuple[str, Any]) -> None:
         path.write_bytes(content)
         return
     path.write_bytes(good_archive(content[0] if kind == "attributes" else False))
+    refused = suppress(AttributeError, RuntimeError, TypeError, OSError, ValueError, LookupError)
     with netCDF4.Dataset(path, "r+") as file:
         if kind == "attributes":
             for name, value in content[1]:
-                with suppress(AttributeError, RuntimeError, TypeError, OSError, ValueError):
+                with refused:
                     file.delncattr(name)
                     if value is not None:
                         file.setncattr(name, value)
             return
         add_variables(file, content[0])
         for name, (attribute, value) in content[1]:
-            with suppress(
-                AttributeError, RuntimeError, TypeError, OSError, ValueError, KeyError, IndexError
-            ):
-                if attribute == "rename":
-                    # The library cannot close a file with one named as a dimension.
-                    if value not in file.dimensions:
-                        file.renameVariable(name, value)
-                else:
+            with refused:
+                if attribute != "rename":
                     file[name].setncattr(attribute, value)
+                # The library cannot close a file with a variable named as a dimension.
+                elif value not in file.dimensions:
+                    file.renameVariable(name, value)
 
 
 def check_archive(example: tuple[str, Any]) -> None:
@@ -157,5 +152,5 @@ def check_figures(example: tuple[str, Any]) -> None:
     home = sandbox()
     path = home / "scenes" / "mutated.nc"
     write_archive(path, example)
-    with unchanged(home / "scenes"), unchanged(home / "outside"):
+    with unchanged(home / "scenes", home / "outside"):
         in_one_line("plot", path, "-o", home / "out" / "figures", "--format", "svg")

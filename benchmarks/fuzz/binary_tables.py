@@ -15,18 +15,12 @@ import pyarrow.parquet as pq
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.changes import cut_up
-from benchmarks.fuzz.checking import refused_or_taken, unchanged
+from benchmarks.fuzz.checking import read_hostile
 from benchmarks.fuzz.sandbox import sandbox
 from sweeps.reading.design_files import read_designs
 
-__all__ = [
-    "ATTRIBUTES",
-    "KEYS",
-    "add_variables",
-    "binary_tables",
-    "check_binary_table",
-    "hostile_variables",
-]
+__all__ = ["ATTRIBUTES", "KEYS", "add_variables", "binary_tables", "check_binary_table",
+           "hostile_variables"]  # fmt: skip
 
 KEYS = ["bore", "stroke", "case", "design", "speed", "Bore", "delta", "x", "passes"]
 _TYPES = ["f8", "f4", "i4", "i8", "u1", "S1", "str", "compound", "vlen", "enum", "opaque"]
@@ -140,16 +134,14 @@ def binary_tables() -> st.SearchStrategy[tuple[str, Any]]:
 
 
 def check_binary_table(example: tuple[str, Any]) -> None:
-
     suffix, content = example
-    path = sandbox() / "scenes" / f"mutated{suffix}"
-    path.unlink(missing_ok=True)
-    if isinstance(content, bytes):
-        path.write_bytes(content)
-    elif suffix == ".nc":
-        with netCDF4.Dataset(path, "w") as file:
-            add_variables(file, content)
-    else:
-        write_parquet(path, content)
-    with unchanged(sandbox()):
-        refused_or_taken(lambda: read_designs(path, "mutated"))
+    if not isinstance(content, bytes):
+        path = sandbox() / f"written{suffix}"
+        if suffix == ".nc":
+            with netCDF4.Dataset(path, "w") as file:
+                add_variables(file, content)
+        else:
+            write_parquet(path, content)
+        content = path.read_bytes()
+        path.unlink()
+    read_hostile(f"mutated{suffix}", content, lambda path: read_designs(path, "mutated"))

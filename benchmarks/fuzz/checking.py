@@ -10,10 +10,11 @@ from typing import Any
 
 import click.testing
 
+from benchmarks.fuzz.sandbox import sandbox
 from sweeps.cli.main import main as command
 from sweeps.errors import SceneError
 
-__all__ = ["COUNTS", "in_one_line", "refused_or_taken", "unchanged"]
+__all__ = ["COUNTS", "in_one_line", "read_hostile", "refused_or_taken", "unchanged"]
 
 COUNTS: Counter[str] = Counter()
 
@@ -35,18 +36,26 @@ def refused_or_taken(work: Callable[[], Any]) -> bool:
     return True
 
 
+def read_hostile(name: str, data: bytes, read: Callable[[Path], Any]) -> bool:
+    """Read hostile bytes as a file in the folder of scenes; whether they were taken."""
+    path = sandbox() / "scenes" / name
+    path.unlink(missing_ok=True)
+    path.write_bytes(data)
+    with unchanged(sandbox()):
+        return refused_or_taken(lambda: read(path))
+
+
 @contextmanager
-def unchanged(folder: Path) -> Iterator[None]:
-    """Nothing in a folder may change."""
-    before = _listing(folder)
+def unchanged(*folders: Path) -> Iterator[None]:
+    """Nothing in some folders may change."""
+    before = _listing(folders)
     yield
-    assert _listing(folder) == before, "something was written elsewhere"
+    assert _listing(folders) == before, "something was written elsewhere"
 
 
-def _listing(folder: Path) -> list[tuple[str, int, int]]:
-    return sorted(
-        (str(p), s.st_size, s.st_mtime_ns) for p in folder.rglob("*") for s in [p.lstat()]
-    )
+def _listing(folders: tuple[Path, ...]) -> list[tuple[str, int, int]]:
+    found = ((path, path.lstat()) for folder in folders for path in folder.rglob("*"))
+    return sorted((str(path), s.st_size, s.st_mtime_ns) for path, s in found)
 
 
 def in_one_line(*arguments: Any) -> None:

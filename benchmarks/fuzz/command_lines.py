@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.archives import good_archive
@@ -28,26 +30,25 @@ def command_lines() -> st.SearchStrategy[list[str]]:
          str(folder / ("d/" * 3000) / "out.nc"), str(folder / "good.nc"), ""]
     )  # fmt: skip
     good = str(folder / "good.nc")
+    run = ("run", "first", "-o", output)
+    axis = (word | word.map(lambda w: f"inertia={w}")).filter(
+        lambda w: not any(c.isdigit() for c in w)
+    )
+    lines: list[tuple[Any, ...]] = [
+        ("info", word), ("plan", word), ("run", word, "-o", output), run,
+        ("export", good, "-o", output | word, "--quantities", word),
+        ("extend", good, "--axis", axis),
+        ("plot", good, "-o", output, "--select", word | word.map(lambda w: f"speed={w}")),
+        ("compare", good, word, "--tolerance", word), ("merge", word, good, "-o", output),
+        ("rerun", word, "-o", output), (*run, "--overwrite", "--shard", word),
+        (*run, "--memory", word), ("new", output),
+    ]  # fmt: skip
     return st.one_of(
-        st.tuples(st.sampled_from(["info", "plan"]), word).map(list),
-        st.tuples(st.just("run"), word, st.just("-o"), output).map(list),
-        st.tuples(st.just("run"), st.just("first"), st.just("-o"), output).map(list),
-        st.tuples(st.just("export"), st.just(good), st.just("-o"), output | word,
-                  st.just("--quantities"), word).map(list),
-        st.tuples(st.just("extend"), st.just(good), st.just("--axis"),
-                  word | word.map(lambda w: f"inertia={w}")).map(list).filter(
-                      lambda words: not any(c.isdigit() for c in words[-1])),
-        st.tuples(st.just("plot"), st.just(good), st.just("-o"), output, st.just("--select"),
-                  word | word.map(lambda w: f"speed={w}")).map(list),
-        st.tuples(st.just("compare"), st.just(good), word, st.just("--tolerance"), word).map(list),
-        st.tuples(st.just("merge"), word, st.just(good), st.just("-o"), output).map(list),
-        st.tuples(st.just("rerun"), word, st.just("-o"), output).map(list),
-        st.tuples(st.just("run"), st.just("first"), st.just("-o"), output, st.just("--overwrite"),
-                  st.just("--shard"), word).map(list),
-        st.tuples(st.just("run"), st.just("first"), st.just("-o"), output, st.just("--memory"),
-                  word).map(list),
-        st.tuples(st.just("new"), output).map(list),
-    )  # fmt: skip
+        [
+            st.tuples(*(st.just(w) if isinstance(w, str) else w for w in line)).map(list)
+            for line in lines
+        ]
+    )
 
 
 def check_command_line(arguments: list[str]) -> None:

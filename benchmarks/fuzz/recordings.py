@@ -1,4 +1,4 @@
-"""Files of laboratories with bytes changed, and hostile options of their import."""
+"""Files of laboratories with bytes changed, and what a scene or an import may say of them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import netCDF4
 import numpy as np
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.changes import cut_up
-from benchmarks.fuzz.checking import refused_or_taken, unchanged
-from benchmarks.fuzz.sandbox import sandbox
+import sweeps
+from benchmarks.fuzz.changes import changed, cut_up
+from benchmarks.fuzz.checking import read_hostile
+from benchmarks.fuzz.sandbox import names, sandbox
+from benchmarks.fuzz.texts import in_scene
 from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.pressure_options import ImportOptions
 
-__all__ = ["check_recording", "recordings"]
+__all__ = ["check_measured_speed", "check_recording", "measured_speeds", "recordings"]
 
 STEP = 4.0
 """Degrees: small files are read fast, and a change more often hits what steers the reading."""
@@ -105,8 +107,58 @@ def recordings() -> st.SearchStrategy[tuple[str, bytes, dict[str, Any]]]:
 
 def check_recording(example: tuple[str, bytes, dict[str, Any]]) -> None:
     suffix, data, options = example
-    path = sandbox() / "scenes" / f"recording{suffix}"
-    path.unlink(missing_ok=True)
-    path.write_bytes(data)
-    with unchanged(sandbox()):
-        refused_or_taken(lambda: read_pressure(path, **options).text())
+    read_hostile(f"recording{suffix}", data, lambda path: read_pressure(path, **options).text())
+
+
+# --- measured speeds, named by scenes -------------------------------------------------------------
+
+TEETH = 11
+"""Of a wheel 12-1: few, so that a change more often hits what matters."""
+
+CYCLES, SAMPLES = 3, 1600
+
+
+@cache
+def _recordings() -> dict[str, bytes]:
+    """A sound recording of each kind: three cycles at 1500 rpm, slower around firing."""
+    angle = np.arange(-360.0, 360.0 * (2 * CYCLES - 1) + 1.0, 5.0)
+    speed = 1500.0 - 40.0 * np.cos(np.deg2rad(0.5 * angle))
+    time = np.arange(2 * CYCLES * 12) * 0.04 / 12.0
+    time = time[np.arange(time.size) % 12 != TEETH]
+    sampled = np.linspace(0.0, 0.04 * 2 * CYCLES, SAMPLES)
+    wave = np.sin(2.0 * np.pi * sampled / (0.04 / 12.0))
+    signal = np.where(np.floor(sampled / (0.04 / 12.0)) % 12 == TEETH, -1.0, wave)
+    return {
+        "speed": _text("crank angle [deg],speed [rpm]", angle, speed),
+        "teeth": _text("time [s]", time),
+        "encoder": _text("time [s],signal [V]", sampled, signal),
+    }
+
+
+def _text(head: str, *columns: np.ndarray[Any, Any]) -> bytes:
+    lines = (",".join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True))
+    return "\n".join([head, *lines, ""]).encode()
+
+
+def _scene(kind: str) -> dict[str, Any]:
+    wheel = {} if kind == "speed" else {"wheel": "12-1", "gap_angle": 10.0}
+    measured = {"file": ["mutated.csv"] * 2, "kind": kind, "at": {"load": [50, 90]}, **wheel}
+    return {"engine": "ntua", "axes": {"load": [50, 90]}, "output": {"quantities": ["delta"]},
+            "measured": measured}  # fmt: skip
+
+
+def measured_speeds() -> st.SearchStrategy[tuple[dict[str, Any], bytes]]:
+    """Scene and recording."""
+
+    def of(kind: str) -> st.SearchStrategy[tuple[dict[str, Any], bytes]]:
+        scene, data = _scene(kind), _recordings()[kind]
+        table = changed(scene["measured"], names())
+        hostile = table.map(lambda tree: {**scene, "measured": tree})
+        return st.one_of(st.tuples(hostile, st.just(data)), st.tuples(st.just(scene), cut_up(data)))
+
+    return st.sampled_from(sorted(_recordings())).flatmap(of)
+
+
+def check_measured_speed(example: tuple[dict[str, Any], bytes]) -> None:
+    scene, data = example
+    in_scene(data, scene, sweeps.measured)

@@ -13,18 +13,8 @@ from sweeps.catalogue import ENGINES, SCENES
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.toml_tables import SceneFile
 
-__all__ = [
-    "DESIGNS",
-    "DRIVER",
-    "LOAD",
-    "PRESSURE",
-    "PUBLISHED",
-    "SCENE",
-    "engines",
-    "names",
-    "sandbox",
-    "scenes",
-]
+__all__ = ["DESIGNS", "DRIVER", "LOAD", "PRESSURE", "PUBLISHED", "SCENE", "engines", "names",
+           "sandbox", "scenes"]  # fmt: skip
 
 SCENE = """\
 title = "All tables"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
 from typing import Any
 
 from hypothesis import strategies as st
 
 from benchmarks.fuzz.changes import changed, cut_up
-from benchmarks.fuzz.checking import refused_or_taken, unchanged
+from benchmarks.fuzz.checking import read_hostile, refused_or_taken
 from benchmarks.fuzz.sandbox import DESIGNS, DRIVER, LOAD, PRESSURE, PUBLISHED, names, sandbox
 from benchmarks.tables import toml_text
 from sweeps.catalogue import ENGINES
@@ -30,32 +29,24 @@ def texts(files: dict[str, bytes]) -> st.SearchStrategy[bytes]:
     return written | st.sampled_from(list(files.values())).flatmap(cut_up)
 
 
-def _read_scene(path: Path) -> Any:
-    plan = make_plan(read_scene(path))
-    text(plan)
-    return plan
+def plan_of(scene: Any) -> str:
+    """What `engine-dyn plan` says of a scene."""
+    return text(make_plan(read_scene(scene)))
 
 
 def check_scene(data: bytes) -> None:
-    home = sandbox()
-    path = home / "scenes" / "mutated.toml"
-    path.write_bytes(data)
-    with unchanged(home):
-        refused_or_taken(lambda: _read_scene(path))
+    read_hostile("mutated.toml", data, plan_of)
 
 
 def check_engine(data: bytes) -> None:
-    home = sandbox()
-    path = home / "scenes" / "mutated.toml"
-    path.write_bytes(data)
-    with unchanged(home):
-        if refused_or_taken(lambda: engine_text(load_engine(path))):
-            scene = {"engine": str(path), "output": {"quantities": ["delta", "imep"]}}
-            refused_or_taken(lambda: _read_scene(scene))  # type: ignore[arg-type]
+    if read_hostile("mutated.toml", data, lambda path: engine_text(load_engine(path))):
+        engine = str(sandbox() / "scenes" / "mutated.toml")
+        scene = {"engine": engine, "output": {"quantities": ["delta", "imep"]}}
+        refused_or_taken(lambda: plan_of(scene))
 
 
 _TABLES: dict[str, tuple[bytes, dict[str, Any]]] = {
-    "indicator": (b"", {"indicator": {"file": "mutated.csv"}}),
+    "indicator": ((ENGINES / PRESSURE).read_bytes(), {"indicator": {"file": "mutated.csv"}}),
     "load": (LOAD.encode(), {"set": {"load_table": "mutated.csv"}}),
     "driver": (DRIVER.encode(), {"set": {"driver_table": "mutated.csv"}}),
     "designs": (DESIGNS.encode(), {"designs": {"file": "mutated.csv"}}),
@@ -68,23 +59,22 @@ _TABLES: dict[str, tuple[bytes, dict[str, Any]]] = {
         },
     ),
 }
+"""Sound tables, and what names them in a scene."""
 
 
 def tables() -> st.SearchStrategy[tuple[str, bytes]]:
-    def of(kind: str) -> st.SearchStrategy[tuple[str, bytes]]:
-        data = _TABLES[kind][0] or (ENGINES / PRESSURE).read_bytes()
-        return st.tuples(st.just(kind), cut_up(data))
+    return st.sampled_from(list(_TABLES)).flatmap(
+        lambda kind: st.tuples(st.just(kind), cut_up(_TABLES[kind][0]))
+    )
 
-    return st.sampled_from(list(_TABLES)).flatmap(of)
+
+def in_scene(data: bytes, scene: dict[str, Any], read: Any) -> bool:
+    """Read a scene that names a hostile table; whether it was taken."""
+    (sandbox() / "scenes" / "mutated.csv").write_bytes(data)
+    return read_hostile("mutated.toml", toml_text(scene).encode("utf-8", "replace"), read)
 
 
 def check_table(example: tuple[str, bytes]) -> None:
     kind, data = example
-    home = sandbox()
-    folder = home / "scenes"
-    (folder / "mutated.csv").write_bytes(data)
     scene = {"engine": "ntua", "output": {"quantities": ["delta"]}, **_TABLES[kind][1]}
-    path = folder / "mutated.toml"
-    path.write_text(toml_text(scene))
-    with unchanged(home):
-        refused_or_taken(lambda: _read_scene(path))
+    in_scene(data, scene, plan_of)

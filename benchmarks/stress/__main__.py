@@ -6,7 +6,8 @@ python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagra
 
 Diagrams are so many of each kind, flywheels rounds of light ones, checked designs those of each
 sampled study that an independent solver gets; the limit is that of a chunk. Ends with status 1 if
-anything is not as it should be; out/stress.json then has the designs.
+anything is not as it should be; out/stress.json then has the designs. docs/measurements.md says
+what the tables mean.
 """
 
 from __future__ import annotations
@@ -16,20 +17,31 @@ import json
 import platform
 import sys
 import time
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
+from benchmarks import tables
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
-from benchmarks.stress import (
-    calibration,
-    chunks,
-    draw,
-    driven,
-    report,
-    sample,
-    sampled,
-    spikes,
-    strong,
-    weak,
-)
+from benchmarks.stress import absurd, calibration, driven, sampled, spikes, strong
+from benchmarks.stress.findings import DEFECTS, Findings
+
+SHOWN = 4
+"""Designs of a kind that are shown."""
+
+
+def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
+    """Designs that should not be, a few of each kind, and the worst of the sampled ones."""
+    for words, inputs in found[sampled].largest.values():  # type: ignore[attr-defined]
+        yield [sampled.PART, words, json.dumps(inputs)]
+    for part, of_part in found.items():
+        kinds = Counter[str]()
+        for example in of_part.examples:
+            what = example["what"]
+            kinds[what] += 1
+            if what.partition(" ")[0] in DEFECTS and kinds[what] <= SHOWN:
+                told = {key: value for key, value in example.items() if key != "what"}
+                yield [part.PART, what, json.dumps(told)]
 
 
 def main() -> int:
@@ -37,33 +49,40 @@ def main() -> int:
     chosen = settings(
         "benchmarks.stress", __doc__, designs=10_000_000, sample=4000, calibrate=4000,
         diagrams=100, flywheels=8, driven=3000, sampled=sampled.DESIGNS, checked=24, seed=20261121,
-        processes=CPUS, limit=chunks.LIMIT, output=ROOT / "docs",
+        processes=CPUS, limit=absurd.LIMIT, output=ROOT / "docs",
     )  # fmt: skip
     began, seed, processes = time.perf_counter(), chosen.seed, chosen.processes
-    outcome = chunks.run(seed, chosen.designs, chosen.sample, log, chosen.limit)
-    means, cure = weak.drift()
-    measured = report.Measured(
-        run=f"{datetime.date.today().isoformat()}; {processor()}, {CPUS} processors, "
-        f"{platform.system()}; {versions('numpy', 'numba', 'engine-dyn')}; seed {seed}",
-        outcome=outcome,
-        agreement=sample.run(seed, outcome.picked, draw.size_of(chosen.designs), processes, log),
-        spiky=spikes.run(seed, chosen.diagrams, log),
-        light=strong.run(seed, chosen.flywheels, log),
-        machines=driven.run(seed, chosen.driven, processes, log),
-        studies=sampled.run(seed, chosen.sampled, chosen.checked, processes, log),
-        reading=calibration.run(seed, chosen.calibrate, processes, log),
-        own_error=calibration.own_error(seed),
-        weak=weak.study(),
-        drift=means,
-        cure=cure,
-        took=time.perf_counter() - began,
+    found: dict[Any, Findings] = {
+        absurd: absurd.run(seed, chosen.designs, chosen.sample, processes, log, chosen.limit),
+        spikes: spikes.run(seed, chosen.diagrams, log),
+        strong: strong.run(seed, chosen.flywheels, log),
+        driven: driven.run(seed, chosen.driven, processes, log),
+        sampled: sampled.run(seed, chosen.sampled, chosen.checked, processes, log),
+        calibration: calibration.run(seed, chosen.calibrate, processes, log),
+    }
+    run = (
+        f"{datetime.date.today().isoformat()}; {processor()}, {CPUS} processors, "
+        f"{platform.system()}; {versions('numpy', 'numba', 'engine-dyn')}; seed {seed}; "
+        f"{(time.perf_counter() - began) / 60.0:.1f} minutes."
     )
-    report.write(measured, chosen.output)
+    words, folder = {"run": run}, chosen.output / "stability"
+    for part, of_part in found.items():
+        words |= part.words(of_part)
+        for name, (head, *body) in part.tables(of_part).items():
+            tables.save(folder / f"{name}.csv", head, body)
+    tables.save(folder / "examples.csv", ["part", "what", "design"], shown(found))
+    tables.save(folder / "summary.csv", ["what", "words"], map(list, words.items()), marks=True)
+    figure = chosen.output / "figures" / "stability_error.png"
+    figure.parent.mkdir(parents=True, exist_ok=True)
+    made = calibration.figure(found[calibration])
+    made.savefig(figure, dpi=160, metadata={"Software": None})
     examples = ROOT / "out" / "stress.json"
     examples.parent.mkdir(exist_ok=True)
-    examples.write_text(json.dumps(measured.examples, indent=1), "utf-8")
-    log(f"written: out/stress.json; {measured.defects} defects")
-    return 1 if measured.defects else 0
+    told = [{"part": p.PART, **example} for p, each in found.items() for example in each.examples]
+    examples.write_text(json.dumps(told, indent=1), "utf-8")
+    defects = sum(each.defects for each in found.values())
+    log(f"written: out/stress.json; {defects} defects")
+    return 1 if defects else 0
 
 
 if __name__ == "__main__":

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections import Counter
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
-from benchmarks.command import in_processes
 from benchmarks.stress import draw
+from benchmarks.stress.absurd import example
+from benchmarks.stress.findings import Findings, Rows, Say, count, gathered, size
 from engine_dyn import Family, diagram_from_points
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES
@@ -23,6 +27,8 @@ from engine_dyn.types import Floats
 from oracle import spline
 from oracle.designs import smooth_pressure, table
 from sweeps.reading.engine_files import load_engine
+
+PART = "delta_error"
 
 CURVES = 12
 STEPS = (0.5, 1.0)
@@ -49,49 +55,45 @@ COVERAGE, MEDIAN, TAIL = 0.999, 10.0, 100.0
 estimate / max(true error, FLOOR). The floor is about a fifth of the constant in the estimate."""
 
 
-@dataclass
-class Reading:
-    """Estimates and true relative errors of delta, with what they belong to."""
+@dataclass(frozen=True)
+class Numbers:
+    """Of some designs: coverage, ratios of estimate to true error, and true errors."""
 
-    estimate: Floats
-    true: Floats
-    diagram: Any
-    closure: Any
-    variable: Any
-    exponent: Floats
-    cylinders: Any
-    status: Any
-    asked: int
-    examples: list[dict[str, Any]] = field(default_factory=list)
-    """Designs whose true error is above the estimate, with all inputs."""
+    designs: int
+    covered: float
+    median: float
+    tail: float  # 95th percentile
+    typical: float  # true error, median
+    largest: float
 
-    def __len__(self) -> int:
-        return self.true.size
+    @staticmethod
+    def of(true: Floats, estimate: Floats) -> Numbers:
+        """Numbers of some designs; a true error below `FLOOR` counts as that."""
+        ratio = estimate / np.maximum(true, FLOOR)
+        return Numbers(
+            true.size, float(np.mean(true <= estimate)), float(np.median(ratio)),
+            float(np.quantile(ratio, 0.95)), float(np.median(true)), float(true.max()),
+        )  # fmt: skip
 
     @property
-    def ratio(self) -> Floats:
-        """Estimate over true error, that at least `FLOOR`."""
-        return np.asarray(self.estimate / np.maximum(self.true, FLOOR))
+    def met(self) -> bool:
+        """Whether the estimate is what it must be."""
+        return self.covered >= COVERAGE and self.median <= MEDIAN and self.tail <= TAIL
 
-    def numbers(self, mask: Any = slice(None)) -> tuple[int, float, float, float, float, float]:
-        """Designs, coverage, median and 95th percentile of the ratio, median and largest error."""
-        true, ratio = self.true[mask], self.ratio[mask]
-        covered = float(np.mean(true <= self.estimate[mask]))
-        return (true.size, covered, float(np.median(ratio)), float(np.quantile(ratio, 0.95)),
-                float(np.median(true)), float(true.max()))  # fmt: skip
 
-    def groups(self) -> dict[str, Any]:
-        """Masks by which the designs are told apart."""
-        e = self.exponent
-        found: dict[str, Any] = {"all": np.full(e.size, True)}
-        found |= {str(name): self.diagram == name for name in np.unique(self.diagram)}
-        found |= {f"closure {name}": self.closure == name for name in CLOSURES}
-        found |= {"inertia constant": ~self.variable, "inertia variable": self.variable}
-        found |= {f"exponent {value:g}": e == value for value in (0.0, 1.0, 2.0)}
-        found["other exponents"] = ~np.isin(e, (0.0, 1.0, 2.0))
-        for low, high in ((1, 2), (3, 6), (7, 12)):
-            found[f"{low} to {high} cylinders"] = (self.cylinders >= low) & (self.cylinders <= high)
-        return found
+def groups(found: Findings) -> dict[str, Any]:
+    """Masks by which the designs are told apart."""
+    names = ("diagram", "closure", "variable", "exponent", "cylinders")
+    diagram, closure, variable, e, cylinders = map(found.array, names)
+    masks: dict[str, Any] = {"all": np.full(e.size, True)}
+    masks |= {str(name): diagram == name for name in np.unique(diagram)}
+    masks |= {f"closure {name}": closure == name for name in CLOSURES}
+    masks |= {"inertia constant": ~variable, "inertia variable": variable}
+    masks |= {f"exponent {value:g}": e == value for value in (0.0, 1.0, 2.0)}
+    masks["other exponents"] = ~np.isin(e, (0.0, 1.0, 2.0))
+    for low, high in ((1, 2), (3, 6), (7, 12)):
+        masks[f"{low} to {high} cylinders"] = (cylinders >= low) & (cylinders <= high)
+    return {name: mask for name, mask in masks.items() if mask.any()}
 
 
 @cache
@@ -155,51 +157,28 @@ def drawn(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
     return columns
 
 
-def measure(job: tuple[int, str, str, int]) -> Reading:
-    """Estimates and true errors of `size` designs of one family and closure."""
-    seed, name, closure, size = job
-    family = diagrams()[name]
+def measure(job: tuple[int, str, str, int]) -> Findings:
+    """Estimates and true errors of so many designs of one family and closure."""
+    seed, name, closure, number = job
     key = sorted(diagrams()).index(name)
-    columns = drawn(np.random.default_rng([seed, key, closure == "cycle_time"]), name, size)
-    found = draw.Chunk(columns, closure, (size,), (seed, key)).solve(family=family, threads=1)
-    exact = draw.exact(columns, closure, family)
+    columns = drawn(np.random.default_rng([seed, key, closure == "cycle_time"]), name, number)
+    chunk = draw.Chunk(columns, closure, (number,), (seed, key), diagrams=diagrams()[name])
+    found, exact = chunk.solve(threads=1), chunk.exact()
     good = np.isin(found["status"], (CONVERGED, TOLERANCE_NOT_MET))
     good &= (exact.status == spline.CONVERGED) & (exact.doubt < 1e-10)
     true = np.abs(found["delta"] / exact.delta - 1.0)
-    examples = [
-        {
-            "uncovered": name, "closure": closure,
-            "inputs": {key: column[i].item() for key, column in columns.items()},
-            "results": {key: array[i].item() for key, array in found.items()},
-            "delta": float(exact.delta[i]), "error": float(true[i]),
-        }
-        for i in np.flatnonzero(good & (true > found["delta_error"]))
-    ]  # fmt: skip
-    return Reading(
-        estimate=found["delta_error"][good],
-        true=true[good],
-        diagram=np.full(good.sum(), name),
-        closure=np.full(good.sum(), closure),
-        variable=columns["variable"][good],
-        exponent=columns["exponent"][good],
-        cylinders=columns["cylinders"][good],
-        status=found["status"][good],
-        asked=size,
-        examples=examples,
-    )
+    result = Findings(Counter({("asked",): number}))
 
+    def tell(i: int) -> dict[str, Any]:
+        return {**example(chunk, i, found), "delta": float(exact.delta[i]), "error": float(true[i])}
 
-def joined(readings: list[Reading]) -> Reading:
-    """One reading of several."""
-    names = [n for n in Reading.__dataclass_fields__ if n not in ("asked", "examples")]
-    columns: dict[str, Any] = {
-        n: np.concatenate([getattr(reading, n) for reading in readings]) for n in names
-    }
-    return Reading(
-        asked=sum(reading.asked for reading in readings),
-        examples=[example for reading in readings for example in reading.examples],
-        **columns,
-    )
+    result.mark("above", name, mask=good & (true > found["delta_error"]), tell=tell)
+    result.keep(
+        estimate=found["delta_error"][good], true=true[good], diagram=np.full(good.sum(), name),
+        closure=np.full(good.sum(), closure), status=found["status"][good],
+        **{name: columns[name][good] for name in ("variable", "exponent", "cylinders")},
+    )  # fmt: skip
+    return result
 
 
 def jobs_of(seed: int, designs: int) -> list[tuple[int, str, str, int]]:
@@ -207,28 +186,99 @@ def jobs_of(seed: int, designs: int) -> list[tuple[int, str, str, int]]:
     names = sorted(diagrams())
     each = designs // (4 * len(names))
     return [
-        (seed, name, closure, max(1, share * each))
+        (seed, name, closure, max(1, part * each))
         for name in names
-        for closure, share in (("power_mean", 3), ("cycle_time", 1))
+        for closure, part in (("power_mean", 3), ("cycle_time", 1))
     ]
 
 
-def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Reading:
-    """Read the meter, in processes of their own."""
-    jobs = jobs_of(seed, designs)
-    readings = []
-    for done, reading in enumerate(in_processes(measure, jobs, processes), 1):
-        readings.append(reading)
-        say(f"delta_error: {done} of {len(jobs)} groups")
-    return joined(readings)
+def run(seed: int, designs: int, processes: int, say: Say, own: int = 24) -> Findings:
+    """Read the meter, in processes of their own, and the reference against itself.
 
-
-def own_error(seed: int, designs: int = 24) -> float:
-    """Largest relative change of the reference's delta with pieces half as long."""
-    worst = 0.0
+    That is its largest relative change of delta with pieces half as long, of `own` designs each.
+    """
+    result = gathered(measure, jobs_of(seed, designs), processes, say, "delta_error, groups")
     for name, family in diagrams().items():
-        columns = drawn(np.random.default_rng([seed, 99]), name, designs)
+        columns = drawn(np.random.default_rng([seed, 99]), name, own)
         one, two = (draw.exact(columns, "power_mean", family, splits) for splits in (1, 2))
         good = (one.status == spline.CONVERGED) & (two.status == spline.CONVERGED)
-        worst = max(worst, float(np.abs(one.delta[good] / two.delta[good] - 1.0).max()))
-    return worst
+        result.note("own error", float(np.abs(one.delta[good] / two.delta[good] - 1.0).max()))
+    return result
+
+
+# What is told -------------------------------------------------------------------------------------
+
+
+def words(found: Findings) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    true, estimate = found.array("true"), found.array("estimate")
+    n, short = Numbers.of(true, estimate), true > estimate
+    shortfall = "No true error is above its estimate."
+    if short.any():
+        factor = true[short] / np.maximum(estimate[short], 1e-300)
+        shortfall = (
+            f"Where the true error is above the estimate ({count(int(short.sum()))} designs) it "
+            f"exceeds it by a factor of {np.median(factor):.2g} (median) to {factor.max():.2g}."
+        )
+    return {
+        "estimate": "`delta_error`: the true error is below the estimate for "
+        f"{100.0 * n.covered:.2f} % of {count(n.designs)} realistic designs; median of estimate "
+        f"over error {n.median:.3g}, 95th percentile {n.tail:.3g}. Required: "
+        f"{100.0 * COVERAGE:.1f} %, {MEDIAN:g} and {TAIL:g}: {'met' if n.met else 'not met'}.",
+        "own_error": f"These are designs in realistic ranges with tabulated diagrams: {CURVES} "
+        f"smooth curves in closed form at {' and '.join(f'{s:g}' for s in STEPS)} degree, and the "
+        "catalogue's engines. The true relative error of δ is the difference from the independent "
+        "solver for the same spline. That solver's own result changes by at most "
+        f"{size(found.worst['own error'])} when its pieces are halved. Errors below {FLOOR:g} "
+        "count as that.",
+        "shortfall": shortfall,
+    }
+
+
+def tables(found: Findings) -> dict[str, Rows]:
+    """Tables by the names of their files, heads first."""
+    rows = [["designs", "number", "true error ≤ estimate, %", "median of estimate/error",
+             "95th percentile", "median true error", "largest"]]  # fmt: skip
+    for name, mask in groups(found).items():
+        n = Numbers.of(found.array("true")[mask], found.array("estimate")[mask])
+        rows.append([name, count(n.designs), f"{100.0 * n.covered:.2f}", f"{n.median:.3g}",
+                     f"{n.tail:.3g}", size(n.typical), size(n.largest)])  # fmt: skip
+    return {
+        "error_ranges": [["input", "range"], *map(list, RANGES.items())], "error_estimate": rows
+    }  # fmt: skip
+
+
+def figure(found: Findings) -> Figure:
+    """Estimates against true errors."""
+    made = Figure(figsize=(5.2, 4.4), layout="constrained")
+    FigureCanvasAgg(made)
+    ax = made.subplots()
+    # What is smaller is drawn at the edge.
+    least, most = 1e-14, 1e-4
+    true, estimate = (np.clip(found.array(v), least, most) for v in ("true", "estimate"))
+    for words, kind, colour, marker in (
+        ("smooth curves", "smooth", "#0072B2", "o"), ("engines", "engine", "#D55E00", "^"),
+    ):  # fmt: skip
+        mask = np.char.startswith(found.array("diagram"), kind)
+        ax.plot(
+            true[mask], estimate[mask], linestyle="none", marker=marker, markersize=2.2,
+            color=colour, alpha=0.45, markeredgewidth=0.0, label=words,
+        )  # fmt: skip
+    line = np.array([least, most])
+    ax.plot(line, line, color="black", linewidth=1.0)
+    ax.plot(line, 100.0 * line, color="0.4", linewidth=0.9, linestyle="--")
+    for factor, words in ((1.0, "error = estimate"), (100.0, "a hundredth of it")):
+        ax.annotate(words, (4e-6 / factor**0.5, 4e-6 * factor**0.5), (0.0, 4.0), rotation=45.0,
+                    textcoords="offset points", ha="right", va="bottom", fontsize=8,
+                    rotation_mode="anchor", transform_rotates_text=True)  # fmt: skip
+    ax.axvline(FLOOR, color="0.5", linewidth=0.8, linestyle=":")
+    ax.set(xscale="log", yscale="log", xlabel="true relative error of δ", ylabel="delta_error",
+           xlim=(0.7 * least, most), ylim=(0.7 * least, most))  # fmt: skip
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.grid(color="0.9", linewidth=0.7)
+    ax.set_axisbelow(True)
+    ax.xaxis.set_major_locator(LogLocator(numticks=12))
+    ax.yaxis.set_major_locator(LogLocator(numticks=12))
+    ax.minorticks_off()
+    ax.legend(frameon=False, loc="lower right", fontsize=8.5, markerscale=2.5)
+    return made

@@ -36,6 +36,18 @@ RANGES = {
 }
 """Drawn evenly in the logarithm."""
 
+OTHERS = {
+    "cylinders": "1 to 16",
+    "load exponent": "0, 1, 2; these but for 1e-15 to 1e-2; 1e-12 to 1; any from 0 to 10",
+    "mean torque less offset": "the mean torque (no offset); 1e-13 to 1 of it; nothing; less than "
+    "nothing; about the idle limit; up to 100 times it (negative offset)",
+    "friction": "none; up to 90 % of the indicated torque; up to 100 times it",
+    "crankcase pressure": "0 and 1.01325 bar",
+    "diagram": f"engine {ENGINE}: both ends of its loads, and between",
+    "inertia model, closure": "both of each",
+}
+"""How the others are drawn."""
+
 CRANKCASES = (0.0, 101325.0)
 
 COLUMNS = (
@@ -49,7 +61,7 @@ class Chunk:
     """Designs of one call of `sweep.solve`: arrays that broadcast; the closure is one for all.
 
     `wanted` are the results that are asked for; with `delta_error` a design takes several times as
-    long.
+    long. The diagrams are those of the catalogue engine, unless a family is given.
     """
 
     columns: dict[str, npt.NDArray[Any]]
@@ -57,6 +69,7 @@ class Chunk:
     shape: tuple[int, ...]
     seed: tuple[int, int]
     wanted: tuple[str, ...] = SCALAR_NAMES
+    diagrams: Family | None = None
 
     @property
     def size(self) -> int:
@@ -65,26 +78,25 @@ class Chunk:
 
     def solve(self, **options: Any) -> Any:
         """The kernels' answer, shaped as the product."""
-        c = self.columns
-        options = {"family": family(), **options}
+        c: dict[str, Any] = {**self.columns}
+        variable, crankcase, stroke, friction = (
+            c.pop(name) for name in ("variable", "crankcase", "stroke", "friction")
+        )
         return dispatch.solve(
-            wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
-            inertia_model=np.where(c["variable"], "variable", "constant"),
-            crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0,
-            crankcase_pressure=c["crankcase"], bore=c["bore"], double_radius=c["stroke"],
-            mass=c["mass"], speed=c["speed"], inertia=c["inertia"], exponent=c["exponent"],
-            offset=c["offset"],
-            mean_torque=c["mean_torque"], friction_torque=c["friction"], **options,
+            wanted=self.wanted, closure=self.closure, family=self.diagrams or family(), scale=1.0,
+            inertia_model=np.where(variable, "variable", "constant"), crankcase_pressure=crankcase,
+            double_radius=stroke, friction_torque=friction, **c, **options,
         )  # fmt: skip
+
+    def exact(self, splits: int = 1) -> spline.Solutions:
+        """The answer of the independent solver."""
+        return exact(self.columns, self.closure, self.diagrams, splits)
 
     def flat(self, index: Any = slice(None)) -> dict[str, npt.NDArray[Any]]:
         """Columns of one length: those of the designs at `index`."""
-        if len(self.shape) == 1:
-            return {
-                name: np.broadcast_to(array, self.shape)[index]
-                for name, array in self.columns.items()
-            }
-        places = np.unravel_index(np.arange(self.size)[index], self.shape)
+        places: Any = index
+        if len(self.shape) > 1:
+            places = np.unravel_index(np.arange(self.size)[index], self.shape)
         return {
             name: np.broadcast_to(array, self.shape)[places] for name, array in self.columns.items()
         }
@@ -92,14 +104,10 @@ class Chunk:
 
 def designs_of(columns: dict[str, Any], closure: Any) -> spline.Designs:
     """The same designs for the independent solver."""
-    return spline.Designs.of(
-        row=columns["row"], scale=1.0, crankcase=columns["crankcase"],
-        crank_ratio=columns["crank_ratio"], bore=columns["bore"], stroke=columns["stroke"],
-        mass=columns["mass"], inertia=columns["inertia"], speed=columns["speed"],
-        exponent=columns["exponent"], surplus=columns["mean_torque"] - columns["offset"],
-        cylinders=columns["cylinders"], variable=columns["variable"],
-        cycle_time=np.asarray(closure) == "cycle_time",
-    )  # fmt: skip
+    c = {**columns, "surplus": columns["mean_torque"] - columns["offset"]}
+    for name in ("mean_torque", "offset", "friction"):
+        c.pop(name, None)
+    return spline.Designs.of(scale=1.0, cycle_time=np.asarray(closure) == "cycle_time", **c)
 
 
 def exact(

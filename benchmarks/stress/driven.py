@@ -19,8 +19,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks import problem
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
-from benchmarks.stress.findings import DEFECTS, Findings, gathered
-from benchmarks.stress.sample import TOLERANCE
+from benchmarks.stress.findings import DEFECTS, Findings, Rows, Say, count, gathered, size
+from benchmarks.stress.judging import TOLERANCE
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
@@ -45,6 +45,8 @@ from oracle import in_time
 from oracle.designs import table as points_of
 from oracle.solution import acceleration, velocity
 
+PART = "Motors, drivers and loads over speed and angle"
+
 CYCLE = 4.0 * math.pi
 GROUP = 12
 """Designs of one machine."""
@@ -66,7 +68,7 @@ BORDER = 0.03
 
 LAWS = ("motor", "driver table", "load table", "linear and square", "power")
 
-VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", *DEFECTS)
+VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", "off", "outcome")
 """docs/measurements.md says what they mean."""
 
 ANGLES = np.radians(np.arange(0.0, 360.0, 2.0))
@@ -77,7 +79,8 @@ class Machine:
     """One group: an engine, what it drives or is driven by, and its designs.
 
     `law` gives F and dF/dq of q = (omega/omega_n)^2 by formulas that share nothing with the
-    package; `ends` are the speeds over nominal between which it is known.
+    package; `inputs` are keywords of `dispatch.solve`; `ends` are the speeds over nominal between
+    which the law is known.
     """
 
     name: str
@@ -156,8 +159,8 @@ def _over_nominal(torque: Any) -> Any:
     return law
 
 
-def machine(seed: int, number: int) -> tuple[Machine, dict[str, Any]]:
-    """Draw one group: its machine, and the keywords of `dispatch.solve` for its designs."""
+def machine(seed: int, number: int) -> Machine:
+    """Draw one group."""
     random = np.random.default_rng([seed, 3000, number])
     name = LAWS[random.choice(5, p=(0.35, 0.25, 0.25, 0.1, 0.05))]
     nominal = float(_log(random, 500.0, 4000.0)) * math.pi / 30.0
@@ -185,8 +188,6 @@ def machine(seed: int, number: int) -> tuple[Machine, dict[str, Any]]:
         angle = (scale, gear, phase)
         inputs |= {"load_scale": scale, "load_phase": phase, "offset": scale * gear}
         driven = replace(driven, over_angle=_lobes_as_points()[1])
-        if generates:
-            inputs["offset"] = scale * gear
     if name == "motor":
         slip = float(_log(random, 1e-3, 0.2)) * (-1.0 if generates else 1.0)
         breakdown = float(_log(random, 1.2, 12.0)) * abs(slip)
@@ -198,16 +199,17 @@ def machine(seed: int, number: int) -> tuple[Machine, dict[str, Any]]:
         x = np.sort(np.concatenate([[low, high], random.uniform(low, high, random.integers(1, 9))]))
         x = x[np.append(True, np.diff(x) > 0.01 * (high - low))]
         steep = float(_log(random, 0.3, 60.0))
-        y = _load_shape(random, x, steep) if name == "load table" else _driver_shape(x, steep)
+        if name == "load table":  # it grows with the speed, with a part that does not
+            y = 20.0 + 100.0 * np.minimum((x + 0.02) ** steep, 1e4)
+        else:  # its torque falls with the speed; it brakes beyond some speed
+            y = 100.0 * (1.0 - 2.0 * np.tanh(steep * (x - 1.0 - 0.3 / (1.0 + steep))))
         if random.uniform() < 0.15:  # not monotone
             y *= 1.0 + 0.3 * np.sin(float(random.uniform(3.0, 20.0)) * x)
         own = name == "load table" and random.uniform() < 0.5
         speeds = nominal * (gear if own else 1.0) * x
-        curve = torque_over_speed(speeds, y, driver=name == "driver table", own_speed=own)
-        if name == "driver table":
-            driven = replace(driven, driver_over_speed=curve)
-        else:
-            driven = replace(driven, load_over_speed=curve)
+        curve = torque_over_speed(speeds, y, driver=driver, own_speed=own)
+        made: Any = {"driver_over_speed" if driver else "load_over_speed": curve}
+        driven = replace(driven, **made)
         law, ends = table_law(x, y), (low, high)
     elif name == "linear and square":
         weight = float(random.uniform())
@@ -230,18 +232,7 @@ def machine(seed: int, number: int) -> tuple[Machine, dict[str, Any]]:
         "inertia_model": str(random.choice(("constant", "variable"))),
         "closure": str(random.choice(("power_mean", "power_mean", "cycle_time"))),
     }  # fmt: skip
-    chosen = Machine(name, driven, law, inputs, fired, angle, ends)
-    return chosen, inputs
-
-
-def _load_shape(random: np.random.Generator, x: Floats, steep: float) -> Floats:
-    """A load that grows with the speed, with a part that does not."""
-    return np.asarray(20.0 + 100.0 * np.minimum((x + 0.02) ** steep, 1e4))
-
-
-def _driver_shape(x: Floats, steep: float) -> Floats:
-    """A driver whose torque falls with the speed; it brakes beyond some speed."""
-    return np.asarray(100.0 * (1.0 - 2.0 * np.tanh(steep * (x - 1.0 - 0.3 / (1.0 + steep)))))
+    return Machine(name, driven, law, inputs, fired, angle, ends)
 
 
 def equation(chosen: Machine, place: int, mu: float) -> in_time.Stiff:
@@ -302,11 +293,8 @@ def judge(chosen: Machine, place: int, found: dict[str, Any]) -> tuple[str, floa
         start = float(found["omega"][place, 0] / nominal) ** 2
         cycle = in_time.follow(equation(chosen, place, mu), start, EXACT, closed=1e-8)
         if not cycle.closed:
-            return (
-                ("border" if found["omega_min"][place] < BORDER * nominal else "outcome"),
-                0,
-                cycle,
-            )
+            near = found["omega_min"][place] < BORDER * nominal
+            return ("border" if near else "outcome"), 0.0, cycle
         differs = [
             abs(float(found[key][place]) / (scale * value) - 1.0)
             for key, scale, value in (
@@ -326,12 +314,12 @@ def judge(chosen: Machine, place: int, found: dict[str, Any]) -> tuple[str, floa
         return ("honest" if honest else "off"), worst, cycle
     if timed:
         return _judge_without_time(chosen, place, code)
-    return _judge_missing(chosen, place, code, 1.0)
+    return _judge_missing(chosen, place, code)
 
 
-def _judge_missing(chosen: Machine, place: int, code: int, mu: float) -> tuple[str, float, Any]:
-    """Verdict where no numbers were found, for a known mu."""
-    problem_in_time = equation(chosen, place, mu)
+def _judge_missing(chosen: Machine, place: int, code: int) -> tuple[str, float, Any]:
+    """Verdict where no numbers were found, for the load as it is given."""
+    problem_in_time = equation(chosen, place, 1.0)
     tau = problem_in_time.theta(np.arange(POINTS) * CYCLE / POINTS)
     if code == INVALID_INPUT and float(np.min(tau)) <= 0.0:
         return "agrees", 0.0, None
@@ -373,7 +361,7 @@ def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, fl
 
     The time falls or rises with mu throughout, so a bracket is followed until it is narrow.
     """
-    verdict = _judge_missing(chosen, place, code, 1.0)
+    verdict = _judge_missing(chosen, place, code)
     if verdict[0] == "agrees" and code in (NO_STEADY_STATE, INVALID_INPUT):
         return verdict
     sense = 1.0 if equation(chosen, place, 1.0).kappa > 0.0 else -1.0
@@ -395,16 +383,16 @@ def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, fl
         return "unknown", 0.0, cycle
     if not late.closed:  # it comes to standstill before it takes the asked time
         return ("agrees" if code == STALLED else "unknown"), 0.0, cycle
-    ends = chosen.ends
-    if cycle.lowest < BORDER or cycle.lowest < ends[0] or cycle.highest > ends[1]:
+    if cycle.lowest < max(BORDER, chosen.ends[0]) or cycle.highest > chosen.ends[1]:
         return "border", 0.0, cycle
     return "outcome", 0.0, cycle
 
 
 def compare(job: tuple[int, int]) -> Findings:
-    """Solve one group by both; verdicts are counted by (law, status)."""
+    """Solve one group by both; verdicts are counted by law and status."""
     seed, number = job
-    chosen, inputs = machine(seed, number)
+    chosen = machine(seed, number)
+    inputs = chosen.inputs
     _, family = diagram(chosen.fired)
     wanted = ("delta", "omega_max", "omega_min", "omega_mean", "delta_error", "load_factor")
     options = {"family": family, "driven": chosen.driven, "threads": 1, **inputs}
@@ -414,25 +402,49 @@ def compare(job: tuple[int, int]) -> Findings:
     for place in range(GROUP):
         code = int(found["status"][place])
         verdict, differs, cycle = judge(chosen, place, found)
-        result.counts[(chosen.name, code), verdict] += 1
+        result.counts[verdict, chosen.name, code] += 1
         if verdict == "agrees" and code == CONVERGED:
             result.note(chosen.name, differs)
             result.note((chosen.name, "stiffest"), -cycle.decay)
         if verdict in (*DEFECTS, "unknown") or code == NOT_CONVERGED:
-            result.examples.append(
-                {
-                    "driven": chosen.name, "verdict": verdict, "group": number, "place": place,
-                    "status": MEANINGS[code], "differs": differs, "cycle": str(cycle),
-                    "machine": str(chosen.driven.over_speed or chosen.driven.law),
-                    **{k: float(np.broadcast_to(v, (GROUP,))[place])
-                       for k, v in inputs.items() if not isinstance(v, str)},
-                    "closure": inputs["closure"], "inertia_model": inputs["inertia_model"],
-                }
-            )  # fmt: skip
+            result.examples.append({
+                "what": f"{verdict} {chosen.name}", "group": number, "place": place,
+                "status": MEANINGS[code], "differs": differs, "cycle": str(cycle),
+                "machine": str(chosen.driven.over_speed or chosen.driven.law),
+                **{k: v if isinstance(v, str) else float(np.broadcast_to(v, (GROUP,))[place])
+                   for k, v in inputs.items()},
+            })  # fmt: skip
     return result
 
 
-def run(seed: int, designs: int, processes: int, say: Callable[[str], None]) -> Findings:
+def run(seed: int, designs: int, processes: int, say: Say) -> Findings:
     """Compare groups of designs, in processes of their own."""
     jobs = [(seed, number) for number in range(-(-designs // GROUP))]
     return gathered(compare, jobs, processes, say, "driven machines, groups")
+
+
+# What is told -------------------------------------------------------------------------------------
+
+
+def words(found: Findings) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    return {
+        "driven": f"{count(found.total(VERDICTS))} designs with motors, driver tables and loads "
+        "over speed and angle, compared with an integration in time: "
+        f"{count(found.defects)} wrong."
+    }
+
+
+def tables(found: Findings) -> dict[str, Rows]:
+    """Tables by the names of their files, heads first."""
+    codes = sorted({code for _, _, code in found.counts})
+    names = [name for name in VERDICTS if found.of(name)]
+    outcomes = [["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)]]
+    verdicts = [["law", *names, "largest difference", "stiffest that agrees"]]
+    for law in LAWS:
+        numbers = [sum(found.of(verdict, law, code) for verdict in names) for code in codes]
+        outcomes.append([law, *map(count, (sum(numbers), *numbers))])
+        stiffest = found.worst.get((law, "stiffest"), 0.0)
+        verdicts.append([law, *(count(found.of(name, law)) for name in names),
+                         size(found.worst.get(law, 0.0)), f"{stiffest:.3g}"])  # fmt: skip
+    return {"driven_outcomes": outcomes, "driven": verdicts}

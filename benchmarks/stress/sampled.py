@@ -10,31 +10,40 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 from unittest import mock
 
 import numpy as np
 import xarray as xr
 
 import sweeps
-from benchmarks.command import in_processes
+from benchmarks.stress.absurd import unlike_bits
 from benchmarks.stress.checks import ROUNDING, check_answers
-from benchmarks.stress.chunks import unlike_bits
-from benchmarks.stress.sample import BORDER, TOLERANCE
+from benchmarks.stress.findings import Findings, Rows, Say, count, share, size
+from benchmarks.stress.judging import BORDER, TOLERANCE, differing
 from benchmarks.studies import SCALARS, STROKE_FRICTION, Scene, angle_load, columns, scene
 from benchmarks.studies import sampled as drawn
 from benchmarks.study_errors import differences
+from benchmarks.tables import small
+from benchmarks.workers import in_processes
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mechanisms import counted
-from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED, TOLERANCE_NOT_MET
-from engine_dyn.types import Booleans, Floats
+from engine_dyn.status import (
+    CONVERGED,
+    MEANINGS,
+    NO_STEADY_STATE,
+    NOT_CONVERGED,
+    STALLED,
+    TOLERANCE_NOT_MET,
+)
+from engine_dyn.types import Booleans
 from oracle.solution import IDLE
 
-__all__ = ["DESIGNS", "KINDS", "Found", "Kind", "run"]
+PART = "Sampled studies"
 
 DESIGNS = 2_110_000
 """Designs of all kinds together, unless asked otherwise."""
@@ -56,10 +65,7 @@ COVERED = 0.999
 """Required: share of designs whose true error is below `delta_error`."""
 
 RESULTS = [*SCALARS, "delta_midrange", "status"]
-SPEEDS = tuple(name for name in SCALARS if name != "delta")
-
-SHOWN = 5
-"""Designs with a defect that are kept, of each sort and chunk."""
+DIFFERENCES = ("delta", "speeds")
 
 RPM = math.pi / 30.0
 
@@ -98,27 +104,17 @@ def stroke_friction(size: int, seed: int) -> Scene:
     return scene(designs=drawn, set={"ring_pressure": 1.5})
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """One kind of sampled study.
 
-    Attributes
-    ----------
-    name, words : str
-        Short name, and what the table says.
-    build : callable
-        From a number of designs and a seed to a scene.
-    designs : int
-        Of `DESIGNS`.
-    checkable : int
-        Cylinders of the designs that the independent solver gets, at most: it follows the friction
-        of every cylinder, and of twelve that would take it minutes.
+    `checkable` are the cylinders of the designs that the independent solver gets, at most: it
+    follows the friction of every cylinder, and of twelve that would take it minutes.
     """
 
     name: str
-    words: str
-    build: Callable[..., Scene]
-    designs: int
+    words: str  # what the table says
+    build: Callable[..., Scene]  # from a number of designs and a seed
+    designs: int  # of `DESIGNS`
     checkable: int = 12
 
 
@@ -142,75 +138,10 @@ KINDS = (
 
 
 @dataclass
-class Found:
-    """What one kind gave.
+class Sampled(Findings):
+    """Findings, and the designs with the largest differences: words, and parameters."""
 
-    Attributes
-    ----------
-    kind : Kind
-    status, broken, unlike : Counter
-        Designs by status, by the rule that they break, by the result whose bits differ.
-    compared : int
-        Designs that were solved again for their bits.
-    verdicts : Counter
-        Designs by how they agree with the general solver: "agrees", "border" (running or stalled
-        by a hair), "gave up" (status 3), "off" (numbers beyond the tolerance), "outcome".
-    delta, speeds : list of ndarray
-        Relative differences from the general solver; of the three speeds, the largest.
-    worst : dict
-        By "delta" and "speeds": the largest difference, and the parameters of its design.
-    covered, estimated : int
-        Designs whose `delta_error` is above the true error, and those for which it was asked.
-    deferred, solved : int
-        Designs that were left to the general solver, and all that were solved.
-    exact_delta, exact_speeds : float
-        Largest relative differences from the independent solver.
-    exact : int
-        Designs that it solved.
-    examples : list of dict
-        Parameters and results of designs with a defect.
-    """
-
-    kind: Kind
-    status: Counter[int] = field(default_factory=Counter)
-    broken: Counter[str] = field(default_factory=Counter)
-    unlike: Counter[str] = field(default_factory=Counter)
-    compared: int = 0
-    verdicts: Counter[str] = field(default_factory=Counter)
-    delta: list[Floats] = field(default_factory=list)
-    speeds: list[Floats] = field(default_factory=list)
-    worst: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
-    covered: int = 0
-    estimated: int = 0
-    deferred: int = 0
-    solved: int = 0
-    exact_delta: float = 0.0
-    exact_speeds: float = 0.0
-    exact: int = 0
-    wrong: int = 0
-    """Designs beyond the tolerance of the independent solver."""
-
-    examples: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def uncovered(self) -> int:
-        """Designs whose true error is above `delta_error`, beyond the share that may be."""
-        allowed = math.floor((1.0 - COVERED) * self.estimated)
-        return max(0, self.estimated - self.covered - allowed)
-
-    @property
-    def defects(self) -> int:
-        """Designs and bits that should not be."""
-        off = self.verdicts["off"] + self.verdicts["outcome"]
-        return self.broken.total() + self.unlike.total() + off + self.uncovered + self.wrong
-
-    def differences(self, name: str) -> tuple[float, float, float]:
-        """Largest, 99.9 % and median difference from the general solver of "delta" or "speeds"."""
-        parts = getattr(self, name)
-        every = np.concatenate(parts) if parts else np.zeros(0)
-        if not every.size:
-            return math.nan, math.nan, math.nan
-        return float(every.max()), float(np.quantile(every, 0.999)), float(np.median(every))
+    largest: dict[tuple[str, str], tuple[str, dict[str, float]]] = field(default_factory=dict)
 
 
 # Solving ------------------------------------------------------------------------------------------
@@ -291,25 +222,21 @@ def rules(one: Scene, found: dict[str, Any], speed: Any) -> dict[str, Booleans]:
     return broken
 
 
-def differing(found: dict[str, Any], other: dict[str, Any]) -> tuple[Floats, Floats]:
-    """Relative differences of delta, and of the three speeds the largest."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        of = {name: np.abs(found[name] / other[name] - 1.0) for name in SCALARS}
-    return of["delta"], np.max([of[name] for name in SPEEDS], axis=0)
+def judged(found: dict[str, Any], other: dict[str, Any], speed: Any) -> tuple[Any, Any]:
+    """Verdict of each design against the general solver, and relative differences.
 
-
-def judged(
-    found: dict[str, Any], other: dict[str, Any], speed: Any, delta: Floats, speeds: Floats
-) -> Any:
-    """Verdict on each design, see `Found`."""
+    "border" is running or stalled by a hair, "gave up" status 3, "off" numbers beyond the
+    tolerance.
+    """
     status, true = found["status"], other["status"]
     runs, truly = (np.isfinite(each["delta"]) for each in (found, other))
     lowest = np.fmin(found["omega_min"], other["omega_min"]) / speed
+    differs = differing(found, other)
     with np.errstate(invalid="ignore"):
-        within = (delta <= TOLERANCE) & (speeds <= TOLERANCE)
+        within = (differs["delta"] <= TOLERANCE) & (differs["speeds"] <= TOLERANCE)
         near = np.square(lowest) < BORDER
     stalls = ((status == STALLED) & truly) | (runs & (true == STALLED))
-    return np.select(
+    verdict = np.select(
         [
             runs & truly & (within | (status == TOLERANCE_NOT_MET)),
             runs & truly,
@@ -320,71 +247,71 @@ def judged(
         ["agrees", "off", "agrees", "gave up", "border"],
         "outcome",
     )
+    return verdict, differs
 
 
-def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple[Scene, Any]:
+def add(result: Sampled, kind: Kind, seed: int, number: int, size: int, threads: int) -> Any:
     """Solve and check one chunk; returns its scene and results."""
-    one = chunk(result.kind, seed, number, size)
-    random = np.random.default_rng([seed_of(seed, result.kind, number), 2])
+    one, name = chunk(kind, seed, number, size), kind.name
+    random = np.random.default_rng([seed_of(seed, kind, number), 2])
     with counted() as tally:
         found = solved(one, threads)
-    result.deferred += tally.deferred
-    result.solved += tally.designs.total()
+    result.counts["deferred", name] += tally.deferred
+    result.counts["solved", name] += tally.designs.total()
     speed, every = speed_of(one), np.arange(size)
-    result.status.update(found["status"].tolist())
+    for code, n in Counter(found["status"].tolist()).items():
+        result.counts["status", name, code] += n
 
-    def note(
-        counts: Counter[str], what: str, mask: Booleans, index: Any, other: Any = None
-    ) -> None:
+    def note(what: str, more: str, mask: Any, index: Any = every, other: Any = None) -> None:
         """Count designs at `index` that have a defect, and keep some."""
-        counts[what] += int(mask.sum())
-        answers = {"results": found} | ({} if other is None else {"other": other})
-        for place in index[mask][:SHOWN].tolist():
-            told = {name: inputs({"designs": each}, place) for name, each in answers.items()}
-            result.examples.append({
-                "kind": result.kind.name, "defect": what, "chunk": number, "index": place,
-                "inputs": inputs(one, place), **told,
-            })  # fmt: skip
+
+        def tell(place: int) -> dict[str, Any]:
+            at = int(index[place])
+            told = {"chunk": number, "index": at, "inputs": inputs(one, at)}
+            told["results"] = inputs({"designs": found}, at)
+            return told if other is None else {**told, "other": inputs({"designs": other}, at)}
+
+        result.mark(what, name, more, mask=mask, tell=tell)
 
     def note_again(other: dict[str, Any], chosen: Any, names: Iterable[str], when: str) -> None:
         """Count results whose bits are others when chosen designs are solved again."""
-        for name, mask in unlike_bits(other, {n: found[n][chosen] for n in names}).items():
-            note(result.unlike, f"bits of {name}{when}", mask, chosen)
+        for key, mask in unlike_bits(other, {n: found[n][chosen] for n in names}).items():
+            note("bits", f"{key}{when}", mask, chosen)
 
-    for name, mask in rules(one, found, speed).items():
-        note(result.broken, f"rule {name}", mask, every)
+    for rule, mask in rules(one, found, speed).items():
+        note("broken", rule, mask)
     reference = solved_generally(one, threads)
-    delta, speeds = differing(found, reference)
-    verdict = judged(found, reference, speed, delta, speeds)
-    result.verdicts.update(verdict.tolist())
-    for name in ("off", "outcome", "gave up"):
-        note(Counter(), name, verdict == name, every, reference)
-    good = (found["status"] == CONVERGED) & np.isfinite(delta)
-    for name, values in (("delta", delta), ("speeds", speeds)):
-        getattr(result, name).append(values[good])
-        place = int(np.argmax(np.where(good, values, -1.0)))
-        if good.any() and values[place] > result.worst.get(name, (-1.0, {}))[0]:
-            result.worst[name] = float(values[place]), inputs(one, place)
+    verdict, differs = judged(found, reference, speed)
+    for each in ("agrees", "border"):
+        result.counts[each, name] += int((verdict == each).sum())
+    for each in ("gave up", "off", "outcome"):
+        note(each, "", verdict == each, other=reference)
+    good = (found["status"] == CONVERGED) & np.isfinite(differs["delta"])
+    for what in DIFFERENCES:
+        result.keep(**{f"{name} {what}": differs[what][good]})
+        place = int(np.argmax(np.where(good, differs[what], -1.0)))
+        if good.any() and differs[what][place] > result.worst.get((name, what), -1.0):
+            result.note((name, what), float(differs[what][place]))
+            told = f"{kind.words}, {what}, {small(differs[what][place])}"
+            result.largest[name, what] = told, inputs(one, place)
 
     # Again in another order, in other company and by one thread.
     chosen = random.permutation(size)[:AGAIN]
-    result.compared += chosen.size
+    result.counts["again", name] += chosen.size
     note_again(solved(part_of(one, chosen), threads=1), chosen, found, "")
 
     # With `delta_error`: it is above the true error, and no bit differs.
-    chosen, when = (
-        random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))],
-        " with delta_error",
-    )
+    chosen = random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))]
+    when = " with delta_error"
     other = solved(part_of(one, chosen, "delta_error"), threads)
-    for name, mask in check_answers({n: other[n] for n in (*RESULTS, "delta_error")}).items():
-        note(result.broken, f"rule {name}{when}", mask, chosen)
-    note_again(other, chosen, [name for name in found if name != "status"], when)
+    for rule, mask in check_answers({n: other[n] for n in (*RESULTS, "delta_error")}).items():
+        note("broken", f"{rule}{when}", mask, chosen)
+    note_again(other, chosen, [n for n in found if n != "status"], when)
+    true = differs["delta"][chosen]
     with np.errstate(invalid="ignore"):
-        covered, known = delta[chosen] <= other["delta_error"], np.isfinite(delta[chosen])
-    result.estimated += int(known.sum())
-    result.covered += int((known & covered).sum())
-    note(Counter(), "delta_error", known & ~covered, chosen)
+        covered, known = true <= other["delta_error"], np.isfinite(true)
+    result.counts["estimated", name] += int(known.sum())
+    note("above", "delta_error", known & ~covered, chosen)
     return one, found
 
 
@@ -424,25 +351,27 @@ def jobs_of(
 
 
 def compare(
-    result: Found, jobs: list[tuple[Scene, Any]], answers: list[tuple[float, float]]
+    result: Findings, kind: Kind, jobs: list[tuple[Scene, Any]], pairs: Iterable[Any]
 ) -> None:
     """Add the differences from the independent solver."""
-    for (one, _), (delta, speeds) in zip(jobs, answers, strict=True):
-        result.exact += 1
-        result.exact_delta = max(result.exact_delta, delta)
-        result.exact_speeds = max(result.exact_speeds, speeds)
-        if not max(delta, speeds) <= TOLERANCE:
-            result.wrong += 1
-            result.examples.append(
-                {"kind": result.kind.name, "defect": "independent solver", "delta": delta,
-                 "speeds": speeds, "inputs": inputs(one, 0)}
-            )  # fmt: skip
+    for (one, _), (delta, speeds) in zip(jobs, pairs, strict=True):
+        result.counts["independent", kind.name] += 1
+        for what, value in zip(DIFFERENCES, (delta, speeds), strict=True):
+            result.note((kind.name, "independent", what), value)
+        told = {"delta": delta, "speeds": speeds, "inputs": inputs(one, 0)}
+        wrong = not max(delta, speeds) <= TOLERANCE
+        result.mark("off", kind.name, "independent", mask=[wrong], tell=lambda _, t=told: t)  # type: ignore[misc]
+
+
+def uncovered(result: Findings, kind: Kind) -> int:
+    """Designs whose true error is above `delta_error`, beyond the share that may be."""
+    allowed = math.floor((1.0 - COVERED) * result.of("estimated", kind.name))
+    return max(0, result.of("above", kind.name) - allowed)
 
 
 def run(
-    seed: int, designs: int, checked: int, processes: int, say: Callable[[str], None],
-    kinds: tuple[Kind, ...] = KINDS,
-) -> list[Found]:  # fmt: skip
+    seed: int, designs: int, checked: int, processes: int, say: Say, kinds: Sequence[Kind] = KINDS
+) -> Sampled:
     """Draw, solve and check every kind of study.
 
     Parameters
@@ -456,25 +385,69 @@ def run(
         Of these, and threads of the others.
     say : callable
         Told what goes on.
-    kinds : tuple of Kind
+    kinds : sequence of Kind
         Which.
     """
-    every, jobs = [], []
+    result = Sampled()
     for kind in kinds:
-        result = Found(kind)
         size = max(FEWEST, round(designs * kind.designs / DESIGNS))
-        count = -(-size // CHUNK)
-        for number in range(count):
-            one, found = add(result, seed, number, -(-size // count), processes)
-            if number == 0:
-                jobs.append(jobs_of(one, found, checked, kind.checkable))
-            largest = result.differences("delta")[0]
-            say(f"sampled, {kind.name}: chunk {number + 1} of {count}, delta within "
-                f"{largest:.1e}, {result.defects} defects")  # fmt: skip
-        every.append(result)
-    for result, of_kind in zip(every, jobs, strict=True):
-        if of_kind:
-            compare(result, of_kind, list(in_processes(exactly, of_kind, processes)))
-            say(f"sampled, {result.kind.name}: {result.exact} by the independent solver, "
-                f"{result.wrong} disagree")  # fmt: skip
-    return every
+        chunks, jobs = -(-size // CHUNK), []
+        for number in range(chunks):
+            one, found = add(result, kind, seed, number, -(-size // chunks), processes)
+            jobs += jobs_of(one, found, checked, kind.checkable) if number == 0 else []
+            say(f"sampled, {kind.name}: chunk {number + 1} of {chunks}, "
+                f"{result.defects} defects so far")  # fmt: skip
+        compare(result, kind, jobs, in_processes(exactly, jobs, processes))
+        result.counts["uncovered", kind.name] = uncovered(result, kind)
+    return result
+
+
+# What is told -------------------------------------------------------------------------------------
+
+
+def words(found: Sampled) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    largest = max((v for k, v in found.worst.items() if k[1:] == ("delta",)), default=math.nan)
+    return {
+        "sampled": f"{count(found.of('status'))} designs of sampled studies by `sweeps.run`, all "
+        f"solved again by the general solver: largest difference of δ {size(largest)}, "
+        f"{count(found.defects)} defects."
+    }
+
+
+def tables(found: Sampled) -> dict[str, Rows]:
+    """Tables by the names of their files, heads first."""
+    codes = (0, 1, 2, 3, 5)
+    outcomes = [["sampled", "designs", *(f"{code} {MEANINGS[code]}, %" for code in codes),
+                 "deferred, %", "broken rules"]]  # fmt: skip
+    differences = [["sampled", "δ: largest", "99.9 %", "median", "speeds: largest", "99.9 %",
+                    "median", "off", "another outcome", "border"]]  # fmt: skip
+    again = [["sampled", "again", "other bits", "with delta_error", "below it, %", "independent",
+              "δ", "speeds"]]  # fmt: skip
+    for kind in KINDS:
+        designs = found.of("status", kind.name)
+        if not designs:
+            continue
+
+        def of(*what: Any, name: str = kind.name) -> int:
+            return found.of(what[0], name, *what[1:])
+
+        outcomes.append([
+            kind.words, count(designs), *(share(of("status", code), designs) for code in codes),
+            share(of("deferred"), of("solved")), str(of("broken")),
+        ])  # fmt: skip
+        numbers = [
+            size(float(np.quantile(found.array(f"{kind.name} {what}"), part)))
+            for what in DIFFERENCES for part in (1.0, 0.999, 0.5)
+        ]  # fmt: skip
+        verdicts = (of("off", ""), of("outcome"), of("border"))
+        differences.append([kind.words, *numbers, *map(count, verdicts)])
+        estimated = of("estimated")
+        again.append([
+            kind.words, count(of("again")), str(of("bits")), count(estimated),
+            f"{100.0 * (1.0 - of('above') / max(estimated, 1)):.3f}", str(of("independent")),
+            *(size(found.worst.get((kind.name, "independent", w), 0.0)) for w in DIFFERENCES),
+        ])  # fmt: skip
+    return {
+        "sampled_outcomes": outcomes, "sampled_differences": differences, "sampled_again": again
+    }  # fmt: skip

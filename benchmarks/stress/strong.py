@@ -7,17 +7,18 @@ where the speed falls to nothing: absurd designs rarely lie in that corner.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from benchmarks import problem
-from benchmarks.stress.findings import Findings
-from benchmarks.stress.sample import QUANTITIES, TOLERANCE
+from benchmarks.stress.findings import Findings, Rows, Say, count, size
+from benchmarks.stress.judging import QUANTITIES, TOLERANCE, differing
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
+
+PART = "Light flywheels"
 
 MODELS = ("constant", "variable")
 EXPONENTS = {"0": (0.0, 0.0), "1": (1.0, 1.0), "2": (2.0, 2.0), "0.1 to 4": (0.1, 4.0)}
@@ -43,36 +44,52 @@ def unlike(random: np.random.Generator, source: problem.Designs) -> problem.Desi
     return designs
 
 
-def run(seed: int, rounds: int, say: Callable[[str], None]) -> Findings:
+def run(seed: int, rounds: int, say: Say) -> Findings:
     """Every second round has a table of designs that share nothing."""
     result = Findings()
     random = np.random.default_rng([seed, 2000])
     for model, name in product(MODELS, EXPONENTS):
-        key = model, name
         for number in range(rounds * MOST_CYLINDERS):
             cylinders = 1 + number % MOST_CYLINDERS
-            source: Any = scene(random, EXPONENTS[name], cylinders, model == "variable")
+            source = scene(random, EXPONENTS[name], cylinders, model == "variable")
             if number // MOST_CYLINDERS % 2:
                 source = unlike(random, source)
-            inputs = problem.own_inputs(source)
-            wanted = (*QUANTITIES, "status")
+            inputs, wanted = problem.own_inputs(source), (*QUANTITIES, "status")
             found = dispatch.solve(wanted=wanted, **inputs)
             exact = dispatch.solve(wanted=wanted, method="newton", finer=4, **inputs)
             good = (found["status"] == CONVERGED) & (exact["status"] == CONVERGED)
-            errors = [np.abs(found[q] / exact[q] - 1.0)[good] for q in QUANTITIES]
-            most = np.max(errors, axis=0, initial=0.0)
-            off = np.flatnonzero(most > TOLERANCE)
-            result.counts[key, "off"] += off.size
-            result.counts[key, "agrees"] += int(good.sum()) - off.size
-            result.note(key, float(most.max(initial=0.0)))
-            for place in off[:1]:
+            differs = differing(found, exact)
+            most = np.where(good, np.maximum(differs["delta"], differs["speeds"]), 0.0)
+
+            def tell(place: int, inputs: Any = inputs, most: Any = most) -> dict[str, Any]:
                 values = {
-                    name: float(np.broadcast_to(value, good.shape)[good][place])
-                    for name, value in inputs.items()
-                    if not isinstance(value, str) and name != "family"
+                    key: float(np.broadcast_to(value, most.shape).flat[place])
+                    for key, value in inputs.items()
+                    if not isinstance(value, str) and key != "family"
                 }
-                result.examples.append(
-                    {"inertia_model": model, "differs": float(most[place]), **values}
-                )
-    say(f"light flywheels: {result.wrong} of {result.size} off")
+                return {"differs": float(most.flat[place]), **values}
+
+            result.counts["agrees", model, name] += int((good & (most <= TOLERANCE)).sum())
+            result.mark("off", model, name, mask=most > TOLERANCE, tell=tell)
+            result.note((model, name), float(most.max(initial=0.0)))
+    say(f"light flywheels: {result.of('off')} off")
     return result
+
+
+def words(found: Findings) -> dict[str, str]:
+    """Sentences with figures, by their names."""
+    return {
+        "light": f"{count(found.total(('agrees', 'off')))} ordinary engines with light flywheels "
+        f"that the fast kernels report as converged: {count(found.of('off'))} beyond the tolerance."
+    }
+
+
+def tables(found: Findings) -> dict[str, Rows]:
+    """Tables by the names of their files, heads first."""
+    head = ["inertia model", "load exponent", "both converged", "off", "largest difference"]
+    rows = [
+        [*key, count(found.of("agrees", *key) + found.of("off", *key)),
+         count(found.of("off", *key)), size(worst)]
+        for key, worst in found.worst.items()
+    ]  # fmt: skip
+    return {"light_flywheels": [head, *rows]}

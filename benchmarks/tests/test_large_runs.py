@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import pytest
@@ -25,21 +24,18 @@ def test_scene_has_about_as_many_designs_as_asked(designs: int) -> None:
 
 @pytest.mark.skipif(not hasattr(large_runs.os, "wait4"), reason="needs a Unix")
 def test_it_measures_and_reports(tmp_path: Path) -> None:
-    sweep = large_runs.measured_sweep(50_000, "100MB", tmp_path)
-    assert 33 * sweep.designs < sweep.archive < 40 * sweep.designs
+    body, figures = large_runs.measured_sweep(50_000, "100MB", tmp_path)
+    assert 33 * figures["designs"] < figures["archive_bytes"] < 40 * figures["designs"]
     # A child's largest resident memory counts what it inherits from the process of the tests.
-    assert sweep.resident > 1e7
+    assert figures["resident_bytes"] > 1e7
     found = large_runs.kills(50_000, 2, 1, tmp_path)
     assert not found.lost
     assert found.counts.total() == 2
     cluster = large_runs.killed_workers(100_000, 1, 1, tmp_path)
     assert not cluster.lost
     assert cluster.blocks > cluster.kept[0] > 0
-    body = large_runs.rows(sweep, found, cluster)
-    assert [row[2] for row in body if row[1] == "lost"] == ["nothing", "nothing"]
-    assert all(len(row) == 3 and all(row) for row in body)
-    large_runs.save(tmp_path / "rows.csv", large_runs.HEAD, body)
-    with (tmp_path / "rows.csv").open(encoding="utf-8", newline="") as file:
-        assert list(csv.reader(file))[1:] == body
+    body += large_runs.rows_of_kills(found) + large_runs.rows_of_workers(cluster)
+    assert [row[1] for row in body if row[0] == "lost"] == ["nothing", "nothing"]
+    assert all(len(row) == 2 and all(row) for row in body)
     found.lost.append("kill 1: other bytes in the variables")
-    assert "other bytes" in str(large_runs.rows(sweep, found, cluster))
+    assert "other bytes" in str(large_runs.rows_of_kills(found))

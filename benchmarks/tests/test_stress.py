@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from benchmarks import tables
-from benchmarks.stress import calibration, chunks, draw, driven, sample, shapes, spikes, strong
+from benchmarks.stress import absurd, calibration, draw, driven, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from benchmarks.stress.findings import Findings
+from benchmarks.stress.judging import VERDICTS
 from engine_dyn import diagram_from_points
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
@@ -33,22 +34,21 @@ SIZE = 3000
 @pytest.mark.parametrize("number", [1, 10, 3, 11, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
-    report = chunks.one(SEED, number, SIZE, 1)
-    assert report.designs > 0
-    assert set(report.broken) == set(CHECKS)
-    assert report.broken.total() == 0, report.examples[:3]
-    assert report.compared == 300
-    assert not report.unlike  # bit for bit
+    found = absurd.one((SEED, number, SIZE, 1))
+    assert found.of("status") > 0
+    assert {key[1] for key in found.counts if key[0] == "broken"} == set(CHECKS)
+    assert found.of("again") == absurd.AGAIN
+    assert found.defects == 0, found.examples[:3]  # no broken rule, bit for bit
 
 
 def test_sample_agrees_with_the_independent_solver() -> None:
     total = Findings()
     for number in (1, 2, 5):
-        report = chunks.one(SEED, number, SIZE, 20)
-        total.add(sample.compare((SEED, number, SIZE, [index for _, index in report.picked])))
-    assert total.size == 60
-    assert total.wrong == 0, total.examples
-    assert total.of("agrees") + total.of("honest") > 40
+        picked = absurd.one((SEED, number, SIZE, 20)).array("index").tolist()
+        total.add(absurd.compare((SEED, number, SIZE, picked)))
+    assert total.total(VERDICTS) == 60
+    assert total.defects == 0, total.examples
+    assert total.total(("agrees", "honest")) > 40
 
 
 def test_every_rule_is_broken_by_something() -> None:
@@ -102,9 +102,10 @@ def test_the_least_inertia_of_the_rules_is_exact_enough(count: int) -> None:
 
 def test_a_chunk_that_hangs_is_reported_and_left() -> None:
     words: list[str] = []
-    outcome = chunks.run(SEED, 2, 1, words.append, limit=1e-3)
-    assert outcome.designs == 0 and words == []
-    assert outcome.lost == [f"seed {SEED}, chunk {i}: no answer in 0.001 s" for i in range(2)]
+    found = absurd.run(SEED, 2, 1, 1, words.append, limit=1e-4)
+    assert found.of("status") == 0 and words == []
+    lost = {f"seed {SEED}, chunk {i}: no answer in 0.0005 s" for i in range(2)}
+    assert {key[1] for key in found.counts if key[0] == "lost"} == lost and found.defects == 2
 
 
 @pytest.mark.slow
@@ -138,7 +139,7 @@ def test_stiff_loads_have_true_outcomes(number: int, closure: str, index: int) -
     columns = draw.table(SEED, number, SIZE).flat([index])
     part = draw.Chunk(columns, closure, (1,), (SEED, number))
     exact = draw.exact(columns, closure)
-    assert sample.agreement_of(part, part.solve(), exact, [index]).wrong == 0
+    assert absurd.agreement(part, part.solve(), exact, [index]).defects == 0
 
 
 def pressure(row: int, phi: Any) -> Any:
@@ -329,10 +330,8 @@ def test_the_finer_solution_is_finer(name: str, design: dict[str, float]) -> Non
     One was left to the general method by the coarser solution only; of the other both stopped
     iterating after the same pass.
     """
-    part = one_design(**design)
-    family = calibration.diagrams()[name]
-    exact = draw.exact(part.columns, "power_mean", family)
-    found = part.solve(family=family)
+    part = replace(one_design(**design), diagrams=calibration.diagrams()[name])
+    exact, found = part.exact(), part.solve()
     error = abs(found["delta"][0] / exact.delta[0] - 1.0)
     assert 1e-11 < error <= found["delta_error"][0] <= 1e-6
 
@@ -358,18 +357,18 @@ def test_driven_machines(group: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A motor, and a driver table: deviations shrink by up to e^-9000 in a cycle."""
     monkeypatch.setattr(driven, "GROUP", 4)
     result = driven.compare((1, group))
-    assert result.size == 4
-    assert result.wrong == 0, result.examples
+    assert result.total(driven.VERDICTS) == 4
+    assert result.defects == 0, result.examples
     assert max(value for what, value in result.worst.items() if isinstance(what, tuple)) > 500.0
 
 
 def test_what_is_said_of_driven_machines_is_judged() -> None:
     """A false stall, false numbers and a false claim of accuracy are seen."""
-    chosen, inputs = driven.machine(1, 4)
+    chosen = driven.machine(1, 4)
     _, family = driven.diagram(chosen.fired)
     found = dispatch.solve(
         wanted=("delta", "omega_max", "omega_min", "omega_mean", "delta_error", "omega"),
-        family=family, driven=chosen.driven, crank_angle=np.zeros(1), threads=1, **inputs,
+        family=family, driven=chosen.driven, crank_angle=np.zeros(1), threads=1, **chosen.inputs,
     )  # fmt: skip
     found["load_factor"] = np.ones(driven.GROUP)
 
@@ -392,9 +391,8 @@ def test_light_flywheels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(strong, "EXPONENTS", {"0.1 to 4": (0.1, 4.0), "2": (2.0, 2.0)})
     monkeypatch.setattr(strong, "MOST_CYLINDERS", 3)
     result = strong.run(SEED, 2, lambda words: None)
-    assert result.examples == []
-    assert result.wrong == 0
-    assert min(result.of("agrees", key) for key in result.worst) > 1000
+    assert result.defects == 0, result.examples
+    assert min(result.of("agrees", *key) for key in result.worst) > 1000
 
 
 @pytest.mark.parametrize("kind", spikes.KINDS)
@@ -404,7 +402,7 @@ def test_spoiled_diagrams(kind: str) -> None:
     random = np.random.default_rng([SEED, spikes.KINDS.index(kind)])
     for _ in range(6):
         spikes.one(kind, random, result)
-    assert result.wrong == 0, result.examples
+    assert result.defects == 0, result.examples
     assert result.of("agrees") > 0
 
 
@@ -449,24 +447,27 @@ def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, de
 
 
 @pytest.fixture(scope="module")
-def reading() -> calibration.Reading:
-    jobs = calibration.jobs_of(SEED, 200)
-    return calibration.joined([calibration.measure(job) for job in jobs])
+def reading() -> Findings:
+    total = Findings()
+    for job in calibration.jobs_of(SEED, 200):
+        total.add(calibration.measure(job))
+    return total
 
 
-def test_tolerance_is_met_on_sane_designs(reading: calibration.Reading) -> None:
-    assert len(reading) >= 0.95 * reading.asked
-    good = reading.status == 0
+def test_tolerance_is_met_on_sane_designs(reading: Findings) -> None:
+    true, good = reading.array("true"), reading.array("status") == 0
+    assert true.size >= 0.95 * reading.of("asked")
     assert good.mean() > 0.99
-    assert reading.true[good].max() <= 1e-6
+    assert true[good].max() <= 1e-6
 
 
-def test_delta_error_is_calibrated(reading: calibration.Reading) -> None:
+def test_delta_error_is_calibrated(reading: Findings) -> None:
     """Of so few designs none may be above the estimate."""
-    _, covered, median, tail, _, _ = reading.numbers()
-    assert covered >= calibration.COVERAGE
-    assert median <= calibration.MEDIAN
-    assert tail <= calibration.TAIL
+    numbers = calibration.Numbers.of(reading.array("true"), reading.array("estimate"))
+    assert numbers.covered >= calibration.COVERAGE
+    assert numbers.median <= calibration.MEDIAN
+    assert numbers.tail <= calibration.TAIL
+    assert numbers.met
 
 
 def test_peaks_where_the_inertia_nearly_vanishes() -> None:

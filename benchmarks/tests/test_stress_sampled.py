@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.stress import chunks, report, sampled
-from benchmarks.stress.sampled import KINDS, Found, Kind
+from benchmarks.stress import absurd, sampled
+from benchmarks.stress.sampled import KINDS, Kind, Sampled
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 
 SEED = 7
@@ -19,15 +19,17 @@ by_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 @pytest.mark.compiled
 @by_kind
 def test_sampled_designs_have_no_defect(kind: Kind) -> None:
-    (found,) = sampled.run(SEED, sampled.FEWEST, 0, 2, print, (kind,))
+    found = sampled.run(SEED, sampled.FEWEST, 0, 2, print, (kind,))
     assert found.defects == 0, found.examples[:3]
-    assert found.status.total() == sampled.FEWEST == found.verdicts.total()
-    assert found.status[CONVERGED] > 0.8 * sampled.FEWEST
-    assert found.compared == sampled.AGAIN
-    assert found.estimated > 0.8 * sampled.AGAIN
+    assert found.of("status") == sampled.FEWEST
+    assert found.total(("agrees", "border", "gave up")) == sampled.FEWEST
+    assert found.of("status", kind.name, CONVERGED) > 0.8 * sampled.FEWEST
+    assert found.of("again") == sampled.AGAIN
+    assert found.of("estimated") > 0.8 * sampled.AGAIN
     # Another solver has solved them: not a bit would differ otherwise.
-    assert 0.0 < found.differences("delta")[2] < found.differences("delta")[0]
-    lines = report._sampled([found])
+    differences = found.array(f"{kind.name} delta")
+    assert 0.0 < np.median(differences) < differences.max()
+    lines = sampled.tables(found)
     assert lines["sampled_again"][1][0] == kind.words and "nan" not in str(lines)
 
 
@@ -36,15 +38,15 @@ def test_the_independent_solver_agrees_and_would_see_an_error() -> None:
     kind = KINDS[0]
     one = sampled.chunk(kind, SEED, 0, sampled.FEWEST)
     found = sampled.solved(one)
-    result = Found(kind)
+    result = Sampled()
     jobs = sampled.jobs_of(one, found, 2, 3)
     assert max(sampled.inputs(each, 0)["cylinders"] for each, _ in jobs) <= 3
-    sampled.compare(result, jobs, [sampled.exactly(job) for job in jobs])
-    assert (result.exact, result.wrong) == (2, 0)
+    sampled.compare(result, kind, jobs, [sampled.exactly(job) for job in jobs])
+    assert (result.of("independent"), result.defects) == (2, 0)
     found["omega_max"] = found["omega_max"] * (1.0 + 2e-6)
     jobs = sampled.jobs_of(one, found, 1)
-    sampled.compare(result, jobs, [sampled.exactly(job) for job in jobs])
-    assert (result.exact, result.wrong, result.defects) == (3, 1, 1)
+    sampled.compare(result, kind, jobs, [sampled.exactly(job) for job in jobs])
+    assert (result.of("independent"), result.of("off"), result.defects) == (3, 1, 1)
 
 
 def speeds(low: float, high: float, mean: float) -> dict[str, Any]:
@@ -74,7 +76,7 @@ def judged(status: int, delta: float, lowest: float, true: int, exact: float) ->
     if status == STALLED:
         one = {name: values * np.nan for name, values in one.items()}
     one["status"], other["status"] = np.array([status]), np.array([true])
-    return str(sampled.judged(one, other, 1.0, *sampled.differing(one, other))[0])
+    return str(sampled.judged(one, other, 1.0)[0][0])
 
 
 def test_verdicts_tell_agreement_from_defects() -> None:
@@ -97,14 +99,15 @@ def test_other_bits_a_wrong_outcome_and_a_small_estimate_are_defects() -> None:
     chosen = np.arange(10)
     other = {name: values[chosen].copy() for name, values in found.items()}
     other["delta"][3] = np.nextafter(other["delta"][3], 1.0)
-    masks = chunks.unlike_bits(other, {name: values[chosen] for name, values in found.items()})
+    masks = absurd.unlike_bits(other, {name: values[chosen] for name, values in found.items()})
     assert {name: np.flatnonzero(mask).tolist() for name, mask in masks.items() if mask.any()} == {
         "delta": [3]
     }
     wrong = {name: values.copy() for name, values in found.items()}
     wrong["torque_mean"] = -wrong["torque_mean"]
     assert sampled.rules(one, wrong, speed)["idle"].sum() > 0.9 * sampled.FEWEST
-    result = Found(KINDS[0], estimated=1000, covered=999)
-    assert result.defects == 0
-    result.covered = 998
-    assert result.defects == 1
+    result = Sampled()
+    result.counts["estimated", KINDS[0].name] = 1000
+    for above, uncovered in ((1, 0), (2, 1)):
+        result.counts["above", KINDS[0].name] = above
+        assert sampled.uncovered(result, KINDS[0]) == uncovered

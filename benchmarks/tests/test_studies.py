@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from types import FrameType
 from typing import Any
 
 import pytest
@@ -11,6 +9,7 @@ import pytest
 import sweeps
 from benchmarks import study_rates, study_times
 from benchmarks.studies import STUDIES, Study, study
+from benchmarks.warm_run import profiled
 from engine_dyn.speed.mechanisms import BATCH, counted
 from sweeps.planning import forecast
 from sweeps.planning.plan import make_plan
@@ -32,20 +31,10 @@ solved = pytest.mark.parametrize(
 
 def calls_of_python(scene: dict[str, Any]) -> int:
     """Functions of Python that are called while a scene is computed in this thread."""
-    count = 0
-
-    def note(frame: FrameType, event: str, _: object) -> None:
-        nonlocal count
-        if event == "call":
-            count += 1
-
-    before = sys.getprofile()
-    sys.setprofile(note)
-    try:
+    calls: list[None] = []
+    with profiled(lambda _: calls.append(None)):
         sweeps.run(scene, threads=1)
-    finally:
-        sys.setprofile(before)
-    return count
+    return len(calls)
 
 
 @pytest.mark.compiled
