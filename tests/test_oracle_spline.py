@@ -1,7 +1,5 @@
 """The NumPy solver for tabulated diagrams against the adaptive one, and against itself."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

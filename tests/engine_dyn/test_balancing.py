@@ -1,7 +1,5 @@
 """Shaking forces and moments against masses moved by geometry, and against the sources' engines."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

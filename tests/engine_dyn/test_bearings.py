@@ -1,7 +1,5 @@
 """Bearing loads against Newton's equations of the bodies and the momentum of the whole engine."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The modelled diesel cycle, and the diagrams of the NTUA engine made with it."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import sys

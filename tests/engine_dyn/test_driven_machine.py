@@ -1,7 +1,5 @@
 """Loads over angle and speed, drivers: an independent solver, exact equivalents, outcomes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Modelled cycles by the first law: an independent integration, closed forms, energy, the batch."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from typing import Any

@@ -1,7 +1,5 @@
 """Friction and torque curves: an independent derivation, work over a cycle, orders, the shaft."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

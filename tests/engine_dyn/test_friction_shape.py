@@ -1,7 +1,5 @@
 """Friction over the crank angle, Chen and Flynn's full form."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Orders of the torque against transforms of the curves themselves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Indicator diagrams: spline, checks of points, families over load."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

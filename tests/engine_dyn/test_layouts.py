@@ -1,7 +1,5 @@
 """Customary arrangements against facts of textbooks and service manuals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

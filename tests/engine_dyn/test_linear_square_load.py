@@ -1,7 +1,5 @@
 """The load a + k (b omega + c omega^2) against the independent solver and against its limits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Forces of the mechanism against equilibrium of its bodies, energy, and printed relations."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Kinematics: derivatives, limits, symmetry, singular places, and a second derivation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Kinematics with an offset cylinder: closed triangle, derivatives, dead centres, limits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

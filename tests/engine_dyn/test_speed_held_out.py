@@ -7,8 +7,6 @@ hundredfold margin: largest differences found (2026-11) are 3e-9 in delta, 2e-9 
 4e-10 in the mean speed, 4e-11 in the mean torque.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

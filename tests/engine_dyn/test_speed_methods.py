@@ -1,7 +1,5 @@
 """Methods of the periodic speed: one answer, orders observed, closures, outcomes at the edges."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

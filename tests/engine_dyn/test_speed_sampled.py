@@ -1,7 +1,5 @@
 """Designs that have no table in common: curves from harmonics against tables of their own."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sweeps through the kernels: shapes, independence to the bit, energy balance, every outcome."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Offset, uneven firing, misfire and mass spread: an independent solution, limits, symmetry."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

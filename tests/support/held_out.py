@@ -1,7 +1,5 @@
 """Held-out designs (oracle) through the packages: their pressure as points, their numbers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings of the speed of `ntua` as files, with diagrams that are not those of the catalogue."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

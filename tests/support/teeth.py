@@ -4,8 +4,6 @@ Everything follows from a time over the angle in closed form, so that nothing is
 code under test.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -3,8 +3,6 @@
 `make properties` draws many more than the suite.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import warnings

@@ -1,7 +1,5 @@
 """Scenes on balance, flywheel and speed characteristic: axes, labels, agreement, bad input."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

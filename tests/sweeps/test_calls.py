@@ -4,8 +4,6 @@ Each scene runs in a process of its own with the compiler off, so that the insid
 calls like any other. A test that fails after a function was renamed is mended in `NAMES`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

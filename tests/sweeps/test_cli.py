@@ -1,7 +1,5 @@
 """The command line as a user meets it: files, what is printed, exit status."""
 
-from __future__ import annotations
-
 import errno
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Runs whose blocks are computed by workers of dask, other processes: the bytes of a local run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Arrangement, offset and unequal cylinders in scenes and engine files."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

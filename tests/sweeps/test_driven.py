@@ -1,7 +1,5 @@
 """Scenes with loads over angle and speed, drivers, and the inertia in parts."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

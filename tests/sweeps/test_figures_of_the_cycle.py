@@ -1,8 +1,6 @@
 """Turning-moment diagram, curves by load, bearing loads over speed, friction by component: what is
 drawn, from datasets made here."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Torque beside the flywheel, its root mean square, and the size of a given flywheel, in scenes."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

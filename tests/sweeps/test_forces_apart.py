@@ -1,7 +1,5 @@
 """Forces of gas and masses apart, volume, inertia over the angle, counterweights' own force."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

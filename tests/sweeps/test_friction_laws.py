@@ -1,7 +1,5 @@
 """Laws of the friction in scenes: components, their sum, the stroke, bearing pressures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

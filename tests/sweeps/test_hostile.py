@@ -3,8 +3,6 @@
 What the fuzzer (`make fuzz`) found first has a test of its own here.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import os

@@ -1,7 +1,5 @@
 """Scenes and engine files with the load a + k (b omega + c omega^2)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

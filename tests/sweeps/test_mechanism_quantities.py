@@ -1,7 +1,5 @@
 """Series, forces, orders and bearing loads as scenes ask for them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The map of missed cycles: formulas against drawn speeds, and its page is current."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import sys

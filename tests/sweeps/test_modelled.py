@@ -1,7 +1,5 @@
 """Modelled cycles in engine files, diagrams over load and speed, auxiliaries."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

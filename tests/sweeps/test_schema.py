@@ -1,7 +1,5 @@
 """The JSON schema of scenes: it says what the reader of scenes says."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from typing import Any

@@ -1,7 +1,5 @@
 """Several engines or arrangements in one scene: the numbers of each alone, in one archive."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

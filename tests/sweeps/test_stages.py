@@ -1,7 +1,5 @@
 """Each stage only on the axes that it depends on, and nothing that nobody asked for."""
 
-from __future__ import annotations
-
 from typing import Any
 from unittest.mock import patch
 

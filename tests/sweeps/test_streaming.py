@@ -1,7 +1,5 @@
 """Archives that are written block by block: the same bytes, in bounded memory, whatever happens."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """Orders as the excitation of a shaft, and the worked example on the measured diesel."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 import types

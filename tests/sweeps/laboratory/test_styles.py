@@ -1,7 +1,5 @@
 """Files of one synthetic engine in the styles of laboratories: all give the same imep."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fits to speed over angle, own parameters of recordings, uncertain pressures, figures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

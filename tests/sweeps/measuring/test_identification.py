@@ -1,7 +1,5 @@
 """Parameters of a synthetic engine from the times of its teeth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Measured speed beside computed: recordings of a synthetic engine whose speed is known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a comparison of measured and computed speed says when it should not be believed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings of a wheel that looks the same three times in a turn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
