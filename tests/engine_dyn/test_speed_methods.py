@@ -200,18 +200,6 @@ def test_thesis_method_between_its_samples_follows_its_steps() -> None:
 
 
 @compiled
-def test_thesis_method_starts_at_nominal_speed_and_bottom_dead_centre() -> None:
-    design = design_of(SINGLE)
-    plain = euler(design, passes=1)
-    found = solved(design, method="thesis", passes=1)
-    assert found.omega_mean == pytest.approx(plain.omega_mean, rel=1e-11)
-    again = solved(
-        design, method="thesis", passes=1, start_speed=design.omega_n, start_angle=3.0 * np.pi
-    )
-    assert again.omega_mean == found.omega_mean
-
-
-@compiled
 def test_error_of_the_thesis_method_is_reported() -> None:
     design = design_of(SINGLE)
     exact = solved(design).delta

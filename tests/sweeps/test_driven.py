@@ -341,31 +341,6 @@ def test_pumps_that_are_none(folder: Path, change: tuple[str, str], words: str) 
 
 
 @compiled
-def test_error_estimate_and_methods() -> None:
-    found = run(
-        ["delta", "delta_error"], set={**MOTORED, **MOTOR, "load_table": "own.csv"},
-        solver={"method": ["auto", "newton", "closed"],
-                "inertia_model": ["constant", "variable"]},
-    )  # fmt: skip
-    assert (found["status"].values[:2] == 0).all() and (found["status"].values[2] == 4).all()
-    assert (found["delta_error"].values[:2] < 1e-6).all()
-    np.testing.assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-6)
-
-
-@compiled
-def test_inertia_in_parts() -> None:
-    parts = {"flywheel_inertia": 1.5, "auxiliary_inertia": 0.1, "load_inertia": 0.2,
-             "gear_ratio": 2.0}  # fmt: skip
-    found = run(["delta", "engine_inertia"], set=parts)
-    whole = float(found["engine_inertia"]) + 1.5 + 0.1 + 4.0 * 0.2
-    assert float(run(["delta"], set={"inertia": whole})["delta"]) == pytest.approx(
-        float(found["delta"]), rel=1e-12
-    )
-    axis = run(["delta"], axes={"flywheel_inertia": [1.0, 2.0]}, designs={"load_inertia": [0.1]})
-    assert axis["delta"].dims == ("flywheel_inertia", "design")
-
-
-@compiled
 def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     there = folder / "machines"
     there.mkdir()

@@ -63,41 +63,6 @@ def test_series_of_an_offset_mechanism_are_refused() -> None:
 # Forces -------------------------------------------------------------------------------------------
 
 
-def test_forces_are_one_anothers_components() -> None:
-    found = computed(
-        ["piston_force", "gas_force", "inertia_force", "wall_thrust", "rod_force",
-         "tangential_force", "radial_force", "gas_tangential_force", "inertia_tangential_force",
-         "gas_torque", "inertia_torque", "overturning_moment", "rod_angle", "reduced_torque",
-         "tangential_pressure", "piston_pressure"],
-        axes={"speed": [900, 1500], "load": [50, 90]},
-    )  # fmt: skip
-    force = found["gas_force"] + found["inertia_force"]
-    size = float(np.abs(force).max())
-    beta, theta = np.radians(found["rod_angle"]), np.radians(found["crank_angle"])
-    rod, area = found["rod_force"], 0.25 * np.pi * 0.14**2
-    torque = found["gas_torque"] + found["inertia_torque"]
-    height = 0.09 * np.cos(theta) + 0.35 * np.cos(beta)  # H, of the piston pin above the crank
-    for one, other in (
-        (found["piston_force"], force),
-        (found["wall_thrust"], force * np.tan(beta)),
-        (rod * np.cos(beta), force),
-        (found["tangential_force"], rod * np.sin(theta + beta)),
-        (found["radial_force"], rod * np.cos(theta + beta)),
-        # one cylinder: T r is the torque, and the frame bears the opposite
-        (found["tangential_force"] * 0.09, torque),
-        (found["gas_tangential_force"] * 0.09, found["gas_torque"]),
-        (found["inertia_tangential_force"] * 0.09, found["inertia_torque"]),
-        (found["overturning_moment"], -torque),
-        # (2.8) is printed M_a = N H = -M_s, which cannot both be.
-        (found["overturning_moment"], -found["wall_thrust"] * height),
-        (found["piston_pressure"] * 1e5 * area, force),
-        (found["reduced_torque"] * 1e5 * area * 0.18, torque),
-    ):
-        assert float(np.abs(one - other).max()) < 1e-12 * size
-    # what the inertia needs is not computed on the load
-    assert found["inertia_force"].dims == ("speed", "crank_angle")
-
-
 @pytest.mark.parametrize(("engine", "turns"), [("ntua", 2), ("marine_80x345", 1)])
 def test_mean_tangential_pressure_is_that_of_the_notes(engine: str, turns: int) -> None:
     found = computed(
@@ -290,29 +255,6 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
     same = axis == "counterweight_mass"
     for name in ("main_journal_y", "gravity_torque"):
         assert bool(np.array_equal(bare[name], first[name])) is same
-
-
-@pytest.mark.parametrize("offset", [0.0, 0.01])
-@pytest.mark.parametrize("radii", [[1, 0.9, 1.1, 1, 0.9, 1.1], [1, 1, 1, 1, 1, 1]])
-def test_orders_of_unequal_throws_are_the_transform(radii: list[float], offset: float) -> None:
-    names = ["gas_torque", "inertia_torque", "gas_torque_order", "inertia_torque_order",
-             "torque_order", "torque_phase", "gravity_torque", "gravity_torque_order"]  # fmt: skip
-    changed = {"radius_factor": radii, "pin_offset": offset}
-    found = computed(names, "diesel_105x137", set=changed, output={"angle_step": 0.5})
-    for name in ("gas_torque", "inertia_torque", "gravity_torque"):
-        curve = found[name].values
-        wave = 2.0 * np.abs(np.fft.rfft(curve))[1:25] / curve.size
-        # aliasing of the measured diagram at half a degree, below 1e-6 of the curve
-        assert found[f"{name}_order"].values == pytest.approx(wave, abs=1e-6 * np.ptp(curve))
-    whole = found["gas_torque"] + found["inertia_torque"]
-    phi = np.radians(found["crank_angle"])
-    phase = np.radians(found["torque_phase"])
-    for one in (1.5, 3.0):
-        wave = (2.0 * whole * np.exp(-1j * one * phi)).mean("crank_angle")
-        mine = found["torque_order"] * np.exp(1j * phase)
-        assert complex(wave) == pytest.approx(
-            complex(mine.sel(order=one)), abs=1e-6 * float(np.ptp(whole.values))
-        )
 
 
 @pytest.mark.parametrize("name", ["main_journal_load_max", "main_journal_x", "throw_torque_order"])

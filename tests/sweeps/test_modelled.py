@@ -328,26 +328,6 @@ def test_parameters_of_the_cycle_as_axes(tmp_path: Path) -> None:
                 np.testing.assert_allclose(found[name].sel(own), expected, rtol=1e-8)
 
 
-@pytest.mark.compiled
-def test_parameters_of_the_cycle_as_designs_and_setting(tmp_path: Path) -> None:
-    path = written(tmp_path, *CORNERS)
-    heat, pressure = [10.0, 22.0, 10.0], [0.5, 0.9, 0.5]
-    found = run(
-        path, designs={"heat": heat, "intake_pressure": pressure, "inertia": [0.1, 0.1, 0.2]},
-        axes={"speed": [2500, 4000]}, set={"combustion_duration": 70.0},
-    )  # fmt: skip
-    assert (found["status"] == 0).all()
-    own = {"heat": 22.0, "intake_pressure": 0.9, "combustion_duration": 70.0}
-    alone = run(
-        written(tmp_path, *({**corner, **own} for corner in CORNERS)),
-        axes={"speed": [2500, 4000]}, set={"inertia": 0.1},
-    )  # fmt: skip
-    for name in QUANTITIES:
-        one = found[name].isel(design=1) if "design" in found[name].dims else found[name]
-        np.testing.assert_allclose(one, alone[name], rtol=1e-8)
-    assert (found["imep"].isel(design=0) == found["imep"].isel(design=2)).all()
-
-
 @pytest.mark.parametrize(
     ("engine", "tables", "message"),
     [
