@@ -10,7 +10,7 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.commands import invoke
+from tests.support.commands import ok
 from tests.support.json_schemas import fits as fits_schema
 
 SCHEMA = scene_schema()
@@ -120,6 +120,5 @@ def test_all_names_of_the_table_are_in_it() -> None:
 
 
 def test_the_command_prints_it() -> None:
-    result = invoke("schema")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout) == SCHEMA
+    result = ok("schema")
+    assert json.loads(result) == SCHEMA

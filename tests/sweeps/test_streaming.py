@@ -28,7 +28,7 @@ from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, plan_of, stop_after, watch_blocks
-from tests.support.commands import invoke, ok
+from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import IN_BLOCKS, LARGE_MAP, MAP
 
@@ -161,16 +161,14 @@ BAD_SIZES = ["1", "99MB", "1e3MB", "-1GB", "infGB", "500 MiB", "GB", "", "nan"]
 
 @pytest.mark.parametrize("size", BAD_SIZES)
 def test_sizes_of_memory_that_are_none(size: str, tmp_path: Path) -> None:
-    result = invoke("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
-    assert result.exit_code == 2, result.output
-    assert "100MB or more" in result.stderr
+    result = refused("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
+    assert "100MB or more" in result
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("size", ["100MB", "0.1GB", "1 gb", "2.5GB"])
 def test_sizes_of_memory(size: str, tmp_path: Path) -> None:
-    result = invoke("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
-    assert result.exit_code == 0, result.output
+    ok("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
 
 
 def test_columns_that_do_not_fit_the_memory_are_refused() -> None:
@@ -190,9 +188,8 @@ def test_an_archive_larger_than_the_disk_is_refused_before_computing(
     monkeypatch.setattr(into_archive, "Computation", None)
     real = limits.shutil.disk_usage(tmp_path)
     monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: real._replace(free=100_000))
-    result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
-    assert result.exit_code == 2
-    assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result.stderr)
+    result = refused("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
+    assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result)
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
 
 
@@ -247,11 +244,9 @@ def test_resume_computes_nothing_but_what_is_missing(
 ) -> None:
     plan, output = plan_of(tmp_path), tmp_path / "out.nc"
     interrupted(plan, output, monkeypatch, 5)
-    told = invoke("info", tmp_path / "out.nc.partial")
-    assert told.exit_code == 0
-    assert re.search(r"A map\n.*6000\n.*5 of \d+ blocks\n", told.stdout)
-    refused = invoke("run", tmp_path / "scene.toml", "-o", output)
-    assert refused.exit_code == 2 and "use --resume to complete it" in refused.stderr
+    told = ok("info", tmp_path / "out.nc.partial")
+    assert re.search(r"A map\n.*6000\n.*5 of \d+ blocks\n", told)
+    assert "use --resume to complete it" in refused("run", tmp_path / "scene.toml", "-o", output)
     seen = watch_blocks(monkeypatch)
     header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
     assert header["block_bytes"] == SMALL
@@ -274,9 +269,9 @@ def test_resume_computes_nothing_but_what_is_missing(
     # Finished and matching: at once, and nothing is computed.
     seen.clear()
     before = output.stat()
-    again = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
-    assert again.exit_code == 0 and "already complete" in again.stdout
-    assert f"converged {6000}" in again.stdout
+    again = ok("run", tmp_path / "scene.toml", "-o", output, "--resume")
+    assert "already complete" in again
+    assert f"converged {6000}" in again
     assert not seen and output.stat().st_mtime_ns == before.st_mtime_ns
 
 
@@ -418,8 +413,8 @@ def test_the_old_archive_stays_until_the_new_one_is_whole(
     # Without --overwrite, the archive that is there counts, and is another one.
     assert "archive of something else" in invoke("run", path, "-o", output, "--resume").stderr
     assert len(Partial.of(output).finished()) == 4
-    again = invoke("run", path, "-o", output, "--resume", "--overwrite")
-    assert again.exit_code == 0 and "(4 of " in again.stdout
+    again = ok("run", path, "-o", output, "--resume", "--overwrite")
+    assert "(4 of " in again
     assert_same(output, sweeps.run(path))
 
 
@@ -595,8 +590,7 @@ def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) ->
     process.kill()
     process.communicate()
     if not output.exists():
-        told = invoke("info", folder)
-        assert told.exit_code == 0, told.output
+        ok("info", folder)
     finished = {p.name: p.stat().st_mtime_ns for p in folder.glob("block-*.bin")}
     again = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=tmp_path)
     text, errors = again.communicate()
@@ -674,5 +668,4 @@ def test_a_running_process_keeps_others_away_and_a_killed_one_does_not(tmp_path:
     assert f"process {process.pid} on" in refused.stderr
     now = f"a run of out.nc, which is being computed now by process {process.pid} on "
     assert told.startswith(f"{folder}: {now}") and "to go on" not in told
-    done = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
-    assert done.exit_code == 0, done.output
+    ok("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
