@@ -251,17 +251,6 @@ def test_energy_balance_of_the_trace(
     )
 
 
-@pytest.mark.parametrize("count", [2, 3, 6, 7, 11])
-def test_even_firing_repeats_the_speed(inputs: dict[str, Any], count: int) -> None:
-    """720/Z need not be a whole number of degrees."""
-    phi = np.arange(64 * count) * (CYCLE / (64 * count))
-    found = solve(inputs, cylinders=count, crank_angle=phi - 0.5 * CYCLE)["omega"]
-    amplitude = np.abs(np.fft.rfft(found)) / found.size
-    rest = np.delete(amplitude, np.arange(0, amplitude.size, count))
-    assert rest.max() <= 1e-12 * amplitude[0]
-    assert amplitude[count] > 1e-6 * amplitude[0]
-
-
 @pytest.mark.parametrize(("count", "model"), [(7, "constant"), (11, "variable")])
 def test_counts_that_do_not_divide_the_cycle(count: int, model: str) -> None:
     """Against the oracle, solved here."""

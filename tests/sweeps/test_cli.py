@@ -113,15 +113,6 @@ def test_a_first_session(tmp_path: Path) -> None:
     assert sorted(p.name for p in (tmp_path / "deep/er").iterdir()) == ["out.nc"]
 
 
-def test_bad_input_in_a_process_of_its_own(tmp_path: Path) -> None:
-    tmp_path.joinpath("scene.toml").write_text(SCENE.replace("inertia", "intertia"))
-    done = shell("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("engine-dyn: scene.toml: [axes] intertia: unknown key; did you")
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "out.nc").exists()
-
-
 @pytest.mark.parametrize("name", sorted(main.commands))
 def test_an_option_with_one_value_is_given_once(name: str) -> None:
     """The last one counted in silence."""
@@ -224,16 +215,6 @@ def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
     )
 
 
-def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
-    path, out = tmp_path / "scene.toml", tmp_path / "out.nc"
-    path.write_text(SCENE)
-    out.write_text("an older file")
-    ok("run", path, "-o", out, "--overwrite", "--threads", "1")
-    with xr.open_dataset(out) as dataset:
-        assert dict(dataset.sizes) == {"inertia": 3, "speed": 2, "crank_angle": 144}
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-
-
 def test_a_failure_leaves_the_old_archive_and_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -252,19 +233,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     assert shown.exit_code == 1
     assert "Traceback" in shown.stderr
     assert out.read_text() == "kept"
-
-
-def test_a_disk_that_refuses_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sweeps.running.into_archive
-
-    def refuse(*_: Any, **__: Any) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    monkeypatch.setattr(sweeps.running.into_archive.Partial, "locked", refuse)
-    result = refused("run", path, "-o", tmp_path / "out.nc", "-q")
-    assert "out.nc: cannot be written (Permission denied)" in result
 
 
 def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -> None:

@@ -143,13 +143,6 @@ def test_the_curve_of_one_cylinder_by_hand() -> None:
     assert 0.1 < float(rings) < 0.6 and 0.05 < float(skirt) < 0.6
 
 
-def test_the_speed_is_solved_with_it() -> None:
-    found = run(FOUR, "delta", "torque_mean", "omega_mean", set=LAW, axes={"speed": [1500, 3000]})
-    assert (found["status"] == 0).all()
-    usual = run(FOUR, "delta", "torque_mean", axes={"speed": [1500, 3000]})
-    assert (found["torque_mean"] != usual["torque_mean"]).all()
-
-
 def test_a_speed_characteristic_finds_the_load() -> None:
     """The load whose brake torque is that of the curve, with the friction of that load."""
     rated = {"rated_power": 100e3, "rated_speed": 5200, "characteristic_share": 0.6}

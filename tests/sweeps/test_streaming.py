@@ -478,40 +478,6 @@ def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) 
     assert_same(output, sweeps.run(path))
 
 
-SMALL_DISK = """
-mount -t tmpfs -o size={size} none disk || exit 77
-{python} -c '{program}' run scene.toml -o disk/out.nc; echo "ended with $?"
-ls disk
-mount -o remount,size=100000000 disk || exit 77
-{python} -c '{program}' run scene.toml -o disk/out.nc --resume || exit 1
-cp disk/out.nc out.nc
-"""
-
-
-@pytest.mark.skipif(not Path("/proc/self/ns/mnt").exists(), reason="needs Linux's namespaces")
-def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
-    """A file system in memory, just large enough for the blocks but not for the archive too."""
-    plan = plan_of(tmp_path, LARGE_MAP)
-    (tmp_path / "disk").mkdir()
-    script = SMALL_DISK.format(
-        size=2 * limits.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
-    )
-    try:
-        done = subprocess.run(
-            ["unshare", "--map-root-user", "--mount", "sh", "-c", script],
-            cwd=tmp_path, capture_output=True, text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-    except OSError:
-        pytest.skip("no unshare")
-    if done.returncode == 77 or "unshare" in done.stderr:
-        pytest.skip(f"no file system may be mounted: {done.stderr}")
-    assert done.returncode == 0, done.stderr
-    assert "ended with 1\nout.nc.partial\n" in done.stdout
-    assert re.search(r"out.nc: cannot be written .*free\); (\d+) of \1 blocks", done.stderr)
-    assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
-
-
 @pytest.mark.parametrize(
     "name",
     ["with blank.nc", "größe λ ω.nc", "'quotes\" & $HOME.nc", "n" * 246 + ".nc", "ü" * 120 + ".nc"],
