@@ -235,19 +235,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     assert out.read_text() == "kept"
 
 
-def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    axis = "{ start = 1, stop = 2, num = 10000000 }"
-    path.write_text(
-        f'engine = "ntua"\n[axes]\ninertia = {axis}\nreciprocating_mass = {axis}\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
-    result = refused("run", path, "-o", tmp_path / "out.nc")
-    assert re.search(r"\d (GB|TB)", result)
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-    assert "100000000000000 designs" in ok("plan", path)
-
-
 # --- plan, plot, info, list, new ----------------------------------------------------------------
 
 

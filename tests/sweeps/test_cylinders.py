@@ -658,22 +658,6 @@ def test_single_cylinders_are_the_lists_with_one_value_changed() -> None:
 
 
 @pytest.mark.compiled
-def test_a_spread_of_single_cylinders_in_designs() -> None:
-    """Columns go together, beside a misfire and an arrangement along axes of their own."""
-    spread = {"mass_factor_1": [1.02, 0.97], "mass_factor_4": [0.99, 1.03]}
-    found = run(
-        quantities=("delta", "torque_mean"), set={"cylinders": 4},
-        designs=spread, axes={"misfire": [0, 2]},
-    )  # fmt: skip
-    assert found["delta"].dims == ("design", "misfire")
-    one = run(set={"cylinders": 4, "misfire": 2, "mass_factor": [0.97, 1, 1, 1.03]})
-    assert float(found["delta"][1, 1]) == pytest.approx(float(one["delta"]), rel=1e-12)
-    # Masses change no mean torque; the archive says which columns had an effect.
-    np.testing.assert_allclose(found["torque_mean"].isel(design=0), found["torque_mean"][1])
-    assert "axes_without_effect" not in found.attrs
-
-
-@pytest.mark.compiled
 def test_unequal_throws_with_an_offset_through_a_scene() -> None:
     """As one design, and work as mean pressure times displacement."""
     radii, values = [1.0, 0.9, 1.1], load_engine("ntua", Path()).values

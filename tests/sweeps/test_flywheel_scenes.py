@@ -53,32 +53,6 @@ def test_torque_from_in_front_of_the_cut(model: str, cylinders: int) -> None:
 
 
 @pytest.mark.compiled
-def test_limits_of_the_cut() -> None:
-    """Nothing behind it leaves the load's torque; all of the inertia behind it the engine's."""
-    found = sweeps.run(
-        scene(
-            ["flywheel_shaft_torque", "load_shaft_torque", "load_torque"],
-            set={"auxiliary_inertia": 2.0},
-        )
-    )
-    np.testing.assert_array_equal(found["flywheel_shaft_torque"], found["load_torque"])
-    np.testing.assert_array_equal(found["load_shaft_torque"], found["load_torque"])
-    found = sweeps.run(
-        scene(
-            ["flywheel_shaft_torque", "torque", "engine_inertia"],
-            set={"flywheel_inertia": 50.0, "crank_mass": 0.0, "rod_mass": 1e-6,
-                 "reciprocating_mass": 1e-6},
-        )
-    )  # fmt: skip
-    assert float(found["engine_inertia"]) < 1e-7
-    np.testing.assert_allclose(
-        found["flywheel_shaft_torque"],
-        found["torque"],
-        atol=2e-4 * float(np.ptp(found["torque"].values)),
-    )
-
-
-@pytest.mark.compiled
 def test_whole_and_wanted_inertia_have_the_rest_behind_the_cut() -> None:
     asked = ["flywheel_side_inertia", "engine_inertia", "flywheel_shaft_torque_rms"]
     parts = sweeps.run(scene(asked))
@@ -206,18 +180,6 @@ def test_they_are_searched_sampled_and_differentiated() -> None:
         sweeps.run(scene(["torque_elasticity"]))
 
 
-@pytest.mark.compiled
-def test_a_search_may_want_the_least_of_them() -> None:
-    rest = {key: value for key, value in PARTS.items() if key != "flywheel_inertia"}
-    found = sweeps.optimise(
-        {"engine": "ntua", "set": rest}, least="load_shaft_torque_rms",
-        over="flywheel_inertia = 1 to 3", number=32, generations=8,
-    )  # fmt: skip
-    # Behind the flywheel a heavier one leaves less.
-    best = found["flywheel_inertia"].values[found["found"].values == 1]
-    assert best == pytest.approx([3.0], rel=1e-2)
-
-
 def test_lists_name_them_once_and_find_them() -> None:
     every = quantity_lines()
     assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]
@@ -272,21 +234,6 @@ def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     found.to_netcdf(path)
     assert json.loads(found.attrs["parameters"])["load_inertia"] == 0.05
-
-
-@pytest.mark.compiled
-def test_table_2_falls_more_than_a_rigid_shaft_can() -> None:
-    """What agrees with Asgari's Table 2, and what does not: docs/flywheel.md."""
-    found = sweeps.run("asgari_flywheel").isel(speed=slice(4))
-    printed = found["load_shaft_torque_rms_published"]
-    before, behind = found["flywheel_shaft_torque_rms"], found["load_shaft_torque_rms"]
-    for torque in (printed, behind):
-        assert (torque.diff("flywheel_inertia") < 0.0).all()  # the trend over the inertia
-    assert (before.diff("flywheel_inertia") > 0.0).all()
-    # Theta_L/(Theta_fly + ...) falls by a fifth at most from 0.08 to 0.1 kg m2; the mean stays.
-    fall = 1.0 - printed.isel(flywheel_inertia=2) / printed.isel(flywheel_inertia=0)
-    assert fall.values == pytest.approx([0.2354, 0.2269, 0.2109, 0.1794], abs=5e-4)
-    assert (fall.values[:3] > 0.2).all()
 
 
 @pytest.mark.compiled

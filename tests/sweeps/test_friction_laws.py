@@ -100,23 +100,6 @@ def test_auxiliaries_of_the_key_are_added() -> None:
     assert float(more["fmep_components"]) == float(plain["fmep_components"])
 
 
-def test_rings_and_skirt_follow_the_stroke() -> None:
-    """The mean is kept; at the dead centres only what is constant remains."""
-    asked = ("instantaneous_friction_torque", "friction_torque", *PARTS, "fmep")
-    tables = {"axes": {"speed": [1500, 4500]}}
-    even = run(FOUR, *asked, set=LAW, **tables)
-    found = run(FOUR, *asked, set={**LAW, "ring_pressure": 2.0}, **tables)
-    np.testing.assert_array_equal(found["friction_torque"], even["friction_torque"])
-    curve = found["instantaneous_friction_torque"]
-    np.testing.assert_allclose(curve.mean("crank_angle"), found["friction_torque"], rtol=5e-5)
-    assert (even["instantaneous_friction_torque"].std("crank_angle") < 1e-9).all()
-    # All four pistons of the engine stand still together.
-    moving = found["fmep_skirt"] + found["fmep_rings"] + found["fmep_ring_gas_pressure"]
-    rest = found["friction_torque"] * (1.0 - moving / found["fmep"])
-    np.testing.assert_allclose(curve.sel(crank_angle=0), rest, rtol=1e-9)
-    assert (curve >= rest * (1.0 - 1e-12)).all()
-
-
 def test_the_curve_of_one_cylinder_by_hand() -> None:
     """Rings by load times speed, skirt by the square of the speed, the rest constant.
 

@@ -212,20 +212,6 @@ def test_the_variation_of_imep_is_never_negative(tmp_path: Path) -> None:
     assert "imep -" in told and "variation of imep -" not in told
 
 
-@pytest.mark.slow
-def test_ten_million_samples(tmp_path: Path) -> None:
-    """In Parquet: writing so many as text would take longer than reading them."""
-    import pandas as pd
-
-    cycles = 10**7 // 720 + 1
-    one = recorded_engine.pressure(np.arange(-360.0, 360.0) * DEGREE)
-    frame = {"CA_deg": np.tile(np.arange(-360.0, 360.0), cycles), "p_Pa": np.tile(one, cycles)}
-    pd.DataFrame(frame).astype("float32").to_parquet(tmp_path / "long.parquet")
-    found = read_pressure(tmp_path / "long.parquet", average=True)
-    assert found.recorded["p_Pa"].cycles == cycles
-    assert np.allclose(found.mean.pressure[0], one, rtol=1e-6)
-
-
 def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:
     """Mean, smallest and largest pressure over the angle: their mean is no pressure."""
     angle, pressure = samples(-360.0)

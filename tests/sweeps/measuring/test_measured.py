@@ -15,7 +15,6 @@ from tests.support.commands import ok, refused
 from tests.support.teeth import (
     SampledEngine,
     noisy,
-    pulses,
     random_errors,
     tooth_times,
     write_times,
@@ -189,35 +188,6 @@ def test_given_errors_are_taken_out(teeth: Path) -> None:
     found = sweeps.measured(path)
     assert np.allclose(found.tooth_error, ERRORS)
     assert float(found.correlation[0]) > 0.998
-
-
-def test_a_signal_gives_what_its_times_give(
-    tmp_path: Path, computed: xr.Dataset, compared: xr.Dataset
-) -> None:
-    times = stamps(computed, 50, seed=50)[: 58 * 9 + 1] + 0.002
-    interval = 2e-5
-    samples = round((times[-1] + 0.002) / interval)
-    signal = pulses(times, interval, samples, 2.5e-4)
-    at = interval * np.arange(samples)
-    rows = "\n".join(f"{t:.5f};{v:.5f}" for t, v in zip(at, signal, strict=True))
-    (tmp_path / "encoder.csv").write_text("Time [s];Encoder [V]\n" + rows + "\n")
-    path = scene_with(
-        tmp_path, file="encoder.csv", kind="encoder", wheel="60-2", at={"load": 50},
-        gap_angle=GAP, tooth_errors="none",
-    )  # fmt: skip
-    found = sweeps.measured(path)
-    assert int(found.recorded_cycles[0]) == 4
-    assert "threshold" in found.attrs["remarks"]
-    write_times(tmp_path / "teeth_50.csv", times)
-    path = scene_with(
-        tmp_path, "t.toml", file="teeth_50.csv", kind="teeth", wheel="60-2", at={"load": 50},
-        gap_angle=GAP, tooth_errors="none",
-    )  # fmt: skip
-    other = sweeps.measured(path)
-    assert np.allclose(found.omega_raw, other.omega_raw, rtol=5e-4)
-    assert float(found.delta_measured_raw[0]) == pytest.approx(
-        float(other.delta_measured_raw[0]), abs=5e-4
-    )
 
 
 @pytest.mark.parametrize("style", ["one cycle", "running on", "descending", "wraps"])
