@@ -24,7 +24,7 @@ from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
 from oracle.designs import _mean as mean_of
 from oracle.solution import Design, Problem
-from tests.support.held_out import design_of, family_of, inputs_of, solved
+from tests.support.held_out import design_of, family_of, inputs_of, solved, torque_inputs_of
 
 compiled = pytest.mark.compiled
 
@@ -287,9 +287,7 @@ def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
     size = 0.3 * mean_of(design)
     driven = DrivenMachine(torque_over_angle(ANGLES, lobes(size), own_angle=True))
     keys: dict[str, Any] = {"driven": driven, "gear_ratio": gear, "load_phase": 0.7}
-    inputs = inputs_of(design, family_of(design))
-    for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
-        inputs.pop(other)
+    inputs = torque_inputs_of(design, family_of(design))
     wanted = ("torque_max", "torque_min", "energy_swing")
     scale = np.array([0.9, 0.0, 0.4])
     found = torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)

@@ -27,7 +27,7 @@ from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design
 from sweeps.reading.engine_files import load_engine
-from tests.support.held_out import family_of, inputs_of, solved
+from tests.support.held_out import family_of, solved, torque_inputs_of
 
 DEGREE = math.pi / 180.0
 
@@ -150,10 +150,8 @@ def test_energy_balance_and_torque(name: str) -> None:
     friction = solution.friction_torque(design, phi)
     mean = solved(design).torque_mean
     assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
-    inputs = inputs_of(design, family) | {"double_radius": double_radius, "offset_ratio": offset}
-    for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
-        inputs.pop(key)
-    inputs |= levels_of(design)
+    inputs = torque_inputs_of(design, family) | levels_of(design)
+    inputs |= {"double_radius": double_radius, "offset_ratio": offset}
     found = torque_extremes(wanted=TORQUE_NAMES, cylinders_by_count=by_count, **inputs)
     if design.friction_shares is not None:
         two_grid = [inputs[name] for name in FRICTION_NAMES]

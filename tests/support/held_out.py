@@ -91,3 +91,9 @@ def inputs_of(design: Design, family: Family) -> dict[str, Any]:
         "inertia_model": design.inertia_model,
         "closure": design.closure,
     }
+
+
+def torque_inputs_of(design: Design, family: Family) -> dict[str, Any]:
+    """The same without what only the speed depends on."""
+    own = {"inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"}
+    return {name: value for name, value in inputs_of(design, family).items() if name not in own}

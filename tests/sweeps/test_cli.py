@@ -238,15 +238,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
 # --- plan, plot, info, list, new ----------------------------------------------------------------
 
 
-def test_plan_computes_nothing_and_says_what_it_would(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    text = ok("plan", path)
-    for expected in ("6 designs", "inertia", "speed", "delta", "skipped", "memory", "time"):
-        assert expected in text
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-
-
 def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:
     folder = tmp_path / "figures"
     lines = ok("plot", archive, "-o", folder, "--format", "svg").splitlines()

@@ -12,7 +12,7 @@ from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import SUFFIXES
 from tests.support import recorded_engine
-from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
+from tests.support.laboratory import DEGREE, STYLES, four_cylinders, imep, rows, samples
 
 
 def true_imep() -> float:
@@ -73,12 +73,6 @@ def test_cycles_in_columns_need_no_names(head: str, count: int, tmp_path: Path) 
     (recorded,) = found.recorded.values()
     assert recorded.cycles == count
     assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
-
-
-def test_a_shift_of_two_degrees_would_be_seen_here(tmp_path: Path) -> None:
-    avl(tmp_path / "avl.csv")
-    mean = read_pressure(tmp_path / "avl.csv", shift=2.0).mean
-    assert abs(imep(mean.angle, mean.pressure[0]) / TRUE - 1.0) > 0.05
 
 
 def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
