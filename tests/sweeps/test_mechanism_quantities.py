@@ -63,6 +63,41 @@ def test_series_of_an_offset_mechanism_are_refused() -> None:
 # Forces -------------------------------------------------------------------------------------------
 
 
+def test_forces_are_one_anothers_components() -> None:
+    found = computed(
+        ["piston_force", "gas_force", "inertia_force", "wall_thrust", "rod_force",
+         "tangential_force", "radial_force", "gas_tangential_force", "inertia_tangential_force",
+         "gas_torque", "inertia_torque", "overturning_moment", "rod_angle", "reduced_torque",
+         "tangential_pressure", "piston_pressure"],
+        axes={"speed": [900, 1500], "load": [50, 90]},
+    )  # fmt: skip
+    force = found["gas_force"] + found["inertia_force"]
+    size = float(np.abs(force).max())
+    beta, theta = np.radians(found["rod_angle"]), np.radians(found["crank_angle"])
+    rod, area = found["rod_force"], 0.25 * np.pi * 0.14**2
+    torque = found["gas_torque"] + found["inertia_torque"]
+    height = 0.09 * np.cos(theta) + 0.35 * np.cos(beta)  # H, of the piston pin above the crank
+    for one, other in (
+        (found["piston_force"], force),
+        (found["wall_thrust"], force * np.tan(beta)),
+        (rod * np.cos(beta), force),
+        (found["tangential_force"], rod * np.sin(theta + beta)),
+        (found["radial_force"], rod * np.cos(theta + beta)),
+        # one cylinder: T r is the torque, and the frame bears the opposite
+        (found["tangential_force"] * 0.09, torque),
+        (found["gas_tangential_force"] * 0.09, found["gas_torque"]),
+        (found["inertia_tangential_force"] * 0.09, found["inertia_torque"]),
+        (found["overturning_moment"], -torque),
+        # (2.8) is printed M_a = N H = -M_s, which cannot both be.
+        (found["overturning_moment"], -found["wall_thrust"] * height),
+        (found["piston_pressure"] * 1e5 * area, force),
+        (found["reduced_torque"] * 1e5 * area * 0.18, torque),
+    ):
+        assert float(np.abs(one - other).max()) < 1e-12 * size
+    # what the inertia needs is not computed on the load
+    assert found["inertia_force"].dims == ("speed", "crank_angle")
+
+
 @pytest.mark.parametrize(("engine", "turns"), [("ntua", 2), ("marine_80x345", 1)])
 def test_mean_tangential_pressure_is_that_of_the_notes(engine: str, turns: int) -> None:
     found = computed(
