@@ -19,6 +19,7 @@ from engine_dyn.loads.driven_machine import (
     torque_over_speed,
     whole_ratio,
 )
+from engine_dyn.loads.laws import MOTOR, POWER, TABLE, Form, Law, law_of, load_terms
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
@@ -374,6 +375,36 @@ def test_curves_over_speed_are_scipys_monotone_ones() -> None:
         assert np.isnan(curve(speed[-1] + 1.0)) and np.isnan(curve(speed[0] - 1.0))
     rising = torque_over_speed([1, 2, 3, 9], [0, 1, 1, 7])(np.linspace(1, 9, 99))
     assert (np.diff(rising) >= 0.0).all()
+
+
+@pytest.mark.parametrize("of_motor", [False, True])
+def test_law_and_its_derivatives(of_motor: bool) -> None:
+    speeds = np.array([50.0, 90.0, 120.0, 180.0])
+    curve = torque_over_speed(speeds, [1.0, 4.0, 9.0, 30.0])
+    table = np.stack([curve.speed, curve.torque, curve.slope])
+    nominal = 110.0
+    scale = 1.0 / float(motor_torque(nominal, 130.0, 0.2) if of_motor else curve(nominal))
+    kind, table = (MOTOR, table[:, :0].copy()) if of_motor else (TABLE, table)
+    law = Law(kind, nominal, scale, 130.0, 0.2, table)
+    assert load_terms(1.0, law)[0] == pytest.approx(1.0, rel=1e-14)
+    for q in (0.3, 0.8, 1.0, 1.3, 2.0, 4.0):
+        value, first = load_terms(q, law)
+        omega = nominal * np.sqrt(q)
+        if of_motor:
+            assert value == pytest.approx(scale * motor_torque(omega, 130.0, 0.2), rel=1e-13)
+        elif speeds[0] <= omega <= speeds[-1]:
+            assert value == pytest.approx(scale * float(curve(omega)), rel=1e-13)
+        h = 1e-5
+        before, after = load_terms(q - h, law), load_terms(q + h, law)
+        assert first == pytest.approx((after[0] - before[0]) / (2.0 * h), rel=1e-6)
+
+
+def test_law_of_a_power() -> None:
+    for half in (0.0, 0.25, 0.5, 1.0, 1.7):
+        form = Form(POWER, 1.0, False, np.zeros((3, 0)))
+        found = load_terms(1.3, law_of(150.0, 2.0 * half, 0.0, 1.0, form)[0])
+        expected = 1.3**half, half * 1.3 ** (half - 1.0)
+        assert found == pytest.approx(expected, rel=1e-14)
 
 
 def test_kloss() -> None:

@@ -92,6 +92,16 @@ def test_counterweights_by_mass_and_by_fraction_agree() -> None:
     assert float(bare["shaking_force_max"]) > 2.0 * float(by_mass["shaking_force_max"])
 
 
+def test_an_arrangement_of_the_scene() -> None:
+    found = computed(
+        ["shaking_moment_major"], engine="ntua",
+        set={"arrangement": "boxer 2", "cylinders": 2, "cylinder_spacing": 0.2,
+             "bank_offset": 0.05}, output={"highest_order": 2},
+    )  # fmt: skip
+    unit = computed(["inertia_force_unit"])["inertia_force_unit"]
+    assert float(found["shaking_moment_major"].sel(order=1.0) / unit) == pytest.approx(0.05)
+
+
 @pytest.mark.parametrize(
     ("scene", "quantity", "message"),
     [
@@ -342,6 +352,19 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
     np.testing.assert_allclose(found["delta"], 0.03, rtol=1e-6)
     assert (found["status"] == 0).all()
     np.testing.assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
+
+
+def test_two_opposed_cylinders_of_the_lecture() -> None:
+    found = sweeps.run("lecture18_opposed")
+    unit = found["inertia_force_unit"].values
+    assert np.abs(found["shaking_force"].values).max() < 1e-12 * unit.max()
+    phi = np.radians(found["crank_angle"].values)
+    lam = balance.acceleration_harmonics(2.0, 90.0 / 350.0).real
+    two = found["shaking_moment_first"] + found["shaking_moment_second"]
+    # Printed with a plus sign. Counted in the sense of two in line, which has a minus sign in print
+    # and in the test above, it is this one.
+    expected = -0.06 * unit[:, None] * (np.cos(phi) + lam * np.cos(2.0 * phi))
+    np.testing.assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
 
 
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:

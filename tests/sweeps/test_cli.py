@@ -215,6 +215,16 @@ def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
     )
 
 
+def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
+    path, out = tmp_path / "scene.toml", tmp_path / "out.nc"
+    path.write_text(SCENE)
+    out.write_text("an older file")
+    ok("run", path, "-o", out, "--overwrite", "--threads", "1")
+    with xr.open_dataset(out) as dataset:
+        assert dict(dataset.sizes) == {"inertia": 3, "speed": 2, "crank_angle": 144}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
 def test_a_failure_leaves_the_old_archive_and_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -53,6 +53,32 @@ def test_torque_from_in_front_of_the_cut(model: str, cylinders: int) -> None:
 
 
 @pytest.mark.compiled
+def test_limits_of_the_cut() -> None:
+    """Nothing behind it leaves the load's torque; all of the inertia behind it the engine's."""
+    found = sweeps.run(
+        scene(
+            ["flywheel_shaft_torque", "load_shaft_torque", "load_torque"],
+            set={"auxiliary_inertia": 2.0},
+        )
+    )
+    np.testing.assert_array_equal(found["flywheel_shaft_torque"], found["load_torque"])
+    np.testing.assert_array_equal(found["load_shaft_torque"], found["load_torque"])
+    found = sweeps.run(
+        scene(
+            ["flywheel_shaft_torque", "torque", "engine_inertia"],
+            set={"flywheel_inertia": 50.0, "crank_mass": 0.0, "rod_mass": 1e-6,
+                 "reciprocating_mass": 1e-6},
+        )
+    )  # fmt: skip
+    assert float(found["engine_inertia"]) < 1e-7
+    np.testing.assert_allclose(
+        found["flywheel_shaft_torque"],
+        found["torque"],
+        atol=2e-4 * float(np.ptp(found["torque"].values)),
+    )
+
+
+@pytest.mark.compiled
 def test_whole_and_wanted_inertia_have_the_rest_behind_the_cut() -> None:
     asked = ["flywheel_side_inertia", "engine_inertia", "flywheel_shaft_torque_rms"]
     parts = sweeps.run(scene(asked))

@@ -112,6 +112,17 @@ def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
     assert work / (AREA * STROKE * 1e5) == pytest.approx(float(found["imep"]), rel=2e-4)
 
 
+def test_volume_follows_the_compression_ratio_of_an_axis() -> None:
+    found = computed(
+        ["cylinder_volume"], "boxer_twin_101x70", axes={"compression_ratio": [9.0, 12.0]},
+        set={"load": 100},
+    )  # fmt: skip
+    volume = found["cylinder_volume"]
+    assert (volume.max("crank_angle") / volume.min("crank_angle")).values == pytest.approx(
+        [9.0, 12.0], rel=1e-12
+    )
+
+
 def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as told:
         computed(["cylinder_volume"], "diesel_105x137")
