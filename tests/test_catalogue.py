@@ -1,7 +1,5 @@
 """Engines of the catalogue: values, arrangements, published power, and each runs over speed."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import sys

@@ -1,7 +1,5 @@
 """docs/data_sheet.md: its five commands, typed as a new user would, and what it says of them."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import sys

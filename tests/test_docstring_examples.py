@@ -1,7 +1,5 @@
 """Examples in the docstrings of all that a user of Python calls: there, and true."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 from pathlib import Path

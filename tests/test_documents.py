@@ -1,7 +1,5 @@
 """README and docs: current, runnable, and true where they state numbers."""
 
-from __future__ import annotations
-
 import csv
 import importlib
 import re

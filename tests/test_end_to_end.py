@@ -4,8 +4,6 @@ The designs and their solutions come from oracle, which shares no code with the 
 pressure reaches the packages as a CSV file at half degrees, as a user would give it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

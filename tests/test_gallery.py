@@ -1,7 +1,5 @@
 """The gallery: every kind of figure, drawn by the commands that stand beside it."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """docs/how_to and README: scenes, commands and Python run, and print what the page shows."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """docs/method.md, docs/solver.md and the code: cited equations exist, constants are there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """docs/notebook.md: its blocks run one after the other, and print what the page says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The NumPy solver for tabulated diagrams against the adaptive one, and against itself."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -54,13 +52,6 @@ def test_agrees_with_the_adaptive_solver(name: str) -> None:
     # That one is good to about 1e-10.
     for quantity in ("delta", "omega_max", "omega_min", "omega_mean"):
         assert getattr(found, quantity)[0] == pytest.approx(known[quantity], rel=5e-11), quantity
-
-
-def test_pieces_half_as_long_change_nothing() -> None:
-    for name in SOME[:19:3]:
-        one, two = solve(ITEMS[name]), solve(ITEMS[name], splits=2)
-        assert one.delta[0] == pytest.approx(two.delta[0], rel=5e-12)
-        assert one.omega_mean[0] == pytest.approx(two.omega_mean[0], rel=1e-13)
 
 
 def test_batches_do_not_matter_and_the_spline_is_solved() -> None:

@@ -1,7 +1,5 @@
 """The paper: it cites what its bibliography has, and its numbers are those of the benchmarks."""
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables of the reference: what is not a mere copy of the code's own tables."""
 
-from __future__ import annotations
-
 import csv
 import importlib
 import re

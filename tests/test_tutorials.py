@@ -1,7 +1,5 @@
 """Every cell of every tutorial runs, in order, in an empty folder, as a reader types it."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

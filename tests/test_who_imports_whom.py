@@ -3,8 +3,6 @@
 The rules of the two packages are contracts of import-linter (`make imports`).
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Firing orders and phases of in-line engines."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Throws, banks and cylinders: what follows from them, and what is refused."""
 
-from __future__ import annotations
-
 import math
 from itertools import permutations
 

@@ -1,7 +1,5 @@
 """Shaking forces and moments against masses moved by geometry, and against the sources' engines."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -172,32 +170,10 @@ def amplitude(found: RunningGear, order: float) -> tuple[float, float]:
 A2 = float(balance.acceleration_harmonics(2.0, RATIO).real)  # the lecture's lambda, exact
 
 
-def test_six_in_line() -> None:
-    """All forces and moments of first and second order vanish; the sixth is left."""
-    found = gear("in-line 6")
-    for order in (1.0, 2.0, 3.0, 4.0, 5.0):
-        assert amplitude(found, order) == pytest.approx((0.0, 0.0), abs=1e-12)
-    sixth = balance.acceleration_harmonics(6.0, RATIO).real
-    assert amplitude(found, 6.0) == pytest.approx((6.0 * sixth, 0.0), abs=1e-12)
-    assert found.force_max() == pytest.approx(6.0 * sixth * UNIT, rel=1e-3)
-    assert float(found.moment_max()) < 1e-12 * UNIT * SPACING
-
-
 def test_counterweights_balance_a_v_twin_of_90_degrees() -> None:
     """Its first order turns forwards: c = 1/2 balances it, in both directions."""
     assert amplitude(gear("V2 90", turning_mass=-0.5 * MASS), 1.0)[0] < 1e-12
     assert float(gear("V2 90").best_fraction()) == pytest.approx(0.5, abs=1e-12)
-
-
-def test_any_crank_whatever() -> None:
-    """Throws of any angle and place: two pins 90 degrees apart, three spacings from each other."""
-    made = Arrangement(
-        FOUR_STROKE, (Throw(0.0, 0.0), Throw(0.5 * math.pi, 3.0)), (0.0,),
-        (Cylinder(0, 0, 0.0), Cylinder(1, 0, 1.5 * math.pi)), uneven=True,
-    )  # fmt: skip
-    found = running_gear(cylinders_of(made), RATIO, RADIUS, MASS, SPEED, spacing=SPACING)
-    assert amplitude(found, 1.0) == pytest.approx((math.sqrt(2.0), 1.5 * math.sqrt(2.0)))
-    assert amplitude(found, 2.0) == pytest.approx((0.0, 3.0 * A2), abs=1e-12)
 
 
 # --- counterweights and shafts --------------------------------------------------------------------
@@ -287,19 +263,6 @@ def test_ellipse_holds_the_force() -> None:
     assert gear("in-line 1").force_ellipse(1.0).inclination == 0.0
     assert gear("V2 90").force_ellipse(2.0).inclination == pytest.approx(0.5 * np.pi + 0.25 * np.pi
                                                                          - np.pi)  # fmt: skip
-
-
-@pytest.mark.parametrize("text", ["in-line 1", "V2 45", "V8 flat-plane", "in-line 3"])
-def test_largest_is_that_of_a_dense_curve(text: str) -> None:
-    fine = np.linspace(0.0, 2.0 * np.pi, 200_001)
-    for turning in (0.0, -0.37 * MASS):
-        found = gear(text, turning_mass=turning)
-        assert found.force_max() == pytest.approx(np.abs(found.force(fine)).max(), rel=1e-9)
-        assert found.moment_max() == pytest.approx(
-            np.abs(found.moment(fine)).max(), rel=1e-9, abs=1e-12 * UNIT
-        )
-        square = np.mean(np.abs(found.force(fine[:-1])) ** 2)
-        assert found.force_rms() == pytest.approx(math.sqrt(square), rel=1e-12)
 
 
 @pytest.mark.parametrize("text", ["in-line 1", "V6 90 shared-pin", "boxer 4", "in-line 3"])

@@ -1,7 +1,5 @@
 """Bearing loads against Newton's equations of the bodies and the momentum of the whole engine."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -151,18 +149,6 @@ def test_each_throw_loads_the_journals_beside_it(family: Family) -> None:
     angle = phi + quiet[4].members[2].phase
     pushed = -1000.0 * slider_crank.acceleration(angle, 0.3)
     assert y[2] == pytest.approx(-0.5 * pushed, rel=1e-13)
-
-
-def test_symmetric_four_has_symmetric_journals(family: Family) -> None:
-    by_count = engine_of("in-line 4")
-    factors = bearings.Factors(AREA, 1e5 * AREA, 2000.0, 3000.0)
-    load = bearings.extremes(
-        "main_journal", 0.3, 0.0, family, 0.0, factors, 4, by_count, PERIOD, np.arange(1, 6)
-    )
-    assert load["peak"] == pytest.approx(load["peak"][::-1], rel=1e-9)
-    assert load["mean"] == pytest.approx(load["mean"][::-1], rel=1e-9)
-    # the middle journal carries two throws side by side
-    assert load["mean"][2] > load["mean"][1]
 
 
 def test_axes_turn_back() -> None:

@@ -1,7 +1,5 @@
 """Compiled kernels on disk: what is there is whole, of these very sources, and of this user."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import stat

@@ -1,7 +1,5 @@
 """Speed characteristics of lecture 18, and the load that gives a torque."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

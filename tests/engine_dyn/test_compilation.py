@@ -1,7 +1,5 @@
 """How functions are compiled: when first called, from these sources, without touching Numba."""
 
-from __future__ import annotations
-
 import ast
 import os
 import shutil

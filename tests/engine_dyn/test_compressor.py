@@ -1,7 +1,5 @@
 """The modelled compressor: an independent integration, the ideal cycle, what is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from typing import Any

@@ -1,7 +1,5 @@
 """Root mean square and mean over the cycle, by formula and as nodes of the graph."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables of modelled cycles: rows made in batches are those that families make one by one."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from typing import Any

@@ -4,8 +4,6 @@ By rational arithmetic, or with NumPy and SciPy alone. Numbers in parentheses ar
 docs/method.md and docs/solver.md.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import re

@@ -1,7 +1,5 @@
 """Loads over angle and speed, drivers: an independent solver, exact equivalents, outcomes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +25,7 @@ from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
 from oracle.designs import _mean as mean_of
 from oracle.solution import Design, Problem
-from tests.support.held_out import design_of, family_of, inputs_of, solved
+from tests.support.held_out import design_of, family_of, inputs_of, solved, torque_inputs_of
 
 compiled = pytest.mark.compiled
 
@@ -182,19 +180,6 @@ def test_a_straight_driver_is_a_load_with_exponent_one(model: str) -> None:
 
 
 @compiled
-def test_a_table_of_a_power_law_comes_close_to_it() -> None:
-    design = design_of("alpha 2, constant, 1 cyl, power_mean")
-    expected = solved(design).delta
-    misses = []
-    for points in (9, 33, 129):
-        speeds = np.linspace(0.6, 1.4, points) * design.omega_n
-        curve = torque_over_speed(speeds, 0.01 * speeds**2)
-        found = solved(design, driven=DrivenMachine(load_over_speed=curve))
-        misses.append(abs(found.delta / expected - 1.0))
-    assert misses[2] < 1e-6 and misses[0] > misses[1] > misses[2]
-
-
-@compiled
 @pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
 def test_no_load_over_angle_changes_nothing_and_a_constant_one_is_the_offset(
     exponent: float,
@@ -303,9 +288,7 @@ def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
     size = 0.3 * mean_of(design)
     driven = DrivenMachine(torque_over_angle(ANGLES, lobes(size), own_angle=True))
     keys: dict[str, Any] = {"driven": driven, "gear_ratio": gear, "load_phase": 0.7}
-    inputs = inputs_of(design, family_of(design))
-    for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
-        inputs.pop(other)
+    inputs = torque_inputs_of(design, family_of(design))
     wanted = ("torque_max", "torque_min", "energy_swing")
     scale = np.array([0.9, 0.0, 0.4])
     found = torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)

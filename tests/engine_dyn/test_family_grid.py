@@ -1,7 +1,5 @@
 """Families over load and speed: rows, blends, the family over load as a limit, gaps."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Modelled cycles by the first law: an independent integration, closed forms, energy, the batch."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from typing import Any
@@ -241,25 +239,6 @@ def test_a_table_does_not_depend_on_its_step(name: str) -> None:
 # Closed forms
 
 
-@pytest.mark.parametrize("exponent", [1.25, 1.4])
-def test_constant_gamma_without_loss_is_an_isentrope(exponent: float) -> None:
-    model = case("spark, adiabatic", heat=0.0, gamma_300=exponent, gamma_slope=0.0)
-    angle, pressure = model.points()
-    closed = (angle >= -125.0 * DEGREE) & (angle <= 130.0 * DEGREE)
-    invariant = pressure[closed] * model.volume(angle[closed]) ** exponent
-    np.testing.assert_allclose(invariant, invariant[0], rtol=1e-12)
-
-
-def test_unfired_polytrope_before_and_after_dead_centre() -> None:
-    """p v^n, whatever gamma does: with n_c before -30 degrees and n_e after 30."""
-    model = case("diesel, polytropic", heat=0.0)
-    angle, pressure = model.points()
-    for low, high, n in ((-125.0, -30.0, 1.34), (30.0, 130.0, 1.28)):
-        part = (angle >= low * DEGREE) & (angle <= high * DEGREE)
-        invariant = pressure[part] * model.volume(angle[part]) ** n
-        np.testing.assert_allclose(invariant, invariant[0], rtol=1e-11)
-
-
 @pytest.mark.parametrize("slope", [1e-12, 8e-5, 2e-4])
 def test_isentrope_of_a_gas_whose_gamma_falls(slope: float) -> None:
     """dT/T = -(gamma - 1) dv/v with gamma - 1 = G - s T integrates: T v^G/(G - s T) is constant."""
@@ -274,19 +253,6 @@ def test_isentrope_of_a_gas_whose_gamma_falls(slope: float) -> None:
     power = model.gamma_300 - 1.0 + 300.0 * slope
     invariant = temperature * volume**power / (power - slope * temperature)
     np.testing.assert_allclose(invariant, invariant[0], rtol=1e-11)
-
-
-def test_short_heat_at_dead_centre_is_the_otto_cycle() -> None:
-    """Work over heat is 1 - r^(1 - gamma) for constant volume; r is that of the closed part."""
-    gamma = 1.35
-    model = case(
-        "spark, adiabatic", gamma_300=gamma, gamma_slope=0.0, combustion_start=-1.05,
-        combustion_duration=2.1, intake_closing=-130.0, exhaust_opening=130.0,
-    )  # fmt: skip
-    found = tabulate(FourStrokeCycle, si(model))
-    ratio = float(model.volume(130.0 * DEGREE) / model.volume(0.0))
-    efficiency = float(found.work / found.heat)
-    assert efficiency == pytest.approx(1.0 - ratio ** (1.0 - gamma), rel=1e-3)
 
 
 def dead_centre_to_dead_centre(**changes: float) -> Any:

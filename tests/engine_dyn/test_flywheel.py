@@ -1,7 +1,5 @@
 """Flywheel: Asgari's two methods with their printed numbers, and the exact inertia."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

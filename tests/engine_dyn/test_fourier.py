@@ -1,7 +1,5 @@
 """Fourier coefficients of diagrams against adaptive quadrature between their knots."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

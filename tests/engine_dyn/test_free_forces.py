@@ -1,7 +1,5 @@
 """Orders, pins, free forces and moments of layouts against a table, by sums over the cylinders."""
 
-from __future__ import annotations
-
 import cmath
 import csv
 import math

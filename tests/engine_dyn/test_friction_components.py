@@ -1,7 +1,5 @@
 """Friction by component: every formula by hand, other engines, limits, and what the shares are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

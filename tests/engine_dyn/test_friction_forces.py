@@ -1,7 +1,5 @@
 """Friction and torque curves: an independent derivation, work over a cycle, orders, the shaft."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +12,10 @@ from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
 from engine_dyn.geometry.cylinders import EQUAL, Member, even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads import friction
-from engine_dyn.pressure.diagram import diagram_from_points
-from engine_dyn.pressure.family import Family, family_from_diagrams
+from engine_dyn.pressure.family import Family
 from oracle import solution
 from oracle.solution import Design
-from tests.support.held_out import BAR, design_of, diagram_of, family_of
+from tests.support.held_out import design_of, family_of
 
 CYCLE = 4.0 * np.pi
 PHI = np.arange(1440) * (CYCLE / 1440) - 0.5 * CYCLE
@@ -35,20 +32,13 @@ def family(design: Design) -> Family:
     return family_of(design)
 
 
-def train_of(design: Design, cylinders: Any, double_radius: float | None = None) -> CrankTrain:
-    stroke = design.stroke if double_radius is None else double_radius
-    return CrankTrain(design.crank_ratio, stroke, cylinders, CYCLE)
+def train_of(design: Design, cylinders: Any) -> CrankTrain:
+    return CrankTrain(design.crank_ratio, design.stroke, cylinders, CYCLE)
 
 
-def gas(
-    design: Design, family: Family, phi: Any, cylinders: Any, *, crankcase: float | None = None,
-    bore: float | None = None, double_radius: float | None = None, scale: float = 1.0,
-) -> Any:  # fmt: skip
-    under = design.crankcase_pressure if crankcase is None else crankcase
-    return forces.gas_torque(
-        phi, train_of(design, cylinders, double_radius), bore or design.bore,
-        forces.GasPressure(family, 0.0, scale, under),
-    )  # fmt: skip
+def gas(design: Design, family: Family, phi: Any, cylinders: Any) -> Any:
+    pressure = forces.GasPressure(family, 0.0, 1.0, design.crankcase_pressure)
+    return forces.gas_torque(phi, train_of(design, cylinders), design.bore, pressure)
 
 
 def inertia(design: Design, phi: Any, cylinders: Any) -> Any:
@@ -74,24 +64,6 @@ def test_friction_by_hand() -> None:
     assert torque == pytest.approx(32.776, abs=5e-4)
 
 
-def test_piston_area() -> None:
-    assert forces.piston_area(0.2) == pytest.approx(np.pi * 0.01, rel=1e-15)
-
-
-def test_pressure_of_fractional_rows_is_the_blend(design: Design) -> None:
-    degrees, bar = np.linspace(-360, 360, 1441), np.ones(1441)
-    pressure = design.pressure(np.radians(degrees)) * bar
-    curves = [diagram_from_points(np.radians(degrees), pressure * f) for f in (1.0, 1.2)]
-    family = family_from_diagrams([50.0, 51.0], curves)
-    rows = np.array([[0.0], [0.25], [2.0]])
-    found = forces.pressure(PHI, family, rows, 1.5)
-    assert found.shape == (3, 1440)
-    np.testing.assert_allclose(found[0], 1.5 * curves[0](PHI), rtol=1e-14)
-    middle = 0.75 * family.row(0)(PHI) + 0.25 * family.row(1)(PHI)
-    np.testing.assert_allclose(found[1], 1.5 * middle, rtol=1e-14)
-    np.testing.assert_allclose(found[2], 1.5 * curves[1](PHI), rtol=1e-14)
-
-
 @pytest.mark.parametrize("count", COUNTS)
 def test_torques_of_a_second_derivation(design: Design, family: Family, count: int) -> None:
     engine = replace(design, cylinders=count)
@@ -103,27 +75,6 @@ def test_torques_of_a_second_derivation(design: Design, family: Family, count: i
     expected = solution.inertia_torque(engine, PHI)
     one = np.ptp(solution.inertia_torque(design, PHI))
     np.testing.assert_allclose(inertia(design, PHI, count), expected, atol=1e-12 * one)
-
-
-def test_crankcase_pressure_and_masses_do_no_work(design: Design, family: Family) -> None:
-    mean = gas(design, family, PHI, 1, crankcase=0.0).mean()
-    for pressure in (0.5 * BAR, 1.01325 * BAR, 3.0 * BAR):
-        curve = gas(design, family, PHI, 1, crankcase=pressure)
-        assert curve.mean() == pytest.approx(mean, rel=1e-12)
-    for count in (1, 3, 4):
-        curve = inertia(design, PHI, count)
-        scale = np.ptp(inertia(design, PHI, 1))
-        assert abs(curve.mean()) <= 1e-13 * scale
-
-
-def test_work_of_the_masses_is_their_kinetic_energy(design: Design) -> None:
-    """The primitive of M_l is -m r^2 omega^2 v^2/2: what lets the solver integrate exactly."""
-    fine = np.arange(14400) * (CYCLE / 14400)
-    torque = inertia(design, fine, 1)
-    work = np.cumsum(0.5 * (torque + np.roll(torque, -1))) * (CYCLE / 14400)
-    speed = 0.5 * design.stroke * design.omega_n * velocity(fine, design.crank_ratio)
-    energy = 0.5 * design.reciprocating_mass * speed**2
-    np.testing.assert_allclose(work[:-1], -energy[1:], atol=1e-6 * energy.max())
 
 
 @pytest.mark.parametrize("count", [1, 4])
@@ -204,14 +155,3 @@ def test_shorter_engines_end_in_nan(design: Design, family: Family) -> None:
     for i, count in enumerate((2, 4, 1)):
         alone = along_shaft(design, family, count, 2.0 * count)
         np.testing.assert_array_equal(found[i, :count], alone)
-
-
-def test_gas_torque_follows_bore_stroke_and_scale(design: Design, family: Family) -> None:
-    one = gas(design, family, PHI, 1, crankcase=0.0)
-    twice = gas(design, family, PHI, 1, crankcase=0.0, bore=2.0 * design.bore)
-    np.testing.assert_allclose(twice, 4.0 * one, rtol=1e-14)
-    long = gas(design, family, PHI, 1, crankcase=0.0, double_radius=2.0 * design.stroke)
-    np.testing.assert_allclose(long, 2.0 * one, rtol=1e-14)
-    scaled = gas(design, family, PHI, 1, crankcase=0.0, scale=1.3)
-    np.testing.assert_allclose(scaled, 1.3 * one, rtol=1e-14)
-    assert diagram_of(design).peak == pytest.approx(family.row(0).peak, rel=1e-15)

@@ -1,14 +1,9 @@
 """Friction over the crank angle, Chen and Flynn's full form."""
 
-from __future__ import annotations
-
-import itertools
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
@@ -20,7 +15,6 @@ from tests.support.cycles import case
 pytestmark = pytest.mark.quick
 
 BAR = 1e5
-RPM = np.pi / 30.0
 SHARES = {"boundary": 0.1, "mixed": 0.15, "hydrodynamic": 0.25, "skirt": 0.2}
 
 
@@ -45,16 +39,6 @@ def exact_mean(curve: Any, period: float) -> float:
     t = (np.arange(20000) + 0.5) / 20000
     place = np.arange(round(period / np.pi))[:, None] + t**3 * (10.0 + t * (6.0 * t - 15.0))
     return float((curve(place * np.pi) * 30.0 * (t * (1.0 - t)) ** 2).mean())
-
-
-def test_the_mean_by_adaptive_quadrature(fired: Diagram) -> None:
-    one = shape()
-    edges = np.linspace(0.0, FOUR_STROKE, 121)
-    total = sum(
-        quad(lambda phi: float(one(phi, 0.28, fired, BAR)), low, high, epsrel=1e-9, limit=20)[0]
-        for low, high in itertools.pairwise(edges)
-    )
-    assert total / FOUR_STROKE == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("only", [*SHARES, "all"])
@@ -116,20 +100,6 @@ def test_friction_is_largest_in_the_working_stroke_and_never_drives(fired: Diagr
 def test_no_shares_is_the_constant_torque(fired: Diagram) -> None:
     none = shape(**dict.fromkeys(SHARES, 0.0))
     np.testing.assert_array_equal(none([-3.0, 0.0, 1.0], 0.3, fired, BAR), 1.0)
-
-
-@given(
-    st.floats(0.0, 0.25), st.floats(0.0, 0.25), st.floats(0.0, 0.25), st.floats(0.0, 0.25),
-    st.floats(0.05, 0.6), st.floats(0.8, 5.0),
-)  # fmt: skip
-@settings(deadline=None, max_examples=15)
-def test_any_shares_keep_the_mean(
-    boundary: float, mixed: float, hydrodynamic: float, skirt: float, ratio: float, ring: float
-) -> None:
-    one = FrictionShape(boundary, mixed, hydrodynamic, skirt, ring * BAR)
-    curve = case("spark, adiabatic").diagram()
-    mean = exact_mean(lambda phi: one(phi, ratio, curve, BAR), FOUR_STROKE)
-    assert mean == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Numbers that callers give: nothing is dropped or changed in silence."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The graph of quantities: complete, without cycles, read by UDUNITS, and all of it reachable."""
 
-from __future__ import annotations
-
 import inspect
 import itertools
 import re

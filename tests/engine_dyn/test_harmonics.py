@@ -1,7 +1,5 @@
 """Orders of the torque against transforms of the curves themselves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -95,15 +93,6 @@ def test_inertia_and_velocity_harmonics(offset: float) -> None:
     assert found == pytest.approx(transform(v), abs=2.0 * ROUNDING)
     found = harmonics.inertia_harmonics(ORDERS, 0.35, offset)
     assert found == pytest.approx(transform(-b * v), abs=2.0 * ROUNDING)
-
-
-def test_amplitude_and_phase_make_the_curve_again() -> None:
-    found = harmonics.inertia_harmonics(ORDERS, 0.3, 0.2)
-    phi = np.linspace(0.0, 12.0, 25)[:, None]
-    waves = np.abs(found) * np.cos(ORDERS * phi + harmonics.phase_of(found))
-    v = slider_crank.velocity(phi[:, 0], 0.3, 0.2)
-    b = slider_crank.acceleration(phi[:, 0], 0.3, 0.2)
-    assert waves.sum(axis=1) == pytest.approx(-v * b, abs=1e-9)  # it has no mean
 
 
 ENGINES = ["in-line 4", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "parallel twin 270",

@@ -1,7 +1,5 @@
 """Indicator diagrams: spline, checks of points, families over load."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -358,7 +356,7 @@ def test_away_from_the_combustion_only_pressure_is_blended():
     one = diagram(1.0, at=0.0, base=1.0)
     two = diagram(1.0, at=20.0, base=2.0)
     blend = family_from_diagrams([0.0, 1.0], [one, two]).at(0.5)
-    far = np.abs(blend.angle) > 130 * DEGREE
+    far = (blend.angle < -41 * DEGREE) | (blend.angle > 91 * DEGREE)  # of the peak at 10
     np.testing.assert_allclose(
         blend.pressure[far], np.sqrt(one.pressure[far] * two.pressure[far]), rtol=1e-12
     )

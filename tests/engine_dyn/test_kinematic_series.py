@@ -1,7 +1,5 @@
 """Series of the mechanism's motion: against transforms of the exact curves, and as printed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

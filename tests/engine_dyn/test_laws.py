@@ -1,7 +1,5 @@
 """A motor, and a load a + k (b omega + c omega^2), in the batch solver."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

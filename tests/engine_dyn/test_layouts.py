@@ -1,19 +1,16 @@
 """Customary arrangements against facts of textbooks and service manuals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 
-from engine_dyn.geometry.arrangement import Arrangement, phase_sums
+from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.firing_orders import (
     BOXER_ORDERS,
     CUSTOMARY_ORDERS,
     IN_LINE_ORDERS,
     TWO_STROKE_IN_LINE_ORDERS,
-    VEE_ORDERS,
     in_line_order_by_rule,
     two_stroke_in_line_order_by_rule,
 )
@@ -38,16 +35,6 @@ def in_degrees(values: object) -> list[float]:
 
 def throws_of(engine: Arrangement) -> list[float]:
     return in_degrees([throw.angle for throw in engine.throws])
-
-
-def phases_of_bank(engine: Arrangement, bank: int) -> np.ndarray:
-    return engine.phases[[cylinder.bank == bank for cylinder in engine.cylinders]]
-
-
-def of_bank(engine: Arrangement, bank: int) -> list[float]:
-    """Firing intervals of one bank [degree]."""
-    moments = np.sort(-phases_of_bank(engine, bank))
-    return in_degrees(np.diff(moments, append=moments[0] + engine.period))
 
 
 # --- tables of orders ---------------------------------------------------------------------------
@@ -117,83 +104,7 @@ def test_cranks_of_parallel_twins(crank: int, intervals: list[float], throw: flo
     assert engine.symmetry() == (2 if crank == 360 else 1)
 
 
-@pytest.mark.parametrize(
-    ("crank", "half", "first", "second"),
-    [
-        # Half orders come from the gas; the first and second are the shaking force's, too.
-        (360, 0.0, 2.0, 2.0),
-        (180, math.sqrt(2.0), 0.0, 2.0),
-        (270, 2.0 * math.sin(math.pi / 8.0), math.sqrt(2.0), 0.0),
-    ],
-)
-def test_orders_of_parallel_twins(crank: int, half: float, first: float, second: float) -> None:
-    found = parallel_twin(crank * DEGREE).phase_sums([0.5, 1.0, 2.0])
-    np.testing.assert_allclose(found, [half, first, second], atol=1e-12)
-
-
 # --- V engines ----------------------------------------------------------------------------------
-
-
-def test_cross_plane_v8() -> None:
-    """Even as a whole; each bank 90, 180, 270, 180 degrees, which is its sound."""
-    engine = vee(8, 90 * DEGREE, crank="cross-plane")
-    assert engine.firing_order == (1, 8, 4, 3, 6, 5, 7, 2)
-    assert engine.symmetry() == 8
-    assert throws_of(engine) == [0.0, 90.0, 270.0, 180.0]
-    for bank in (0, 1):
-        found = of_bank(engine, bank)
-        start = found.index(90.0)
-        assert found[start:] + found[:start] in (
-            [90.0, 180.0, 270.0, 180.0],
-            [90.0, 180.0, 270.0, 180.0][::-1],
-        )
-
-
-def test_orders_of_v8_banks() -> None:
-    """Half orders of a cross-plane bank remain; a flat-plane bank is an in-line four."""
-    orders = [0.5, 1.0, 1.5, 2.0, 4.0]
-    cross = vee(8, 90 * DEGREE, crank="cross-plane")
-    flat = vee(8, 90 * DEGREE, crank="flat-plane")
-    np.testing.assert_allclose(cross.phase_sums(orders), [0, 0, 0, 0, 8], atol=1e-12)
-    np.testing.assert_allclose(flat.phase_sums(orders), [0, 0, 0, 0, 8], atol=1e-12)
-    for bank in range(2):
-        found = phase_sums(orders, phases_of_bank(flat, bank), flat.period)
-        np.testing.assert_allclose(found, [0, 0, 0, 4, 4], atol=1e-12)
-    # Fires at 0, 270, 450, 540: by hand |1 + e(-135) + e(-225) + e(-270)| and so on.
-    by_hand = [
-        abs(sum(np.exp(1j * nu * np.radians(a)) for a in (0, 270, 450, 540))) for nu in orders
-    ]
-    found = np.array([
-        phase_sums(orders, phases_of_bank(cross, bank), cross.period) for bank in range(2)
-    ])  # fmt: skip
-    np.testing.assert_allclose(found, [by_hand] * 2, atol=1e-12)
-    assert found[0, 0] > 1.0
-    assert found[0, 1] == pytest.approx(0.0, abs=1e-12)  # cranks at 0, 90, 180, 270
-    assert found[0, 3] == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("count", VEE_ORDERS)
-def test_known_orders_of_v_engines_need_the_cranks_of_practice(count: int) -> None:
-    """At the bank angle of practice they fire evenly, or in turns on shared pins, in this order."""
-    splits = {4: {120.0}, 6: {0.0, 30.0, 48.0, 60.0}, 10: {18.0}}
-    for known in VEE_ORDERS[count]:
-        usual = {4: ((180.0, "split"),), 6: ((60.0, "split"),), 8: ((90.0, "shared"),)}
-        for angle, pins in known.built or usual[count]:
-            bank_angle = (angle or 45.0) * DEGREE
-            engine = vee(count, bank_angle, pins, known.order, known.numbering, known.crank or None)
-            assert engine.firing_order == known.order
-            if pins == "shared":
-                assert len(engine.throws) == count // 2
-                continue
-            assert engine.is_even
-            first = engine.throws[0]
-            apart = [
-                abs(math.remainder(throw.angle - first.angle, TURN)) / DEGREE
-                for throw in engine.throws[1:]
-                if throw.position == first.position
-            ] or [0.0]
-            if known.built:
-                assert round(apart[0], 6) in splits.get(count, {0.0})
 
 
 @pytest.mark.parametrize(
@@ -280,19 +191,6 @@ def test_w_engines() -> None:
 
 
 # --- boxer and radial ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("count", [2, 4, 6, 8])
-def test_boxers(count: int) -> None:
-    engine = boxer(count)
-    assert engine.is_even
-    assert engine.symmetry() == count
-    for position in range(count // 2):
-        one, other = (t.angle for t in engine.throws if t.position == position)
-        assert math.cos(one - other) == pytest.approx(-1.0)
-    turn = boxer(count, (1, 5, 3, 7, 2, 6, 4, 8) if count == 8 else None, period=TURN)
-    assert turn.is_even
-    assert turn.symmetry() == count // 2
 
 
 @pytest.mark.parametrize("count", BOXER_ORDERS)

@@ -1,7 +1,5 @@
 """Many diagrams at once have the numbers of each by itself, to the bit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Reduction of rod and throw, inertia of the running gear."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

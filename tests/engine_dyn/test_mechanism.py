@@ -1,7 +1,5 @@
 """Forces of the mechanism against equilibrium of its bodies, energy, and printed relations."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -79,33 +77,6 @@ def test_motion_of_the_rod_against_differences(ratio: float, offset: float) -> N
     assert mechanism.rod_acceleration(PHI, ratio, offset) == pytest.approx(second, abs=1e-6)
 
 
-def test_couple_does_no_work_over_a_turn() -> None:
-    phi = np.arange(720) * (np.pi / 360.0)
-    torque = mechanism.rod_couple_torque(phi, 0.3, -1e-3, 200.0, 0.1)
-    assert torque.mean() == pytest.approx(0.0, abs=1e-12 * np.abs(torque).max())
-
-
-def test_errors_of_two_masses() -> None:
-    ratio, mass, radius, excess = 0.3, 1.2, 0.05, -0.4e-3
-    phi = np.linspace(0.0, 2.0 * np.pi, 20001)
-    v, b = slider_crank.velocity(phi, ratio), slider_crank.acceleration(phi, ratio)
-    usual = -mass * radius**2 * v * b
-    exact = usual + mechanism.rod_couple_torque(phi, ratio, excess, 1.0)
-    wanted = np.abs(usual - exact).max() / np.abs(exact).max()
-    found = mechanism.rod_torque_error(ratio, excess, mass, radius)
-    assert found == pytest.approx(wanted, rel=1e-4)
-    usual = -mass * radius * b * mechanism.thrust_ratio(phi, ratio)
-    exact = usual + mechanism.rod_thrust(phi, ratio, excess, 1.0, radius / ratio)
-    wanted = np.abs(usual - exact).max() / np.abs(exact).max()
-    assert mechanism.rod_thrust_error(ratio, excess, mass, radius) == pytest.approx(
-        wanted, rel=1e-4
-    )
-    # A rod that fulfils the third condition has none, and shapes broadcast.
-    none = mechanism.rod_torque_error(np.full((2, 1), ratio), np.zeros(3), mass, radius)
-    assert none.shape == (2, 3)
-    assert (none == 0.0).all()
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.25])
 def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
     """At the same 720 angles; each design alone has the same bits."""
@@ -126,13 +97,6 @@ def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
         assert found[:, 0] == pytest.approx(wanted, rel=1e-9)
         for i in range(3):
             assert error(ratio[i], excess[i], mass, radius, offset) == found[i]
-
-
-def test_ntua_rod_by_the_printed_masses() -> None:
-    # Kakaitsas table 4.1: 6.33 kg, 94 mm from the big end of 350 mm
-    assert mechanism.two_mass_rod_inertia(6.33, 0.094, 0.350) == pytest.approx(
-        1.70 * 0.256**2 + 4.63 * 0.094**2, rel=2e-3
-    )
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """What solves designs is counted, and does not change their numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

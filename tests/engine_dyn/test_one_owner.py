@@ -1,7 +1,5 @@
 """Facts that have one owner, and the compiled places that have to agree with it."""
 
-from __future__ import annotations
-
 import inspect
 
 import numpy as np

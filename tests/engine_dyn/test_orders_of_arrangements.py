@@ -6,8 +6,6 @@ Advanced Engine Technology, twins and V8 engines). Both books are cited from mem
 derived here.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Values that engines do not have: the table of ranges, and what Python is warned of."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from typing import Any

@@ -1,7 +1,5 @@
 """Firing orders that a crankshaft allows, against brute force and against other formulas."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

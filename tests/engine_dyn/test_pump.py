@@ -1,7 +1,5 @@
 """The modelled pump: its work against volumes, its slopes, its dead centres, what is refused."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

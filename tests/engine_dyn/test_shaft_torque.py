@@ -1,7 +1,5 @@
 """Torque of the shaft beside the flywheel: from behind as it is computed, and from in front."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

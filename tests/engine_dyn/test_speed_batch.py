@@ -1,7 +1,5 @@
 """The batch solver: what its series leave, and which of several valleys holds the extreme."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

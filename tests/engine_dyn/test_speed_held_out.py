@@ -7,8 +7,6 @@ hundredfold margin: largest differences found (2026-11) are 3e-9 in delta, 2e-9 
 4e-10 in the mean speed, 4e-11 in the mean torque.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -18,7 +16,7 @@ from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import MEANINGS, has_numbers
 from oracle import golden
-from tests.support.held_out import design_of, family_of, inputs_of, items, solved
+from tests.support.held_out import design_of, family_of, items, solved, torque_inputs_of
 
 pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
@@ -53,9 +51,7 @@ def test_held_out(name: str) -> None:
 @pytest.mark.parametrize("name", RUNNING[::3])
 def test_range_of_the_torque(name: str) -> None:
     design, known = design_of(name), GOLDEN[name]
-    inputs = inputs_of(design, family_of(design))
-    for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
-        inputs.pop(other)
+    inputs = torque_inputs_of(design, family_of(design))
     found = torque_extremes(wanted=TORQUE_NAMES, **inputs)
     span = known["torque_max"] - known["torque_min"]
     assert float(found["torque_max"]) == pytest.approx(known["torque_max"], abs=1e-7 * span)
@@ -68,9 +64,7 @@ def test_range_of_the_torque(name: str) -> None:
 def test_energy_swing_is_that_of_the_flywheel_under_a_constant_load(name: str) -> None:
     """There the work of torque less mean torque all goes into the flywheel."""
     design, known = design_of(name), GOLDEN[name]
-    inputs = inputs_of(design, family_of(design))
-    for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
-        inputs.pop(other)
+    inputs = torque_inputs_of(design, family_of(design))
     found = float(torque_extremes(wanted=["energy_swing"], **inputs)["energy_swing"])
     assert found == pytest.approx(known["energy_swing"], rel=1e-7)
 

@@ -1,7 +1,5 @@
 """Methods of the periodic speed: one answer, orders observed, closures, outcomes at the edges."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -199,18 +197,6 @@ def test_thesis_method_between_its_samples_follows_its_steps() -> None:
         )  # fmt: skip
         expected = (1.0 - shift) * np.array(plain.omega) + shift * np.array(after)
         np.testing.assert_allclose(found.omega, expected, rtol=1e-10)
-
-
-@compiled
-def test_thesis_method_starts_at_nominal_speed_and_bottom_dead_centre() -> None:
-    design = design_of(SINGLE)
-    plain = euler(design, passes=1)
-    found = solved(design, method="thesis", passes=1)
-    assert found.omega_mean == pytest.approx(plain.omega_mean, rel=1e-11)
-    again = solved(
-        design, method="thesis", passes=1, start_speed=design.omega_n, start_angle=3.0 * np.pi
-    )
-    assert again.omega_mean == found.omega_mean
 
 
 @compiled

@@ -1,7 +1,5 @@
 """Designs that have no table in common: curves from harmonics against tables of their own."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -143,17 +141,6 @@ def test_an_offset_and_a_load_over_angle_are_in_the_curves(
     part = dispatch.solve(wanted=WANTED, exponent=exponent, **taken)
     for name in WANTED:
         np.testing.assert_array_equal(part[name], many[name][order])
-
-
-def test_order_of_designs_does_not_matter(family: Family) -> None:
-    """The company does not matter either, whatever it is."""
-    inputs = designs(300, family, 2)
-    whole = dispatch.solve(wanted=WANTED, exponent=1.0, **inputs)
-    order = np.random.default_rng(1).permutation(300)[:130]
-    taken = {k: v[order] if isinstance(v, np.ndarray) else v for k, v in inputs.items()}
-    part = dispatch.solve(wanted=WANTED, exponent=1.0, threads=3, **taken)
-    for name in WANTED:
-        np.testing.assert_array_equal(part[name], whole[name][order])
 
 
 def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:

@@ -1,7 +1,5 @@
 """Speed over crank angle of designs solved in lanes: against finer solutions and the oracle."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Torques that answer stiffly to the speed: cycles followed in time by SciPy find the same."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Recorded cycles as an initial-value problem, against SciPy's integrator."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -1,7 +1,5 @@
 """Offset, uneven firing, misfire and mass spread: an independent solution, limits, symmetry."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +27,7 @@ from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design
 from sweeps.reading.engine_files import load_engine
-from tests.support.held_out import family_of, inputs_of, solved
+from tests.support.held_out import family_of, solved, torque_inputs_of
 
 DEGREE = math.pi / 180.0
 
@@ -164,10 +162,8 @@ def test_energy_balance_and_torque(name: str) -> None:
     friction = solution.friction_torque(design, phi)
     mean = solved(design).torque_mean
     assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
-    inputs = inputs_of(design, family) | {"double_radius": double_radius, "offset_ratio": offset}
-    for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
-        inputs.pop(key)
-    inputs |= levels_of(design)
+    inputs = torque_inputs_of(design, family) | levels_of(design)
+    inputs |= {"double_radius": double_radius, "offset_ratio": offset}
     found = torque_extremes(wanted=TORQUE_NAMES, cylinders_by_count=by_count, **inputs)
     if design.friction_shares is not None:
         two_grid = [inputs[name] for name in FRICTION_NAMES]
@@ -237,14 +233,6 @@ def test_even_engines_given_explicitly_are_the_same_bit_for_bit(text: str, model
     explicit = solved(design, firing_angles=angles, pressure_factor=ones, mass_factor=ones)
     for field in ("delta", "omega_max", "omega_min", "omega_mean", "torque_mean", "delta_error"):
         assert getattr(explicit, field) == getattr(implicit, field)
-
-
-@pytest.mark.compiled
-def test_no_offset_is_the_same_bit_for_bit() -> None:
-    design = unequal(3, 2.0, "constant")
-    assert solved(design, offset=0.0).delta == solved(replace(design, offset=0.0)).delta
-    small = solved(design, offset=1e-9)
-    assert small.delta == pytest.approx(solved(design).delta, rel=1e-7)
 
 
 @pytest.mark.compiled

@@ -1,7 +1,5 @@
 """Harmonics of the velocity against transforms of the curve with many points."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -6,8 +6,6 @@ and so on), each of which gives some keys values near those of engines. Every ke
 those that need what the scene does not give.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import re

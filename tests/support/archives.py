@@ -1,7 +1,5 @@
 """Archives: how they are written, interrupted, compared, and made without computing."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 import tomllib

@@ -1,7 +1,5 @@
 """A headless Chromium, where the machine has one."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile

@@ -1,7 +1,5 @@
 """The command `engine-dyn`, called in this process."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click.testing

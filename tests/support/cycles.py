@@ -1,7 +1,5 @@
 """Modelled cycles by the first law, of each kind and heat loss."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle

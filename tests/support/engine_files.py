@@ -1,7 +1,5 @@
 """Engine files of one's own, and indicator diagrams as files."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

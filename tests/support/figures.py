@@ -1,7 +1,5 @@
 """Figures that tests draw: all of an archive, what is written on them, and labelled variables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -1,7 +1,5 @@
 """Held-out designs (oracle) through the packages: their pressure as points, their numbers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -93,3 +91,9 @@ def inputs_of(design: Design, family: Family) -> dict[str, Any]:
         "inertia_model": design.inertia_model,
         "closure": design.closure,
     }
+
+
+def torque_inputs_of(design: Design, family: Family) -> dict[str, Any]:
+    """The same without what only the speed depends on."""
+    own = {"inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"}
+    return {name: value for name, value in inputs_of(design, family).items() if name not in own}

@@ -1,7 +1,5 @@
 """Whether values fit a JSON schema: the words of draft 2020-12 that this project uses."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -5,8 +5,6 @@ equation of motion, clock and wheel are its own: the energy follows from Crank a
 for the linear equation T' = M - 2 k T/Theta of a load k omega^2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Raw files of one synthetic engine in the styles of laboratories."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

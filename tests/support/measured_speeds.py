@@ -1,7 +1,5 @@
 """Speeds of an engine that is not one: three loads, a wheel 60-2, noise of known kinds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

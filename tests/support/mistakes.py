@@ -4,8 +4,6 @@ Each is a right value and what somebody writes by mistake. Whether it is noticed
 tests/sweeps/test_plausibility.py; docs/plausibility.md tells those that are not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

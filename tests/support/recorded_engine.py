@@ -4,8 +4,6 @@ One cylinder of 100 x 120 mm. Its closed part follows from the first law with Wi
 heat loss and a ratio of specific heats that falls with the temperature, integrated by scipy.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Recordings of the speed of `ntua` as files, with diagrams that are not those of the catalogue."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +13,9 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.scene.reading import read_scene
 
-__all__ = ["CYCLE", "LOADS", "WHEEL", "Recorded", "speed_of", "write_speeds", "write_teeth"]
+from .teeth import SampledEngine, noisy, tooth_times, write_times
+
+__all__ = ["CYCLE", "LOADS", "WHEEL", "Recorded", "engine_of", "write_speeds", "write_teeth"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,8 +48,8 @@ class Recorded:
     factor: float = 1.0
 
 
-def speed_of(load: float, made: Recorded) -> CubicSpline:
-    """1/omega over the crank angle [s/rad], from -2 pi."""
+def engine_of(load: float, made: Recorded) -> SampledEngine:
+    """The engine whose speed is recorded."""
 
     def moved(diagram: Diagram) -> Diagram:
         spline = periodic(diagram.angle, diagram.pressure)
@@ -67,7 +67,7 @@ def speed_of(load: float, made: Recorded) -> CubicSpline:
     assert isinstance(scene.engine.family, Family)
     engine = replace(scene.engine, family=scene.engine.family.each(moved))
     found = sweeps.run(replace(scene, engine=engine))
-    return periodic(np.deg2rad(found.crank_angle.values), 1.0 / found.omega.values.ravel())
+    return SampledEngine(np.deg2rad(found.crank_angle.values), found.omega.values.ravel())
 
 
 def periodic(angle: Floats, values: Floats) -> CubicSpline:
@@ -82,17 +82,9 @@ def write_teeth(
     """Files of times of teeth whose single intervals have an error of 0.2 %, and their scene."""
     rng = np.random.default_rng(8)
     for place, (load, one) in enumerate(zip(LOADS, made, strict=True)):
-        slow = speed_of(load, one)
-        time, start = slow.antiderivative(), float(slow.x[0])
-        widths = np.tile(WHEEL.width * (1.0 + errors), 2 * cycles)
-        edges = np.deg2rad(gap_angle) + 2.0 * np.pi * (place % 2)
-        edges = edges + np.concatenate([[0.0], np.cumsum(widths)])
-        cycle, within = np.divmod(edges - start, CYCLE)
-        passed = time(np.minimum(within, CYCLE - 1e-12) + start) + cycle * time(start + CYCLE)
-        steps = np.diff(passed) * (1.0 + 0.002 * rng.normal(size=widths.size))
-        passed = np.concatenate([[0.0], np.cumsum(steps)])
-        lines = "\n".join(f"{value:.9f}" for value in passed)
-        (folder / f"load_{place}.csv").write_text(f"time [s]\n{lines}\n")
+        gap = np.deg2rad(gap_angle) + 2.0 * np.pi * (place % 2)
+        times = tooth_times(engine_of(load, one), WHEEL.width, 2 * cycles, gap, errors)
+        write_times(folder / f"load_{place}.csv", noisy(times, 0.002, rng))
     path = folder / "scene.toml"
     path.write_text(f'{SCENE}kind = "teeth"\nwheel = "36-1"\n')
     return path
@@ -102,7 +94,6 @@ def write_speeds(folder: Path, made: list[Recorded], cycles: int = 15, step: flo
     """Files of speed over crank angle that runs on over the cycles, and their scene."""
     rng = np.random.default_rng(9)
     for place, (load, one) in enumerate(zip(LOADS, made, strict=True)):
-        slow = speed_of(load, one)
         angle = np.arange(-360.0, 720.0 * cycles - 360.0, step)
         within = (np.deg2rad(angle) + 0.5 * CYCLE) % CYCLE - 0.5 * CYCLE
         count = round(720.0 / step)
@@ -112,7 +103,7 @@ def write_speeds(folder: Path, made: list[Recorded], cycles: int = 15, step: flo
             + rng.uniform(0.0, 2.0 * np.pi, (cycles, 5, 1))
         )
         noise = 0.001 * np.einsum("cw,cwn->cn", rng.normal(size=(cycles, 5)), waves)
-        speed = 30.0 / np.pi / slow(within) * (1.0 + noise.ravel())
+        speed = 30.0 / np.pi * engine_of(load, one).speed(within) * (1.0 + noise.ravel())
         lines = "\n".join(f"{a:g},{v:.5f}" for a, v in zip(angle, speed, strict=True))
         (folder / f"load_{place}.csv").write_text(f"crank angle [deg],speed [rpm]\n{lines}\n")
     path = folder / "scene.toml"

@@ -1,7 +1,5 @@
 """Archives that reports are written on."""
 
-from __future__ import annotations
-
 import json
 from random import Random
 from typing import Any

@@ -1,7 +1,5 @@
 """Scenes that several test files run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Shafts of known response, and a slow solution that shares no code with `engine_dyn.torsion`."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path

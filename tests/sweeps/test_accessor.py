@@ -1,7 +1,5 @@
 """`archive.dyn`: numbers, designs, files and figures of an archive."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Numbers of the torque along the shaft and of all main journals, against their curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -3,8 +3,6 @@
 `make properties` draws many more than the suite.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import warnings
@@ -63,7 +61,7 @@ def test_strategies_use_the_whole_language() -> None:
     any_scene.REFUSED.clear()
 
     @settings(
-        max_examples=3000, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+        max_examples=2000, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
     )
     @given(any_scene.scenes())
     def draw(scene: dict[str, Any]) -> None:

@@ -1,7 +1,5 @@
 """Formats of archives: version 0.1's can be read, newer ones are refused in one line."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

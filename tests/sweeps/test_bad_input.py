@@ -1,7 +1,5 @@
 """Every bad input: one clear line, exit status 2, no traceback, nothing written."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The best design at every value of some axes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

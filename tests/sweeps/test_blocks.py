@@ -1,7 +1,5 @@
 """Blocks: the same numbers, bit for bit, however a plan is cut."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

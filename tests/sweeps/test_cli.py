@@ -1,7 +1,5 @@
 """The command line as a user meets it: files, what is printed, exit status."""
 
-from __future__ import annotations
-
 import errno
 import itertools
 import os
@@ -113,15 +111,6 @@ def test_a_first_session(tmp_path: Path) -> None:
     assert again.stderr.count("\n") == 1
     assert "--overwrite" in again.stderr
     assert sorted(p.name for p in (tmp_path / "deep/er").iterdir()) == ["out.nc"]
-
-
-def test_bad_input_in_a_process_of_its_own(tmp_path: Path) -> None:
-    tmp_path.joinpath("scene.toml").write_text(SCENE.replace("inertia", "intertia"))
-    done = shell("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("engine-dyn: scene.toml: [axes] intertia: unknown key; did you")
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "out.nc").exists()
 
 
 @pytest.mark.parametrize("name", sorted(main.commands))
@@ -256,44 +245,7 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     assert out.read_text() == "kept"
 
 
-def test_a_disk_that_refuses_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sweeps.running.into_archive
-
-    def refuse(*_: Any, **__: Any) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    monkeypatch.setattr(sweeps.running.into_archive.Partial, "locked", refuse)
-    result = invoke("run", path, "-o", tmp_path / "out.nc", "-q")
-    assert result.exit_code == 2
-    assert "out.nc: cannot be written (Permission denied)" in result.stderr
-
-
-def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    axis = "{ start = 1, stop = 2, num = 10000000 }"
-    path.write_text(
-        f'engine = "ntua"\n[axes]\ninertia = {axis}\nreciprocating_mass = {axis}\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
-    result = invoke("run", path, "-o", tmp_path / "out.nc")
-    assert result.exit_code == 2, result.output
-    assert re.search(r"\d (GB|TB)", result.stderr)
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-    assert "100000000000000 designs" in ok("plan", path)
-
-
 # --- plan, plot, info, list, new ----------------------------------------------------------------
-
-
-def test_plan_computes_nothing_and_says_what_it_would(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    text = ok("plan", path)
-    for expected in ("6 designs", "inertia", "speed", "delta", "skipped", "memory", "time"):
-        assert expected in text
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
 
 
 def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:

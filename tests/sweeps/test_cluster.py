@@ -1,7 +1,5 @@
 """Runs whose blocks are computed by workers of dask, other processes: the bytes of a local run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -26,7 +24,7 @@ from sweeps.archive.partial import Partial
 from sweeps.running import cluster, into_archive, limits, worker
 from sweeps.running.options import Options
 from tests.support.archives import assert_same, interrupted, plan_of
-from tests.support.commands import invoke, refused
+from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP
 
@@ -110,11 +108,9 @@ def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, small: Non
     scene.write_text(LARGE_MAP)
     for part in ("1/2", "2/2"):
         path = tmp_path / f"{part[0]}.nc"
-        result = invoke("run", scene, "-o", path, "--shard", part, "--scheduler", scheduler)
-        assert result.exit_code == 0, result.output
-        assert "converged 60000" in result.stdout
-    merged = invoke("merge", tmp_path / "1.nc", tmp_path / "2.nc", "-o", tmp_path / "out.nc")
-    assert merged.exit_code == 0, merged.output
+        result = ok("run", scene, "-o", path, "--shard", part, "--scheduler", scheduler)
+        assert "converged 60000" in result
+    ok("merge", tmp_path / "1.nc", tmp_path / "2.nc", "-o", tmp_path / "out.nc")
     assert_same(tmp_path / "out.nc", sweeps.run(scene))
 
 
@@ -270,15 +266,13 @@ def test_resume_after_the_client_was_killed(
     process.kill()
     _, errors = process.communicate()
     assert finished(tmp_path) and not (tmp_path / "out.nc").exists(), errors
-    told = invoke("info", tmp_path / "out.nc.partial")
-    assert told.exit_code == 0, told.output
-    assert re.search(r"finished: \d+ of 12 blocks\n.*\n.*command line: .*", told.stdout)
+    told = ok("info", tmp_path / "out.nc.partial")
+    assert re.search(r"finished: \d+ of 12 blocks\n.*\n.*command line: .*", told)
     # A worker ends the block that it is at; dask forgets the others.
     kept = finished(tmp_path)
     monkeypatch.setattr(worker, "block", slow_block)
-    result = invoke("run", scene, "-o", tmp_path / "out.nc", "--resume", "--scheduler", scheduler)
-    assert result.exit_code == 0, result.output
-    said = re.search(r"\((\d+) of 12 blocks had been computed before\)", result.stdout)
+    result = ok("run", scene, "-o", tmp_path / "out.nc", "--resume", "--scheduler", scheduler)
+    said = re.search(r"\((\d+) of 12 blocks had been computed before\)", result)
     assert said and int(said[1]) >= len(kept)
     again = {f"block-{number:06d}.bin" for word, number, _ in diary(tmp_path) if word == "begun"}
     assert not again & set(kept)
@@ -560,9 +554,8 @@ def test_resume_on_another_kind_of_machine_is_refused(
     now = {**header["kind"], key: header["kind"][key].replace(header["kind"][key][:4], "other ", 1)}
     with monkeypatch.context() as patch:
         patch.setattr(into_archive, "machine_kind", lambda: now)
-        result = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
-        assert result.exit_code == 2, result.output
-        assert f"cannot be resumed, because it belongs to a different run: {key} (" in result.stderr
+        result = refused("run", tmp_path / "scene.toml", "-o", output, "--resume")
+        assert f"cannot be resumed, because it belongs to a different run: {key} (" in result
     assert len(Partial.of(output).finished()) == 3
     assert into_archive.run(plan, output, Options(resume=True)).before == 3
 

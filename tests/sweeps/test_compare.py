@@ -1,7 +1,5 @@
 """Two archives against each other: what is the same, what differs, by how much and where."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ The checker is compliance-checker, its suite that of CF-1.11, which archives say
 It runs once, over all archives, in a process of its own.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """Studies of many modelled cycles: any number, in blocks, the same bits however they are cut."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

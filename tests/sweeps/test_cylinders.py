@@ -1,7 +1,5 @@
 """Arrangement, offset and unequal cylinders in scenes and engine files."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -56,17 +54,6 @@ def alone(here: Any, **more: Any) -> PeriodicSpeed:
 # --- arrangements -------------------------------------------------------------------------------
 
 
-@pytest.mark.compiled
-def test_an_even_engine_given_by_its_angles_is_the_same_bit_for_bit() -> None:
-    implicit = run(set={"cylinders": 4})
-    order = run(set={"cylinders": 4, "arrangement": "in-line 4 1-2-4-3"})
-    angles = run(set={"cylinders": 4, "firing_angles": [0, 540, 180, 360]})
-    factors = run(set={"cylinders": 4, "pressure_factor": [1] * 4, "mass_factor": [1.0] * 4})
-    for name in DELTA:
-        for other in (order, angles, factors):
-            assert other[name].values == implicit[name].values, name
-
-
 def vee(places: int) -> dict[str, Any]:
     """A V engine of two rods on each pin that fires evenly: a table of throws and cylinders."""
     step = 360.0 / places
@@ -111,26 +98,6 @@ def test_engines_of_17_to_24_cylinders(count: int, arrangement: Any) -> None:
     # A shaft of so much inertia gains the work between its extremes: delta = W/(Theta omega^2).
     swing = float(found["energy_swing"]) / (20.0 * (1200.0 * np.pi / 30.0) ** 2)
     assert float(found["delta"]) == pytest.approx(swing, rel=0.02)
-
-
-@pytest.mark.compiled
-def test_unevenly_firing_cylinders_of_a_v24_add_up() -> None:
-    table = vee(12)
-    banks = [{**one, "firing_angle": one["firing_angle"]} for one in table["cylinders"]]
-    for one in banks[1::2]:  # the second bank stands 10 degrees further
-        one["firing_angle"] += 10.0
-    table = {**table, "banks": [-30.0, 40.0], "cylinders": banks, "uneven": True}
-    names = ["torque", "delta", "shaking_moment_max", "any_main_journal_load_max"]
-    scene = {
-        "engine": "ntua", "output": {"quantities": names, "angle_step": 1.0},
-        "set": {"cylinders": 24, "arrangement": table, "cylinder_spacing": 0.2, "inertia": 20.0},
-    }  # fmt: skip
-    found = sweeps.run(scene)
-    alone = sweeps.run({"engine": "ntua", "output": {"quantities": ["torque"], "angle_step": 1.0}})
-    alone = alone["torque"].values
-    whole = sum(np.roll(alone, round(one["firing_angle"])) for one in banks)
-    np.testing.assert_allclose(found["torque"].values, whole, atol=1e-9 * np.abs(alone).max())
-    assert all(np.isfinite(found[name]).all() for name in names)
 
 
 @pytest.mark.compiled
@@ -486,23 +453,6 @@ def test_unequal_throws_and_friction_through_a_scene() -> None:
     )
 
 
-@pytest.mark.compiled
-def test_no_shares_is_the_constant_friction() -> None:
-    names = (*DELTA, "energy_swing", "omega", "torque")
-    plain = run(quantities=names, axes={"speed": [900.0, 1300.0]})
-    none = run(quantities=names, axes={"speed": [900.0, 1300.0], "friction_skirt": [0.0, 0.3]},
-               set={"ring_pressure": 1.0})  # fmt: skip
-    for name in names:
-        if name == "torque_mean":
-            np.testing.assert_array_equal(none[name], plain[name])
-            continue
-        np.testing.assert_allclose(none[name].sel(friction_skirt=0.0), plain[name], rtol=1e-9)
-        assert (none[name].sel(friction_skirt=0.3) != plain[name]).any()
-    unused = run(quantities=names, axes={"speed": [900.0, 1300.0]}, set={"ring_pressure": 3.0})
-    for name in names:
-        np.testing.assert_array_equal(unused[name], plain[name])
-
-
 # --- offset -------------------------------------------------------------------------------------
 
 
@@ -705,22 +655,6 @@ def test_single_cylinders_are_the_lists_with_one_value_changed() -> None:
                 here = here.isel({key: place}) if key in here.dims else here
                 assert float(here) == pytest.approx(float(same[quantity]), rel=1e-12), quantity
     assert found["firing_angle_2"].attrs["units"] == "degree"
-
-
-@pytest.mark.compiled
-def test_a_spread_of_single_cylinders_in_designs() -> None:
-    """Columns go together, beside a misfire and an arrangement along axes of their own."""
-    spread = {"mass_factor_1": [1.02, 0.97], "mass_factor_4": [0.99, 1.03]}
-    found = run(
-        quantities=("delta", "torque_mean"), set={"cylinders": 4},
-        designs=spread, axes={"misfire": [0, 2]},
-    )  # fmt: skip
-    assert found["delta"].dims == ("design", "misfire")
-    one = run(set={"cylinders": 4, "misfire": 2, "mass_factor": [0.97, 1, 1, 1.03]})
-    assert float(found["delta"][1, 1]) == pytest.approx(float(one["delta"]), rel=1e-12)
-    # Masses change no mean torque; the archive says which columns had an effect.
-    np.testing.assert_allclose(found["torque_mean"].isel(design=0), found["torque_mean"][1])
-    assert "axes_without_effect" not in found.attrs
 
 
 @pytest.mark.compiled

@@ -1,7 +1,5 @@
 """Damaged archives: refused in one line and with status 2, and none runs for ever."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import random

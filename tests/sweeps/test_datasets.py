@@ -1,7 +1,5 @@
 """Archives: names, units, axes and outcomes as the contract has them; whole files or none."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables of designs from files: the same columns whatever the format, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

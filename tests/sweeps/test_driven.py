@@ -1,7 +1,5 @@
 """Scenes with loads over angle and speed, drivers, and the inertia in parts."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any
@@ -9,12 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 import sweeps
-from engine_dyn import status
 from engine_dyn.loads.driven_machine import torque_over_angle
-from oracle import in_time, solution
 from sweeps.planning import forecast
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
@@ -209,44 +204,6 @@ def test_torques_beyond_any_machine_are_refused(tmp_path: Path) -> None:
         assert re.search(r"line 3: .* must be at most 1e\+12", told)
 
 
-@compiled
-def test_a_motor_that_passes_its_breakdown_torque_in_the_cycle() -> None:
-    """It is stable over the cycle, although it is not at each angle of it."""
-    inertia = 0.004
-    asked = ["delta", "omega_min", "friction_torque"]
-    found = computed(asked, "compressor_79x83", set={"inertia": inertia})
-    assert int(found["status"]) == status.CONVERGED
-    engine = load_engine("compressor_79x83", Path())
-    value = engine.values
-    nominal = float(value["speed"]) * np.pi / 30.0
-    ratio, radius = float(value["crank_ratio"]), 0.5 * float(value["stroke"])
-    share = float(value["rod_centre_of_gravity"]) * ratio / radius
-    mass = float(value["piston_mass"]) + share * float(value["rod_mass"])
-    cycle = 2.0 * np.pi
-    phi = np.linspace(0.0, cycle, 7201)
-    v, b = solution.velocity(phi, ratio), solution.acceleration(phi, ratio)
-    gas = engine.family.row(0)(phi) - 1e5 * float(value["crankcase_pressure"])
-    torque = gas * np.pi / 4.0 * float(value["bore"]) ** 2 * radius * v
-    torque -= mass * radius**2 * nominal**2 * v * b + float(found["friction_torque"])
-    torque[-1] = torque[0]
-    mean, energy = torque[:-1].mean(), 0.5 * inertia * nominal**2
-    rate = CubicSpline(phi, (torque - mean) / energy, bc_type="periodic")
-    slip, breakdown = float(value["motor_slip"]), float(value["motor_breakdown_slip"])
-
-    def law(q: Any) -> tuple[Any, Any]:
-        x = np.sqrt(np.maximum(q, 1e-9))
-        s = 1.0 - x * (1.0 - slip)
-        below, at_nominal = s * s + breakdown**2, slip / (slip**2 + breakdown**2)
-        slope = -(1.0 - slip) * (breakdown**2 - s * s) / below**2
-        return s / below / at_nominal, slope / at_nominal * 0.5 / x
-
-    expected = in_time.follow(in_time.Stiff(rate, mean / energy, law, cycle))
-    assert expected.closed and expected.decay < -10.0
-    assert 1.0 - expected.lowest * (1.0 - slip) > breakdown
-    assert float(found["delta"]) == pytest.approx(expected.delta, rel=1e-6)
-    assert float(found["omega_min"]) == pytest.approx(nominal * expected.lowest, rel=1e-6)
-
-
 def test_a_gear_that_turns_nothing_is_reported() -> None:
     """Neither a load over its own angle or speed nor an inertia is behind it."""
     for engine, more, unused in (
@@ -340,31 +297,6 @@ def test_a_pump_on_a_motor(folder: Path) -> None:
 def test_pumps_that_are_none(folder: Path, change: tuple[str, str], words: str) -> None:
     (folder / "pump.toml").write_text(PUMP.replace(*change), encoding="utf-8")
     assert words in refused(engine="pump.toml")
-
-
-@compiled
-def test_error_estimate_and_methods() -> None:
-    found = run(
-        ["delta", "delta_error"], set={**MOTORED, **MOTOR, "load_table": "own.csv"},
-        solver={"method": ["auto", "newton", "closed"],
-                "inertia_model": ["constant", "variable"]},
-    )  # fmt: skip
-    assert (found["status"].values[:2] == 0).all() and (found["status"].values[2] == 4).all()
-    assert (found["delta_error"].values[:2] < 1e-6).all()
-    np.testing.assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-6)
-
-
-@compiled
-def test_inertia_in_parts() -> None:
-    parts = {"flywheel_inertia": 1.5, "auxiliary_inertia": 0.1, "load_inertia": 0.2,
-             "gear_ratio": 2.0}  # fmt: skip
-    found = run(["delta", "engine_inertia"], set=parts)
-    whole = float(found["engine_inertia"]) + 1.5 + 0.1 + 4.0 * 0.2
-    assert float(run(["delta"], set={"inertia": whole})["delta"]) == pytest.approx(
-        float(found["delta"]), rel=1e-12
-    )
-    axis = run(["delta"], axes={"flywheel_inertia": [1.0, 2.0]}, designs={"load_inertia": [0.1]})
-    assert axis["delta"].dims == ("flywheel_inertia", "design")
 
 
 @compiled

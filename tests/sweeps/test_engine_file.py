@@ -1,7 +1,5 @@
 """Engine files: the catalogue, a file of one's own, and every way in which one can be wrong."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Callable

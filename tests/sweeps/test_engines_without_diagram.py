@@ -1,7 +1,5 @@
 """Balance and moments of inertia of engine files that have no diagram, load or friction."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

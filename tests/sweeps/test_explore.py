@@ -1,7 +1,5 @@
 """The explorer of whole archives: widgets move, and what is drawn changes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

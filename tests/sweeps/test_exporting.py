@@ -1,7 +1,5 @@
 """Tables of archives: the same numbers, in order, in bounded pieces, whole or not there."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

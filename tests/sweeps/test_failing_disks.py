@@ -1,7 +1,5 @@
 """Disks that fail: what is told, what is kept, what lasts; benchmarks.faults tries every call."""
 
-from __future__ import annotations
-
 import copy
 import errno
 import os

@@ -1,7 +1,5 @@
 """Two archives in one chart: what is put beside each other, and what is drawn."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

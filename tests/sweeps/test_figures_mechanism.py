@@ -1,7 +1,5 @@
 """Figures of forces, orders and bearing loads, from datasets made here."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Turning-moment diagram, curves by load, bearing loads over speed, friction by component: what is
 drawn, from datasets made here."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -70,16 +68,6 @@ def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
 
 
 # --- turning-moment diagram --------------------------------------------------------------------
-
-
-def test_areas_of_a_sine_are_those_of_its_integral() -> None:
-    closed = np.append(ANGLES, 360.0)
-    found = turning(closed, 7.0 + 300.0 * np.sin(np.radians(closed + 20.0)), np.full(721, 7.0))
-    # from zero to zero of a sin(phi): 2 a
-    assert found.areas == pytest.approx([-600.0, 600.0, -600.0, 600.0], rel=1e-4)
-    assert found.angle[found.crossings] == pytest.approx([-200.0, -20.0, 160.0, 340.0], abs=1e-3)
-    assert found.swing == pytest.approx(600.0, rel=1e-4)
-    assert found.energy.min() == 0.0
 
 
 def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:

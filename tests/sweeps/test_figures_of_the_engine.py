@@ -1,7 +1,5 @@
 """Strokes, crank star, crank train and waterfall: what is drawn, from datasets made here."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

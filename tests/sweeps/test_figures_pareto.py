@@ -1,7 +1,5 @@
 """Pareto fronts of archives as figures: what is drawn, from datasets made here."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

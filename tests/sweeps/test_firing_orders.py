@@ -1,7 +1,5 @@
 """Firing orders of an engine, computed side by side and ranked."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

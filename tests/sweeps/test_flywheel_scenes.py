@@ -1,7 +1,5 @@
 """Torque beside the flywheel, its root mean square, and the size of a given flywheel, in scenes."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -208,18 +206,6 @@ def test_they_are_searched_sampled_and_differentiated() -> None:
         sweeps.run(scene(["torque_elasticity"]))
 
 
-@pytest.mark.compiled
-def test_a_search_may_want_the_least_of_them() -> None:
-    rest = {key: value for key, value in PARTS.items() if key != "flywheel_inertia"}
-    found = sweeps.optimise(
-        {"engine": "ntua", "set": rest}, least="load_shaft_torque_rms",
-        over="flywheel_inertia = 1 to 3", number=32, generations=8,
-    )  # fmt: skip
-    # Behind the flywheel a heavier one leaves less.
-    best = found["flywheel_inertia"].values[found["found"].values == 1]
-    assert best == pytest.approx([3.0], rel=1e-2)
-
-
 def test_lists_name_them_once_and_find_them() -> None:
     every = quantity_lines()
     assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]
@@ -274,21 +260,6 @@ def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     found.to_netcdf(path)
     assert json.loads(found.attrs["parameters"])["load_inertia"] == 0.05
-
-
-@pytest.mark.compiled
-def test_table_2_falls_more_than_a_rigid_shaft_can() -> None:
-    """What agrees with Asgari's Table 2, and what does not: docs/flywheel.md."""
-    found = sweeps.run("asgari_flywheel").isel(speed=slice(4))
-    printed = found["load_shaft_torque_rms_published"]
-    before, behind = found["flywheel_shaft_torque_rms"], found["load_shaft_torque_rms"]
-    for torque in (printed, behind):
-        assert (torque.diff("flywheel_inertia") < 0.0).all()  # the trend over the inertia
-    assert (before.diff("flywheel_inertia") > 0.0).all()
-    # Theta_L/(Theta_fly + ...) falls by a fifth at most from 0.08 to 0.1 kg m2; the mean stays.
-    fall = 1.0 - printed.isel(flywheel_inertia=2) / printed.isel(flywheel_inertia=0)
-    assert fall.values == pytest.approx([0.2354, 0.2269, 0.2109, 0.1794], abs=5e-4)
-    assert (fall.values[:3] > 0.2).all()
 
 
 @pytest.mark.compiled

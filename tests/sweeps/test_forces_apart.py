@@ -1,13 +1,10 @@
 """Forces of gas and masses apart, volume, inertia over the angle, counterweights' own force."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import sweeps
 from sweeps.errors import SceneError
@@ -188,21 +185,6 @@ def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     swing = np.ptp(gained)
     # the trapezoidal rule at a quarter of a degree, over a whole cycle
     assert np.abs(energy - energy[0] - gained).max() < 1e-3 * swing
-
-
-def test_inertia_of_a_single_cylinder_by_hand() -> None:
-    found = computed(["instantaneous_inertia", "velocity"], set={"inertia": 3.0})
-    mass = 4.97 + 6.33 * 0.094 / ROD
-    ratio = 0.09 / ROD
-
-    def square(phi: float) -> float:
-        beta = math.asin(ratio * math.sin(phi))
-        return (math.sin(phi + beta) / math.cos(beta)) ** 2
-
-    mean = quad(square, 0.0, math.tau)[0] / math.tau
-    each = np.array([square(phi) for phi in np.radians(found["crank_angle"].values)])
-    wanted = 3.0 + mass * 0.09**2 * (each - mean)
-    np.testing.assert_allclose(found["instantaneous_inertia"].values, wanted, rtol=1e-12)
 
 
 def test_speed_at_the_start_is_that_of_the_curve() -> None:

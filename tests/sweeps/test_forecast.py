@@ -1,7 +1,5 @@
 """What `plan` tells: work counted against designs, diagrams, iteration, what is skipped."""
 
-from __future__ import annotations
-
 import csv
 import importlib.metadata
 import tomllib

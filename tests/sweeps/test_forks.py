@@ -1,7 +1,5 @@
 """Processes that are forked while another thread holds a lock: the lock is new in them."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Laws of the friction in scenes: components, their sum, the stroke, bearing pressures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -102,23 +100,6 @@ def test_auxiliaries_of_the_key_are_added() -> None:
     assert float(more["fmep_components"]) == float(plain["fmep_components"])
 
 
-def test_rings_and_skirt_follow_the_stroke() -> None:
-    """The mean is kept; at the dead centres only what is constant remains."""
-    asked = ("instantaneous_friction_torque", "friction_torque", *PARTS, "fmep")
-    tables = {"axes": {"speed": [1500, 4500]}}
-    even = run(FOUR, *asked, set=LAW, **tables)
-    found = run(FOUR, *asked, set={**LAW, "ring_pressure": 2.0}, **tables)
-    np.testing.assert_array_equal(found["friction_torque"], even["friction_torque"])
-    curve = found["instantaneous_friction_torque"]
-    np.testing.assert_allclose(curve.mean("crank_angle"), found["friction_torque"], rtol=5e-5)
-    assert (even["instantaneous_friction_torque"].std("crank_angle") < 1e-9).all()
-    # All four pistons of the engine stand still together.
-    moving = found["fmep_skirt"] + found["fmep_rings"] + found["fmep_ring_gas_pressure"]
-    rest = found["friction_torque"] * (1.0 - moving / found["fmep"])
-    np.testing.assert_allclose(curve.sel(crank_angle=0), rest, rtol=1e-9)
-    assert (curve >= rest * (1.0 - 1e-12)).all()
-
-
 def test_the_curve_of_one_cylinder_by_hand() -> None:
     """Rings by load times speed, skirt by the square of the speed, the rest constant.
 
@@ -143,13 +124,6 @@ def test_the_curve_of_one_cylinder_by_hand() -> None:
     expected = found["friction_torque"] * shape
     np.testing.assert_allclose(found["instantaneous_friction_torque"], expected, rtol=2e-4)
     assert 0.1 < float(rings) < 0.6 and 0.05 < float(skirt) < 0.6
-
-
-def test_the_speed_is_solved_with_it() -> None:
-    found = run(FOUR, "delta", "torque_mean", "omega_mean", set=LAW, axes={"speed": [1500, 3000]})
-    assert (found["status"] == 0).all()
-    usual = run(FOUR, "delta", "torque_mean", axes={"speed": [1500, 3000]})
-    assert (found["torque_mean"] != usual["torque_mean"]).all()
 
 
 def test_a_speed_characteristic_finds_the_load() -> None:

@@ -3,8 +3,6 @@
 What the fuzzer (`make fuzz`) found first has a test of its own here.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import os
@@ -41,7 +39,7 @@ from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.support.archives import PLAIN, SMALL, interrupted_files, sound_archive
-from tests.support.commands import invoke, refused
+from tests.support.commands import invoke, ok, refused
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -519,11 +517,9 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
     scene = folder / os.fsdecode(b"s\xfe.toml")
     scene.write_text(PLAIN)
     output = tmp_path / "out.nc"
-    result = invoke("run", scene, "-o", output)
-    assert result.exit_code == 0, result.output
+    ok("run", scene, "-o", output)
     assert invoke("info", output).exit_code == 0
-    again = invoke("rerun", output, "-o", tmp_path / "again.nc")
-    assert again.exit_code == 0, again.output
+    ok("rerun", output, "-o", tmp_path / "again.nc")
     # The library of netCDF takes names in UTF-8 alone.
     told = refused("run", scene, "-o", folder / "out.nc")
     assert "UTF-8" in told and r"b\udcff d" in told
@@ -602,10 +598,9 @@ def test_what_an_archive_says_does_not_steer_the_terminal(tmp_path: Path) -> Non
     with netCDF4.Dataset(path, "r+") as file:
         file.title = "\x1b]0;owned\x07 \u202e title"
         file.comment = "\x9b2J"
-    told = invoke("info", path)
-    assert told.exit_code == 0
-    assert r"\x1b]0;owned\x07 \u202e title" in told.stdout
-    assert all(line.isprintable() for line in told.stdout.splitlines())
+    told = ok("info", path)
+    assert r"\x1b]0;owned\x07 \u202e title" in told
+    assert all(line.isprintable() for line in told.splitlines())
 
 
 def test_rerun_reads_no_file_but_the_archive(

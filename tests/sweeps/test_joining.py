@@ -1,7 +1,5 @@
 """Shards, extended and merged archives, and archives made again: the bytes of one whole run."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is not needed is not imported, with the packages or a command of theirs."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

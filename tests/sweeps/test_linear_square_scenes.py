@@ -1,7 +1,5 @@
 """Scenes and engine files with the load a + k (b omega + c omega^2)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -48,14 +46,6 @@ def test_k_closes_the_balance_and_leaves_the_offset() -> None:
     )
     np.testing.assert_allclose(found["load_torque"], load.transpose(*found["load_torque"].dims))
     assert found["load_coefficient"].attrs["units"] == "1"
-
-
-def test_columns_of_designs() -> None:
-    designs = {"load_linear": [0.0, 1.0, 2.0], "load_square": [0.5, 0.0, 0.1]}
-    found = sweeps.run(scene(designs=designs))
-    power = sweeps.run(scene(axes={"load_exponent": [2.0, 1.0]}))
-    assert (found["status"] == 0).all()
-    np.testing.assert_allclose(found["delta"][:2], power["delta"], rtol=1e-6)
 
 
 def engine_file(folder: Path, line: str) -> str:

@@ -1,7 +1,5 @@
 """Lists of the command line: names of one thing count alike, near spellings are told."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 

@@ -1,7 +1,5 @@
 """Series, forces, orders and bearing loads as scenes ask for them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -292,29 +290,6 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
     same = axis == "counterweight_mass"
     for name in ("main_journal_y", "gravity_torque"):
         assert bool(np.array_equal(bare[name], first[name])) is same
-
-
-@pytest.mark.parametrize("offset", [0.0, 0.01])
-@pytest.mark.parametrize("radii", [[1, 0.9, 1.1, 1, 0.9, 1.1], [1, 1, 1, 1, 1, 1]])
-def test_orders_of_unequal_throws_are_the_transform(radii: list[float], offset: float) -> None:
-    names = ["gas_torque", "inertia_torque", "gas_torque_order", "inertia_torque_order",
-             "torque_order", "torque_phase", "gravity_torque", "gravity_torque_order"]  # fmt: skip
-    changed = {"radius_factor": radii, "pin_offset": offset}
-    found = computed(names, "diesel_105x137", set=changed, output={"angle_step": 0.5})
-    for name in ("gas_torque", "inertia_torque", "gravity_torque"):
-        curve = found[name].values
-        wave = 2.0 * np.abs(np.fft.rfft(curve))[1:25] / curve.size
-        # aliasing of the measured diagram at half a degree, below 1e-6 of the curve
-        assert found[f"{name}_order"].values == pytest.approx(wave, abs=1e-6 * np.ptp(curve))
-    whole = found["gas_torque"] + found["inertia_torque"]
-    phi = np.radians(found["crank_angle"])
-    phase = np.radians(found["torque_phase"])
-    for one in (1.5, 3.0):
-        wave = (2.0 * whole * np.exp(-1j * one * phi)).mean("crank_angle")
-        mine = found["torque_order"] * np.exp(1j * phase)
-        assert complex(wave) == pytest.approx(
-            complex(mine.sel(order=one)), abs=1e-6 * float(np.ptp(whole.values))
-        )
 
 
 @pytest.mark.parametrize("name", ["main_journal_load_max", "main_journal_x", "throw_torque_order"])

@@ -5,8 +5,6 @@ a single further array of the size of an output shows. The kernel is replaced by
 allocates its outputs: this is about what is around it.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Modelled cycles in engine files, diagrams over load and speed, auxiliaries."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -22,6 +20,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.consistency.pressure import MOST_DIAGRAMS
 from sweeps.scene.reading import read_scene
+from tests.support.cycles import PORTS, SPARK, WALL
 
 RPM = math.pi / 30.0
 
@@ -31,21 +30,19 @@ VALUES: dict[str, Any] = {
     "crankcase_pressure": 1.0, "friction_constant": 0.2, "friction_peak_pressure": 0.005,
     "friction_mean_piston_speed": 0.1,
 }  # fmt: skip
+
+
+def without(table: dict[str, Any], key: str) -> dict[str, Any]:
+    return {k: v for k, v in table.items() if k != key}
+
+
 FOUR: dict[str, Any] = {
-    "kind": "first_law", "compression_ratio": 10.0, "intake_pressure": 0.9,
-    "exhaust_pressure": 1.05, "charge_temperature": 340.0, "heat": 22.0,
-    "combustion_start": -20.0, "combustion_duration": 55.0, "combustion_form": 2.0,
-    "valve_ramp": 40.0, "valve_lag": 8.0, "intake_loss": 0.06, "exhaust_loss": 0.05,
-    "intake_closing": -125.0, "exhaust_opening": 130.0,
+    **without(SPARK, "crank_ratio"), "kind": "first_law", "intake_pressure": 0.9, "heat": 22.0,
+    "combustion_start": -20.0,
 }  # fmt: skip
 WOSCHNI = {"wall": "woschni", "wall_temperature": 440.0}
-POLYTROPIC = {"wall": "polytropic", "compression_exponent": 1.34, "expansion_exponent": 1.28}
-PORTS: dict[str, Any] = {
-    "kind": "two_stroke", "compression_ratio": 14.0, "intake_pressure": 3.0,
-    "exhaust_pressure": 2.6, "charge_temperature": 350.0, "heat": 24.0, "combustion_start": -2.0,
-    "combustion_duration": 60.0, "combustion_form": 1.0, "valve_ramp": 20.0, "valve_lag": 5.0,
-    "exhaust_opening": 110.0, "scavenge_opening": 135.0,
-}  # fmt: skip
+POLYTROPIC = WALL["polytropic"]
+TWO: dict[str, Any] = {**without(PORTS, "crank_ratio"), "kind": "two_stroke"}
 COMPRESSOR: dict[str, Any] = {
     "kind": "compressor", "clearance_ratio": 0.05, "suction_pressure": 1.0,
     "delivery_pressure": 7.0, "suction_loss": 0.05, "delivery_loss": 0.2,
@@ -70,13 +67,11 @@ def written(
     return str(path)
 
 
-def built(kind: Any, units: Any, table: dict[str, Any]) -> Diagram:
-    given = {
-        k: v if k == "wall" else v * units[k][1]
-        for k, v in table.items()
-        if k not in ("kind", "step")
-    }
-    diagram: Diagram = kind(**given).diagram(table.get("step", 0.5))
+def built(kind: Any, table: dict[str, Any]) -> Diagram:
+    units = compressor.FILE_UNITS if kind is CompressorCycle else kind.units
+    fields = {k: v for k, v in table.items() if k not in ("kind", "step")}
+    made = kind(**{k: v if k == "wall" else v * units[k][1] for k, v in fields.items()})
+    diagram: Diagram = made.diagram(table.get("step", 0.5))
     return diagram
 
 
@@ -87,8 +82,8 @@ def built(kind: Any, units: Any, table: dict[str, Any]) -> Diagram:
         ({**FOUR, **POLYTROPIC, "step": 1.0}, FourStrokeCycle),
         ({**FOUR, **WOSCHNI}, FourStrokeCycle),
         ({**FOUR, "premixed_share": 0.2, "premixed_start": -10.0}, FourStrokeCycle),
-        (PORTS, TwoStrokeCycle),
-        ({**PORTS, **POLYTROPIC, "exhaust_closing": -140.0}, TwoStrokeCycle),
+        (TWO, TwoStrokeCycle),
+        ({**TWO, **POLYTROPIC, "exhaust_closing": -140.0}, TwoStrokeCycle),
         (COMPRESSOR, CompressorCycle),
     ],
 )
@@ -96,30 +91,29 @@ def test_a_file_makes_the_cycle(tmp_path: Path, table: dict[str, Any], kind: Any
     four = kind is FourStrokeCycle
     path = written(tmp_path, table, cycle="four-stroke" if four else "two-stroke")
     found = load_engine(path, tmp_path).family.diagrams[0]
-    units = compressor.FILE_UNITS if kind is CompressorCycle else kind.units
     own = {"crank_ratio": 0.3}
     if table.get("wall") == "woschni":
         own |= {"bore": 0.09, "stroke": 0.1, "speed": 3000.0}
-    expected = built(kind, units, {**own, **table})
+    expected = built(kind, {**own, **table})
     np.testing.assert_array_equal(found.pressure, expected.pressure)
     np.testing.assert_array_equal(found.slope, expected.slope)
     if kind is not CompressorCycle:
         assert found.motored is not None
-        without = built(kind, units, {**own, **table, "heat": 0.0})
-        np.testing.assert_array_equal(found.motored().pressure, without.pressure)
+        unfired = built(kind, {**own, **table, "heat": 0.0})
+        np.testing.assert_array_equal(found.motored().pressure, unfired.pressure)
 
 
 def test_the_diagram_has_its_own_geometry_where_it_says_so(tmp_path: Path) -> None:
     table = {**FOUR, "crank_ratio": 0.25}
     found = load_engine(written(tmp_path, table), tmp_path).family.diagrams[0]
-    expected = built(FourStrokeCycle, FourStrokeCycle.units, table)
+    expected = built(FourStrokeCycle, table)
     np.testing.assert_array_equal(found.pressure, expected.pressure)
 
 
 @pytest.mark.parametrize("kind", ["first_law", "two_stroke"])
 def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) -> None:
     """By whichever of pin and crank, or said over the crank radius by the diagram itself."""
-    table = FOUR if kind == "first_law" else PORTS
+    table = FOUR if kind == "first_law" else TWO
     cycle = "four-stroke" if kind == "first_law" else "two-stroke"
     radius = float(crank_radius_of_ratio(0.1, 0.3, 0.01))
     both = written(tmp_path, table, cycle=cycle, pin_offset=-0.005, crank_offset=0.015)
@@ -129,10 +123,6 @@ def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) ->
     centred = load_engine(written(tmp_path, table, cycle=cycle), tmp_path).family.diagrams[0]
     np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-12)
     assert np.abs(found.pressure / centred.pressure - 1.0).max() > 1e-4
-
-
-def without(table: dict[str, Any], key: str) -> dict[str, Any]:
-    return {k: v for k, v in table.items() if k != key}
 
 
 FAST = {"speed": 5000}
@@ -145,7 +135,7 @@ SLOW = {"speed": 2000}
         ([{**FOUR, "kind": "otto"}], "four-stroke",
          "number 1 kind = 'otto': must be one of 'points', 'diesel_cycle', 'first_law', "),
         ([FOUR], "two-stroke", "kind = 'first_law': must belong to a four-stroke engine"),
-        ([PORTS], "four-stroke", "kind = 'two_stroke': must belong to a two-stroke engine"),
+        ([TWO], "four-stroke", "kind = 'two_stroke': must belong to a two-stroke engine"),
         ([COMPRESSOR], "four-stroke", "kind = 'compressor': must belong to a two-stroke engine"),
         ([without(FOUR, "heat")], "four-stroke", "heat: missing; must be a number in bar"),
         ([{**FOUR, "heat": "much"}], "four-stroke", "heat = 'much': must be"),
@@ -328,26 +318,6 @@ def test_parameters_of_the_cycle_as_axes(tmp_path: Path) -> None:
             for name in QUANTITIES:
                 expected = alone[name].transpose(*[d for d in found[name].dims if d not in own])
                 np.testing.assert_allclose(found[name].sel(own), expected, rtol=1e-8)
-
-
-@pytest.mark.compiled
-def test_parameters_of_the_cycle_as_designs_and_setting(tmp_path: Path) -> None:
-    path = written(tmp_path, *CORNERS)
-    heat, pressure = [10.0, 22.0, 10.0], [0.5, 0.9, 0.5]
-    found = run(
-        path, designs={"heat": heat, "intake_pressure": pressure, "inertia": [0.1, 0.1, 0.2]},
-        axes={"speed": [2500, 4000]}, set={"combustion_duration": 70.0},
-    )  # fmt: skip
-    assert (found["status"] == 0).all()
-    own = {"heat": 22.0, "intake_pressure": 0.9, "combustion_duration": 70.0}
-    alone = run(
-        written(tmp_path, *({**corner, **own} for corner in CORNERS)),
-        axes={"speed": [2500, 4000]}, set={"inertia": 0.1},
-    )  # fmt: skip
-    for name in QUANTITIES:
-        one = found[name].isel(design=1) if "design" in found[name].dims else found[name]
-        np.testing.assert_allclose(one, alone[name], rtol=1e-8)
-    assert (found["imep"].isel(design=0) == found["imep"].isel(design=2)).all()
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Another package of the index installs a module `sweeps` too: the command says so."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

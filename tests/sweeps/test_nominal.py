@@ -1,7 +1,5 @@
 """Changes from the nominal design, and units that are asked for in tables and descriptions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

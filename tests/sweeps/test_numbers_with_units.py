@@ -1,7 +1,5 @@
 """Numbers with units, as people write them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Plausibility warnings of scenes: which mistakes are noticed, and where the lines are kept."""
 
-from __future__ import annotations
-
 import csv
 import json
 import sys

@@ -1,7 +1,5 @@
 """What an archive that is mailed to others says of the folders that it was made in."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a person finds in `sweeps`: names, help, types, and the tables of a scene as keywords."""
 
-from __future__ import annotations
-
 import inspect
 import pydoc
 import re

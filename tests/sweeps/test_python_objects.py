@@ -1,7 +1,5 @@
 """Objects of a notebook in scenes: pandas, xarray, ranges, and quantities of pint."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fractions such as 1/200 where a ratio is wanted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Archives read as one, and designs found in them."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reports: one HTML file, its numbers, its limits, hostile archives."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

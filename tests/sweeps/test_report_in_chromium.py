@@ -1,7 +1,5 @@
 """Reports, opened in a headless Chromium."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random

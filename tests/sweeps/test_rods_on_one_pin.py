@@ -11,8 +11,6 @@ each cylinder at g fired at f (so that its pin is at g - f = d):
 The piston's travel has the first harmonic r cos(phi) exactly: the rod adds even ones alone.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

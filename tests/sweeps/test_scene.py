@@ -1,7 +1,5 @@
 """Scenes: what is read from them, and that nothing but a SceneError ever comes of reading."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

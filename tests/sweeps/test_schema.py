@@ -1,7 +1,5 @@
 """The JSON schema of scenes: it says what the reader of scenes says."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from typing import Any
@@ -12,7 +10,7 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.commands import invoke
+from tests.support.commands import ok
 from tests.support.json_schemas import fits as fits_schema
 
 SCHEMA = scene_schema()
@@ -122,6 +120,5 @@ def test_all_names_of_the_table_are_in_it() -> None:
 
 
 def test_the_command_prints_it() -> None:
-    result = invoke("schema")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout) == SCHEMA
+    result = ok("schema")
+    assert json.loads(result) == SCHEMA

@@ -1,7 +1,5 @@
 """Numbers of archives as tables on the terminal."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,9 +1,6 @@
 """Each stage only on the axes that it depends on, and nothing that nobody asked for."""
 
-from __future__ import annotations
-
 from typing import Any
-from unittest.mock import patch
 
 import pytest
 
@@ -64,39 +61,6 @@ def test_nothing_else_is_planned() -> None:
     assert set(plan.unused) == set(EVERYTHING) - {"crank_ratio"}
     assert "skipped, because not requested" in text(plan)
     assert "speed_solution" not in text(plan_of("torque_max", "energy_swing", "bmep"))
-
-
-def test_kernels_are_called_only_when_needed() -> None:
-    scene = {"engine": "ntua", "output": {"quantities": ["position", "mean_piston_speed"]}}
-    with (
-        patch("engine_dyn.speed.dispatch.solve", side_effect=AssertionError),
-        patch("engine_dyn.speed.mean_gas.mean_gas_torque", side_effect=AssertionError),
-        patch("engine_dyn.forces.torque.pressure", side_effect=AssertionError),
-    ):
-        sweeps.run(scene)
-
-
-def test_table_is_built_once_for_designs_that_share_it() -> None:
-    """A scene over inertia, mass and speed makes the gas work once, whatever its size."""
-    from engine_dyn.speed.work import columns
-    from engine_dyn.speed.work.parts import Parts
-
-    seen: list[int] = []
-    original = columns._make
-
-    def counted(source: columns.Source, parts: Parts) -> Any:
-        seen.append(parts.rows.size)
-        return original(source, parts)
-
-    scene = {
-        "engine": "ntua",
-        "axes": {"inertia": [1.0, 2.0], "reciprocating_mass": [5.0, 6.0], "speed": [1000, 1200]},
-        "output": {"quantities": ["delta"]},
-    }
-    with patch.object(columns, "_make", counted):
-        sweeps.run(scene)
-        sweeps.run(scene)
-    assert len(seen) <= 2  # once for each run, whose family is its own
 
 
 def test_scene_larger_than_memory_is_refused_before_computing() -> None:

@@ -1,7 +1,5 @@
 """Files to start from and what describes files: new, schema --engine, info of scenes."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import re

@@ -1,7 +1,5 @@
 """The coefficient of torque irregularity of lecture 18, against torques made from the pressure."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

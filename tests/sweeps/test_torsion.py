@@ -1,7 +1,5 @@
 """Orders as the excitation of a shaft, and the page on torsional vibration."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import sys

@@ -1,7 +1,5 @@
 """Whatever stamps and signals come: turns that fit, or one line; warnings are errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

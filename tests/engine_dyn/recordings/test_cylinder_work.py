@@ -1,7 +1,5 @@
 """Deviations of imep from the speed: against the integrated equation of motion, drawn errors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

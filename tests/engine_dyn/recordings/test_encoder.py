@@ -1,7 +1,5 @@
 """Teeth in sampled signals and time stamps: found at their places, faults named in one line."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

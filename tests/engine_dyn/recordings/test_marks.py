@@ -1,7 +1,5 @@
 """A mark beside a wheel: where the wheel is, whichever tooth the recording begins with."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

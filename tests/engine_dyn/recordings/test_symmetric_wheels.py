@@ -1,7 +1,5 @@
 """Wheels that look the same after a part of a turn: their turns are counted on from one group."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Errors of teeth: what can be told from the speed, and what can not."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Patterns of toothed wheels."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Files of laboratories that cannot be taken: one line with file, place and what would be."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What `import` takes from an engine: measures and firing angles, without any diagram."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

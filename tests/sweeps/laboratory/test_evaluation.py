@@ -1,7 +1,5 @@
 """Evaluated recordings as Datasets, and the sheet that is drawn of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

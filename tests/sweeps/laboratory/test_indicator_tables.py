@@ -1,7 +1,5 @@
 """Laboratory files in scenes, archives and the command."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recorded cycles as an axis: each as if it repeated for ever."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

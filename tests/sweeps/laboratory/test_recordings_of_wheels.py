@@ -1,7 +1,5 @@
 """Pressure sampled over time beside the signal of a toothed wheel: which edge the angles mean."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

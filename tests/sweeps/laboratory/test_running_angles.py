@@ -1,7 +1,5 @@
 """Recordings whose angle runs over several cycles that differ: samples of two are never mixed."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Files of one synthetic engine in the styles of laboratories: all give the same imep."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import SUFFIXES
 from tests.support import recorded_engine
-from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
+from tests.support.laboratory import DEGREE, STYLES, four_cylinders, imep, rows, samples
 
 
 def true_imep() -> float:
@@ -75,12 +73,6 @@ def test_cycles_in_columns_need_no_names(head: str, count: int, tmp_path: Path) 
     (recorded,) = found.recorded.values()
     assert recorded.cycles == count
     assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
-
-
-def test_a_shift_of_two_degrees_would_be_seen_here(tmp_path: Path) -> None:
-    avl(tmp_path / "avl.csv")
-    mean = read_pressure(tmp_path / "avl.csv", shift=2.0).mean
-    assert abs(imep(mean.angle, mean.pressure[0]) / TRUE - 1.0) > 0.05
 
 
 def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
@@ -212,20 +204,6 @@ def test_the_variation_of_imep_is_never_negative(tmp_path: Path) -> None:
     found = read_pressure(tmp_path / "back.csv", direction="forward", cycle=1)
     told = next(step for step in found.steps if "': imep " in step)
     assert "imep -" in told and "variation of imep -" not in told
-
-
-@pytest.mark.slow
-def test_ten_million_samples(tmp_path: Path) -> None:
-    """In Parquet: writing so many as text would take longer than reading them."""
-    import pandas as pd
-
-    cycles = 10**7 // 720 + 1
-    one = recorded_engine.pressure(np.arange(-360.0, 360.0) * DEGREE)
-    frame = {"CA_deg": np.tile(np.arange(-360.0, 360.0), cycles), "p_Pa": np.tile(one, cycles)}
-    pd.DataFrame(frame).astype("float32").to_parquet(tmp_path / "long.parquet")
-    found = read_pressure(tmp_path / "long.parquet", average=True)
-    assert found.recorded["p_Pa"].cycles == cycles
-    assert np.allclose(found.mean.pressure[0], one, rtol=1e-6)
 
 
 def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:

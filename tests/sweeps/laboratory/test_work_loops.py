@@ -1,7 +1,5 @@
 """Pressure over volume or travel: there and back again, and loops that are refused."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

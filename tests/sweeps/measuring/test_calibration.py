@@ -1,7 +1,5 @@
 """Calibration: engines out of data sheets, and what cannot be reached."""
 
-from __future__ import annotations
-
 import math
 import sys
 import tomllib

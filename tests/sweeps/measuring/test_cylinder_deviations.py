@@ -1,7 +1,5 @@
 """Missed cycles and weak cylinders of an engine that was integrated apart from the estimator."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

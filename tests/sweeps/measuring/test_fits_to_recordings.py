@@ -1,7 +1,5 @@
 """Fits to speed over angle, own parameters of recordings, uncertain pressures, figures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -84,18 +82,6 @@ def test_each_recording_has_its_own_value(of_teeth: Path) -> None:
     assert inside(fit, "gap_angle", GAP)
 
 
-def test_own_pressure_factors(tmp_path: Path) -> None:
-    """With a known inertia, the pressure of each recording is found."""
-    factors = (0.97, 1.0, 1.06)
-    made = [Recorded(2.0, factor=one) for one in factors]
-    path = write_teeth(tmp_path, made, ERRORS, GAP)
-    wanted = {"pressure_factor": Varied(own=True), "gap_angle": Varied()}
-    fit = sweeps.identify(path, wanted, predict=False)
-    for number, truth in enumerate(factors):
-        assert inside(fit, f"pressure_factor@{number + 1}", truth)
-        assert 0.0 < float(fit.value_deviation[number]) < 0.02
-
-
 def test_predictions_leave_out_own_parameters(over_angle: Path) -> None:
     """All are own: what is left is the scene as it is."""
     fit = sweeps.identify(over_angle, {"inertia": Varied(own=True)})
@@ -127,20 +113,6 @@ def test_uncertain_pressures_make_the_inertia_uncertain(tmp_path: Path, made: Re
     assert careful.value_deviation[0] > 1.2 * trusting.value_deviation[0]
     assert inside(careful, "dead_centre_shift", made.shift)
     assert inside(careful, "pegging", made.pegging)
-
-
-def test_the_prior_is_carried_as_the_slope_says(of_teeth: Path) -> None:
-    """sigma^2 of the inertia = that with a known factor + (inertia/factor)^2 sigma^2 of it."""
-
-    def deviation(of_factor: float) -> float:
-        vary = {
-            "inertia": Varied(), "pressure_factor": Varied(prior=1.0, deviation=of_factor),
-            "gap_angle": Varied(),
-        }  # fmt: skip
-        return float(sweeps.identify(of_teeth, vary, predict=False).value_deviation[0])
-
-    sure, unsure = deviation(1e-6), deviation(0.03)
-    assert np.sqrt(unsure**2 - sure**2) == pytest.approx(2.3 * 0.03, rel=0.1)
 
 
 FIGURES = {"fitted_speed", "fit_residuals", "fit_delta", "fit_correlations", "tooth_errors"}

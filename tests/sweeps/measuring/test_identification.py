@@ -1,7 +1,5 @@
 """Parameters of a synthetic engine from the times of its teeth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -10,59 +8,25 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
 from sweeps.measuring.computed_speeds import SpeedsOfRecordings
 from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
-from sweeps.measuring.identification import Varied
 from sweeps.presenting.fits import fit_text
 from sweeps.scene.reading import read_scene
 from tests.support.commands import ok, refused
+from tests.support.recorded_speeds import LOADS, WHEEL, Recorded, write_teeth
 from tests.support.teeth import random_errors
 
-LOADS = [25.0, 50.0, 90.0]
-WHEEL = wheel_from_text("36-1")
 ERRORS = random_errors(WHEEL.width, 0.004, 3)
 GAP = -40.0
-TRUTH = {"inertia": 2.2, "load_exponent": 1.4}
-SCENE: dict[str, Any] = {
-    "engine": "ntua",
-    "designs": {"load": LOADS},
-    "solver": {"closure": "cycle_time", "inertia_model": "variable"},
-    "output": {"quantities": ["omega"]},
-}
+INERTIA = Recorded().inertia
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recordings of 20 cycles at three loads, and their scene."""
     folder = tmp_path_factory.mktemp("recorded")
-    computed = sweeps.run({**SCENE, "set": {**TRUTH, "speed": 1500}})
-    angle = np.deg2rad(computed.crank_angle.values)
-    rng = np.random.default_rng(8)
-    lines = []
-    for place, omega in enumerate(computed.omega.values):
-        # Time over the angle by the trapezoidal rule on fine angles: not what the fit uses.
-        fine = np.linspace(angle[0], angle[0] + 4.0 * np.pi, 200_001)
-        slow = np.interp(fine, np.append(angle, fine[-1]), 1.0 / np.append(omega, omega[0]))
-        time = np.concatenate([[0.0], np.cumsum(0.5 * (slow[1:] + slow[:-1]) * np.diff(fine))])
-        widths = np.tile(WHEEL.width * (1.0 + ERRORS), 2 * 20)
-        edges = np.deg2rad(GAP) + 2.0 * np.pi * (place % 2)
-        edges = edges + np.concatenate([[0.0], np.cumsum(widths)])
-        cycle, within = np.divmod(edges - fine[0], 4.0 * np.pi)
-        passed = np.interp(within + fine[0], fine, time) + cycle * time[-1]
-        noise = 1.0 + 0.002 * rng.normal(size=widths.size)
-        passed = np.concatenate([[0.0], np.cumsum(np.diff(passed) * noise)])
-        (folder / f"load_{place}.csv").write_text(
-            "time [s]\n" + "\n".join(f"{one:.9f}" for one in passed) + "\n"
-        )
-        lines.append(f'"load_{place}.csv"')
-    (folder / "scene.toml").write_text(
-        'title = "Recorded"\nengine = "ntua"\n[designs]\nload = [25, 50, 90]\n[solver]\n'
-        'closure = "cycle_time"\ninertia_model = "variable"\n[output]\nquantities = ["omega"]\n'
-        f'[measured]\nfile = [{", ".join(lines)}]\nkind = "teeth"\nwheel = "36-1"\n'
-        "at = { design = [1, 2, 3] }\n"
-    )
+    write_teeth(folder, [Recorded()] * 3, ERRORS, GAP, cycles=20)
     return folder
 
 
@@ -72,10 +36,9 @@ def fitted(folder: Path) -> xr.Dataset:
 
 
 def test_what_made_the_recordings_is_found(fitted: xr.Dataset) -> None:
-    """`load_exponent` is 1 in the scene and 1.4 in truth, which the speed hardly shows."""
     assert fitted.parameter.values.tolist() == ["inertia", "gap_angle"]
     assert fitted.unit.values.tolist() == ["kg m2", "degree"]
-    for place, truth in enumerate((TRUTH["inertia"], GAP)):
+    for place, truth in enumerate((INERTIA, GAP)):
         assert fitted.value_low[place] < truth < fitted.value_high[place]
     assert float(fitted.value_deviation[0]) < 0.02
     off = fitted.tooth_error.values - ERRORS
@@ -89,26 +52,6 @@ def test_recordings_that_were_left_out_are_predicted(fitted: xr.Dataset) -> None
     off = fitted.delta_predicted - fitted.delta_measured_raw
     unsure = np.hypot(fitted.delta_predicted_deviation, fitted.delta_measured_raw_uncertainty)
     assert (np.abs(off) < 4.0 * unsure).all()
-
-
-def test_priors_carry_what_is_not_known_of_the_pressure(folder: Path, fitted: xr.Dataset) -> None:
-    """An uncertain dead centre and pegging make the inertia less certain."""
-    unsure = sweeps.identify(
-        folder / "scene.toml",
-        {
-            "inertia": Varied(),
-            "gap_angle": Varied(),
-            "dead_centre_shift": Varied(prior=0.0, deviation=0.5),
-            "pegging": Varied(prior=0.0, deviation=0.5, own=True),
-        },
-        predict=False,
-    )
-    assert unsure.parameter.values.tolist() == [
-        "inertia", "gap_angle", "dead_centre_shift", "pegging@1", "pegging@2", "pegging@3",
-    ]  # fmt: skip
-    assert unsure.value_deviation[0] > 1.2 * fitted.value_deviation[0]
-    assert unsure.value_low[0] < TRUTH["inertia"] < unsure.value_high[0]
-    assert "delta_predicted" not in unsure
 
 
 def test_shifted_diagrams_shift_the_speed(folder: Path) -> None:

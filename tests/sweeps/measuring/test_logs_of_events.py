@@ -4,8 +4,6 @@ The speed is mean (1 + sum of cosines), as pulses see it; delta of the means bet
 fine wheel is less than a hundredth below that of the curve.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

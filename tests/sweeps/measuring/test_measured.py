@@ -1,21 +1,24 @@
 """Measured speed beside computed: recordings of a synthetic engine whose speed is known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
 from sweeps.figures import draw
 from tests.support.commands import ok, refused
-from tests.support.teeth import pulses, random_errors
+from tests.support.teeth import (
+    SampledEngine,
+    noisy,
+    random_errors,
+    tooth_times,
+    write_times,
+)
 
 LOADS = [20, 50, 80]
 GAP = 100.0  # degree
@@ -33,43 +36,15 @@ def computed() -> xr.Dataset:
     return sweeps.run(SCENE)
 
 
-def clock(computed: xr.Dataset, load: int) -> CubicSpline:
-    """Time over the crank angle of many cycles, from a spline through 1/omega."""
-    omega = computed.omega.sel(load=load).values
-    angle = np.deg2rad(computed.crank_angle.values)
-    slow = CubicSpline(
-        np.append(angle, angle[0] + 4 * np.pi), 1 / np.append(omega, omega[0]), bc_type="periodic"
-    )
-    return slow.antiderivative()
-
-
 def stamps(
     computed: xr.Dataset, load: int, first_turn: int = 0, seed: int = 0, errors: np.ndarray = ERRORS
 ) -> np.ndarray:
-    """Times of teeth; single cycles differ by a random factor on the speed of a tenth of a %."""
-    time = clock(computed, load)
-    within = np.cumsum(np.concatenate([[0.0], (WHEEL.width * (1 + errors))[:-1]]))
-    turns = 2 * CYCLES + 1
-    angle = np.deg2rad(GAP) + 2 * np.pi * (first_turn + np.arange(turns))[:, None] + within
-    angle = np.append(angle.ravel(), angle[-1, 0] + 2 * np.pi)
-    start, period = float(time.x[0]), 4 * np.pi
-    whole = float(time(start + period) - time(start))
-    cycle = np.floor((angle - start) / period)
-    exact = time(angle - cycle * period) + cycle * whole
-    steps = np.diff(exact) * (
-        1 + 0.001 * np.random.default_rng(seed).standard_normal(exact.size - 1)
-    )
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def write_times(folder: Path, computed: xr.Dataset, loads: list[int]) -> list[str]:
-    names = []
-    for place, load in enumerate(loads):
-        times = stamps(computed, load, first_turn=place % 2, seed=load)
-        text = "time [s]\n" + "\n".join(f"{one:.9f}" for one in times) + "\n"
-        (folder / f"teeth_{load}.csv").write_text(text)
-        names.append(f"teeth_{load}.csv")
-    return names
+    """Times of teeth; single intervals differ by a random factor of a tenth of a %."""
+    angle = np.deg2rad(computed.crank_angle.values)
+    engine = SampledEngine(angle, computed.omega.sel(load=load).values)
+    gap = np.deg2rad(GAP) + 2 * np.pi * first_turn
+    times = tooth_times(engine, WHEEL.width, 2 * CYCLES + 1, gap, errors)
+    return noisy(times, 0.001, np.random.default_rng(seed))
 
 
 def scene_with(folder: Path, name: str = "scene.toml", **keys: Any) -> Path:
@@ -93,7 +68,9 @@ def scene_with(folder: Path, name: str = "scene.toml", **keys: Any) -> Path:
 @pytest.fixture(scope="module")
 def teeth(tmp_path_factory: pytest.TempPathFactory, computed: xr.Dataset) -> Path:
     folder = tmp_path_factory.mktemp("teeth")
-    write_times(folder, computed, LOADS)
+    for place, load in enumerate(LOADS):
+        times = stamps(computed, load, first_turn=place % 2, seed=load)
+        write_times(folder / f"teeth_{load}.csv", times)
     return folder
 
 
@@ -211,36 +188,6 @@ def test_given_errors_are_taken_out(teeth: Path) -> None:
     found = sweeps.measured(path)
     assert np.allclose(found.tooth_error, ERRORS)
     assert float(found.correlation[0]) > 0.998
-
-
-def test_a_signal_gives_what_its_times_give(
-    tmp_path: Path, computed: xr.Dataset, compared: xr.Dataset
-) -> None:
-    times = stamps(computed, 50, seed=50)[: 58 * 9 + 1] + 0.002
-    interval = 2e-5
-    samples = round((times[-1] + 0.002) / interval)
-    signal = pulses(times, interval, samples, 2.5e-4)
-    at = interval * np.arange(samples)
-    rows = "\n".join(f"{t:.5f};{v:.5f}" for t, v in zip(at, signal, strict=True))
-    (tmp_path / "encoder.csv").write_text("Time [s];Encoder [V]\n" + rows + "\n")
-    path = scene_with(
-        tmp_path, file="encoder.csv", kind="encoder", wheel="60-2", at={"load": 50},
-        gap_angle=GAP, tooth_errors="none",
-    )  # fmt: skip
-    found = sweeps.measured(path)
-    assert int(found.recorded_cycles[0]) == 4
-    assert "threshold" in found.attrs["remarks"]
-    written = "time\n" + "\n".join(f"{one:.9f}" for one in times) + "\n"
-    (tmp_path / "teeth_50.csv").write_text(written)
-    path = scene_with(
-        tmp_path, "t.toml", file="teeth_50.csv", kind="teeth", wheel="60-2", at={"load": 50},
-        gap_angle=GAP, tooth_errors="none",
-    )  # fmt: skip
-    other = sweeps.measured(path)
-    assert np.allclose(found.omega_raw, other.omega_raw, rtol=5e-4)
-    assert float(found.delta_measured_raw[0]) == pytest.approx(
-        float(other.delta_measured_raw[0]), abs=5e-4
-    )
 
 
 @pytest.mark.parametrize("style", ["one cycle", "running on", "descending", "wraps"])

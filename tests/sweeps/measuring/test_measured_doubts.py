@@ -1,7 +1,5 @@
 """What a comparison of measured and computed speed says when it should not be believed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,13 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.measuring.measured_doubts import of_heavier_engine, repeats_every_turn
 from tests.support.commands import ok
-from tests.support.teeth import random_errors
+from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
 LOADS = [30, 60, 90]
 GAP = 78.0
@@ -70,22 +67,13 @@ def write(folder: Path, case: Case, true: xr.Dataset) -> Path:
     """Recordings of twelve cycles for each load, and their scene."""
     wheel = wheel_from_text(case.wheel)
     errors = random_errors(wheel.width, case.errors, 5)
-    within = np.cumsum(np.concatenate([[0.0], (wheel.width * (1 + errors))[:-1]]))
-    edges = np.deg2rad(GAP) + 2 * np.pi * np.arange(25)[:, None] + within
-    edges = np.append(edges.ravel(), edges[-1, 0] + 2 * np.pi)
     angle = np.deg2rad(true.crank_angle.values)
-    cycle, phase = np.divmod(edges - angle[0], PERIOD)
     for load in LOADS:
         omega = true.omega.sel(load=load).values
-        slow = np.full(omega.size, 1 / omega.mean()) if case.steady else 1 / omega
-        time = CubicSpline(
-            np.append(angle, angle[0] + PERIOD), np.append(slow, slow[0]), bc_type="periodic"
-        ).antiderivative()
-        steps = np.diff(time(phase + angle[0]) + cycle * time(angle[0] + PERIOD))
-        steps *= 1 + case.noise * np.random.default_rng(load).standard_normal(steps.size)
-        passed = np.concatenate([[0.0], np.cumsum(steps[::-1] if case.backwards else steps)])
-        rows = "\n".join(f"{one:.9f}" for one in passed)
-        (folder / f"{load}.csv").write_text(f"time [s]\n{rows}\n")
+        engine = SampledEngine(angle, np.full(omega.size, omega.mean()) if case.steady else omega)
+        times = tooth_times(engine, wheel.width, 25, np.deg2rad(GAP), errors)
+        times = noisy(times, case.noise, np.random.default_rng(load))
+        write_times(folder / f"{load}.csv", times[-1] - times[::-1] if case.backwards else times)
     gap = "" if case.gap_angle is None else f"gap_angle = {case.gap_angle}\n"
     path = folder / "scene.toml"
     path.write_text(

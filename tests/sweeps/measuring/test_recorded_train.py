@@ -1,7 +1,5 @@
 """Recorded cycles in a row: speed, load and jump of an engine that was integrated apart."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Least squares on measured speeds: intervals cover the truth, what cannot be told is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recordings of a wheel that looks the same three times in a turn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +12,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
 from sweeps.measuring.measured_files import records_of
 from sweeps.scene.reading import read_scene
-from tests.support.teeth import TurningEngine, random_errors, tooth_times
+from tests.support.teeth import SampledEngine, random_errors, tooth_times, write_times
 
 WHEEL = wheel_from_text("36-2-2-2")
 ERRORS = random_errors(WHEEL.width, 0.003, 3)
@@ -24,32 +22,23 @@ LOADS = [20, 50, 80]
 
 
 @pytest.fixture(scope="module")
-def engines() -> dict[int, TurningEngine]:
-    """`ntua` at some loads; its speed is taken as a Fourier series of 1/omega."""
+def engines() -> dict[int, SampledEngine]:
+    """`ntua` at some loads."""
     computed = sweeps.run(
         {"engine": "ntua", "set": {"speed": 1200}, "axes": {"load": LOADS},
          "output": {"quantities": ["omega"]}}
     )  # fmt: skip
     phi = np.deg2rad(computed.crank_angle.values)
-    found = {}
-    for load in LOADS:
-        slow = 1.0 / computed.omega.sel(load=load).values
-        waves = {}
-        for order in 0.5 * np.arange(1, 61):
-            wave = 2.0 * np.mean(slow * np.exp(-1j * order * phi)) / slow.mean()
-            waves[float(order)] = (abs(wave), float(np.angle(wave)))
-        found[load] = TurningEngine(1.0 / slow.mean(), waves)
-    return found
+    return {load: SampledEngine(phi, computed.omega.sel(load=load).values) for load in LOADS}
 
 
-def write(path: Path, engine: TurningEngine, late: int, errors: np.ndarray) -> None:
+def write(path: Path, engine: SampledEngine, late: int, errors: np.ndarray) -> None:
     times = tooth_times(engine, WHEEL.width, 25, np.deg2rad(GAP), errors)[late:]
-    text = "\n".join(f"{one - times[0]:.9f}" for one in times)
-    path.write_text(f"time [s]\n{text}\n")
+    write_times(path, times - times[0])
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory, engines: dict[int, TurningEngine]) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, engines: dict[int, SampledEngine]) -> Path:
     """Times of the teeth."""
     folder = tmp_path_factory.mktemp("symmetric")
     for load, late in zip(LOADS, LATE, strict=True):
@@ -103,7 +92,7 @@ def test_no_first_tooth(folder: Path, keys: dict[str, Any], said: str) -> None:
 
 
 def test_the_intervals_left_out_are_counted_from_the_first_tooth(
-    tmp_path: Path, engines: dict[int, TurningEngine]
+    tmp_path: Path, engines: dict[int, SampledEngine]
 ) -> None:
     """One tooth is off by a tenth of a pitch, in a recording that begins ten teeth later."""
     path, off = tmp_path / "times.csv", np.zeros(30)
@@ -121,7 +110,7 @@ def test_the_intervals_left_out_are_counted_from_the_first_tooth(
 
 @pytest.mark.parametrize("late", LATE)
 def test_given_errors_belong_to_the_first_tooth(
-    tmp_path: Path, engines: dict[int, TurningEngine], late: int
+    tmp_path: Path, engines: dict[int, SampledEngine], late: int
 ) -> None:
     """Rows of cycles begin with the recording; the errors do not."""
     path, engine, width = tmp_path / "times.csv", engines[50], WHEEL.width * (1.0 + ERRORS)

@@ -1,7 +1,5 @@
 """What a search refuses, in one line and before anything is computed."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

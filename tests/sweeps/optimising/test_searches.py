@@ -1,7 +1,5 @@
 """Searches find what is known by other means, and say how sure they are."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """[sample]: what is drawn follows the distributions that were asked for, and can be drawn again."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

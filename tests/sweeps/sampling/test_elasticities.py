@@ -1,7 +1,5 @@
 """Elasticities against closed forms and against the derivative of the periodic solution."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

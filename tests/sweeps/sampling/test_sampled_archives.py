@@ -1,7 +1,5 @@
 """Archives of samples: sharded, resumed and extended ones are those of one whole run to the bit."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Sobol' indices against SALib's test functions and against closed forms."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

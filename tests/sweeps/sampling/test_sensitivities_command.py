@@ -1,7 +1,5 @@
 """The command `sensitivities`, and the figure of what it writes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tornado diagrams show the elasticities of an archive, the largest first."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

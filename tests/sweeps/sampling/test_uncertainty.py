@@ -1,7 +1,5 @@
 """[uncertainty]: bands of results, and what they come from."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any
