@@ -89,6 +89,8 @@ _PATTERNS = (
               "damper N", _HALF, **_FROM_ZERO),
     _numbered("damper_loss_factor", r"\eta_{d,N}", "1",
               "loss factor of what holds the ring of damper N", _HALF, high=10.0, **_FROM_ZERO),
+    _numbered("damper_surface", "A_N", "m2", "surface of damper N that gives off its heat", _HALF,
+              **_POSITIVE),
     _numbered("pendulum_mass", "m_N", "kg", "mass of all pendulums of number N on their carrier",
               _HALF, **_POSITIVE),
     _numbered("pendulum_distance", "R_N", "m",
@@ -404,12 +406,24 @@ def _swing(*, shaft_system: Shaft, shaft_twist_half_range: Any, **values: Any) -
 
 
 def _over_stop(*, shaft_system: Shaft, pendulum_swing_half_range: Any, **values: Any) -> Any:
-    own = len(shaft_system.shafts) - shaft_system.pendulums
-    angles = [np.full(1, np.nan)] * own + [
-        np.atleast_1d(values.get(f"pendulum_stop_angle_{i + 1}", np.nan))
-        for i in range(shaft_system.pendulums)
-    ]
-    return pendulum_swing_half_range / np.concatenate(np.broadcast_arrays(*angles), axis=-1)
+    first = len(shaft_system.shafts) - shaft_system.pendulums
+    return pendulum_swing_half_range / _beyond(
+        shaft_system, first, "pendulum_stop_angle", shaft_system.pendulums, values
+    )
+
+
+def _heat_per_area(*, shaft_system: Shaft, shaft_loss: Any, **values: Any) -> Any:
+    return shaft_loss / _beyond(
+        shaft_system, shaft_system.own_shafts, "damper_surface", shaft_system.dampers, values
+    )
+
+
+def _beyond(shaft: Shaft, first: int, what: str, count: int, values: Mapping[str, Any]) -> Any:
+    """Values of dampers or pendulums at the places of their shafts, from `first` on; else NaN."""
+    found = [np.full(1, np.nan)] * len(shaft.shafts)
+    for i in range(count):
+        found[first + i] = np.atleast_1d(values.get(f"{what}_{i + 1}", np.nan))
+    return np.concatenate(np.broadcast_arrays(*found), axis=-1)
 
 
 def _limit(what: str) -> Any:
@@ -736,5 +750,10 @@ NODES: tuple[Node, ...] = (
         "swing of each pendulum over the angle of its stop, above 1 where it meets it", WILSON,
         needs=("shaft_system", "pendulum_swing_half_range"), make=_over_stop,
         of_shaft=("pendulum_stop_angle",),
+    ),
+    Node(
+        "damper_heat_per_area", "P/A", "W m-2",
+        "mean power lost in each damper over its surface; of other shafts nothing", WILSON,
+        needs=("shaft_system", "shaft_loss"), make=_heat_per_area, of_shaft=("damper_surface",),
     ),
 )  # fmt: skip

@@ -92,6 +92,9 @@ class Damper(Strict):
     damping: float | None = Field(default=None, description="a number in N m s/rad")
     stiffness: float | None = Field(default=None, description="a number in N m/rad")
     loss_factor: float | None = Field(default=None, description="a number")
+    surface: float | None = Field(
+        default=None, description="a number in m2, which gives off its heat"
+    )
 
 
 class PendulumTable(Strict):

@@ -394,6 +394,7 @@ def _shaft(draw: Draw, given: Given) -> None:
         f"shaft_torque_limit_{long}": 5e3, f"shaft_tensile_strength_{long}": 600.0,
         f"shaft_shape_factor_{long}": 0.8, "shaft_gear_ratio_1": 0.5, "damper_inertia_1": 0.1,
         "damper_damping_1": 20.0, "damper_stiffness_1": 1e4, "damper_loss_factor_1": 0.1,
+        "damper_surface_1": 0.2,
         "pendulum_mass_1": 1.0, "pendulum_distance_1": 0.1, "pendulum_length_1": 0.02,
         "pendulum_stop_angle_1": 30.0,
     }  # fmt: skip

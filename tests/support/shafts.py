@@ -70,7 +70,7 @@ def complete_shaft(throws: int) -> dict[str, Any]:
         "gears": [{"between": ["pinion", "wheel"], "ratio": -0.5}],
         "dampers": [
             {"on": "throw 1", "inertia": 0.1, "damping": 20.0, "stiffness": 1e4,
-             "loss_factor": 0.1},
+             "loss_factor": 0.1, "surface": 0.2},
         ],
         "pendulums": [
             {"on": "flywheel", "mass": 1.0, "distance": 0.1, "length": 0.02, "stop_angle": 30.0},

@@ -22,7 +22,7 @@ from sweeps.presenting.engines import engine_text
 from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.scenes import scene_text
 from tests.support.scenes import refusal
-from tests.support.shafts import DIESEL, dense
+from tests.support.shafts import DIESEL, complete_shaft, dense
 
 ENGINE = "diesel_105x137"
 FORCED = ["shaft_torque_order", "shaft_torque_phase", "shaft_torque_half_range"]
@@ -389,6 +389,33 @@ def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
         for name in names:
             np.testing.assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
     assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
+
+
+def test_the_heat_of_a_damper_over_its_surface() -> None:
+    shaft = changed(dampers__0__surface=0.25)
+    found = run(["shaft_loss", "damper_heat_per_area"], shaft)
+    np.testing.assert_allclose(found.damper_heat_per_area[8], found.shaft_loss[8] / 0.25)
+    assert np.isnan(found.damper_heat_per_area[:8]).all()
+
+
+def test_elasticities_uncertainty_and_fronts_as_of_all_else() -> None:
+    def of_one(quantities: list[str], **tables: Any) -> xr.Dataset:
+        tables.setdefault("set", {"speed": 1500, "load": 50})
+        return run(quantities, complete_shaft(1), engine="ntua", **tables)
+
+    found = of_one(["delta_elastic", "delta_elastic_elasticity"])
+    told = float(found.delta_elastic_elasticity.sel(parameter="disc_inertia_2"))
+    step, own = 1e-3, 3.0
+    both = of_one(["delta_elastic"], axes={"disc_inertia_2": [own * (1 - step), own * (1 + step)]})
+    low, high = both.delta_elastic.values
+    assert told == pytest.approx((high - low) / (2 * step * float(found.delta_elastic)), rel=1e-3)
+    band = {"number": 64, "shaft_stiffness_2": {"low": 4e4, "high": 6e4}}
+    spread = of_one(["crankshaft_twist_half_range", "delta_elastic"], uncertainty=band)
+    assert spread.delta_elastic_low < found.delta_elastic < spread.delta_elastic_high
+    axes = {"disc_inertia_2": [2.0, 3.0, 4.0], "shaft_stiffness_2": [3e4, 5e4]}
+    archive = of_one(["crankshaft_twist_half_range", "delta_elastic"], axes=axes)
+    front = sweeps.pareto(archive, "disc_inertia_2", "delta_elastic")
+    assert float(front.disc_inertia_2.min()) == 2.0
 
 
 def test_a_report_holds_the_torsional_calculation() -> None:
