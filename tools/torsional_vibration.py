@@ -155,14 +155,14 @@ def flywheels() -> Rows:
 
 def damper() -> str:
     """What the dampers of the built-in scene do to the largest stress of the crankshaft."""
-    stress = sweeps.run("torsion").shaft_stress_half_range.max(["shaft", "speed"])
-    best = stress.where(stress == stress.min(), drop=True).squeeze()
-    without = float(stress.sel(damper_damping_1=0).max())
-    inertia, damping = float(best.damper_inertia_1), float(best.damper_damping_1)
-    return (
-        f"{without:.0f} MPa without, {float(best):.0f} MPa with a ring of {inertia:g} kg m2 and "
-        f"{damping:g} N m s/rad"
-    )
+    found = sweeps.run("torsion")
+    stress = found.shaft_stress_half_range.max(["shaft", "speed"]).values
+    cases = [str(case) for case in found.case.values]
+    told = [f"{stress[cases.index('no damper')]:.0f} MPa without a damper"]
+    for kind in ("viscous", "rubber"):
+        each = [(value, case) for value, case in zip(stress, cases, strict=True) if kind in case]
+        told.append("{:.0f} MPa with '{}'".format(*min(each)))
+    return ", ".join(told)
 
 
 def documents(found: xr.Dataset) -> dict[Path, str]:
