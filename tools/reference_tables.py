@@ -26,8 +26,8 @@ from engine_dyn.quantities.graph import (
     PATTERNS,
     QUANTITIES,
 )
+from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.sources import SOURCES
-from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
 from sweeps.presenting.lists import LISTS

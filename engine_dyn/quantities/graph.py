@@ -28,6 +28,7 @@ from engine_dyn.quantities import (
     pressure,
     running_gear,
     series,
+    shaft_numbers,
     single_cylinders,
     speed,
     torque,
@@ -60,7 +61,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *characteristics.PARAMETERS,
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
-    *torsion.PARAMETERS,
+    *shaft_numbers.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -166,10 +167,12 @@ check_needs(NODES)
 PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
 """What a scene may set or vary."""
 
-NUMBERED: frozenset[str] = frozenset({*single_cylinders.OF_CYLINDER, *torsion.OF_SHAFT})
+NUMBERED: frozenset[str] = frozenset({*single_cylinders.OF_CYLINDER, *shaft_numbers.OF_SHAFT})
 """Those of them that belong to a single cylinder, disc, shaft, gear or damper."""
 
-PATTERNS: Mapping[str, Node] = MappingProxyType({**single_cylinders.PATTERNS, **torsion.PATTERNS})
+PATTERNS: Mapping[str, Node] = MappingProxyType(
+    {**single_cylinders.PATTERNS, **shaft_numbers.PATTERNS}
+)
 """What lists show of these: N stands for the number."""
 
 UNLESS_GIVEN: Mapping[str, float] = MappingProxyType(

@@ -1,4 +1,4 @@
-"""Nodes of the shaft that twists, and the parameters that are its numbers.
+"""Nodes of the shaft that twists; its parameters are those of `shaft_numbers`.
 
 The formulas are those of `engine_dyn.torsion`.
 
@@ -8,8 +8,6 @@ Kernels are imported where they are called: importing the graph compiles and loa
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,14 +15,15 @@ import numpy as np
 from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.arithmetic import quotient
-from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
-from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
+from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.stress import propulsion_shaft_limits, shear_stress
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
-from engine_dyn.units import DEGREE, GPA, MPA, RPM
+from engine_dyn.units import DEGREE, MPA, RPM
 
-__all__ = ["MODES", "NODES", "OF_SHAFT", "PARAMETERS", "PATTERNS"]
+__all__ = ["MODES", "NODES"]
 
 MODES = 6
 """Most elastic modes that are given."""
@@ -34,126 +33,6 @@ COMPLEX = 16
 
 OF_RESPONSE, OF_MODES = 3000, 6000
 """Bytes of a shaft of some ten discs with what is referred, and with its matrices."""
-
-WILSON = "Ker Wilson, Practical Solution of Torsional Vibration Problems"
-
-_POSITIVE: dict[str, Any] = {"low": 0.0}
-_FROM_ZERO: dict[str, Any] = {"low": 0.0, "low_included": True}
-
-
-def _numbered(what: str, symbol: str, unit: str, long_name: str, most: int, **more: Any) -> Node:
-    return Node(f"{what}_N", symbol, unit, long_name, WILSON, kind="parameter", width=most, **more)
-
-
-_SHAFTS, _HALF = MOST_OF_SCENE - 1, MOST_DAMPERS
-
-_PATTERNS = (
-    _numbered("disc_inertia", "J_N", "kg m2", "moment of inertia of disc N of the shaft",
-              MOST_OF_SCENE, **_POSITIVE),
-    _numbered("disc_damping", "c_N", "N m s rad-1", "viscous damping of disc N against the frame",
-              MOST_OF_SCENE, **_FROM_ZERO),
-    _numbered("disc_ground_stiffness", "k_{g,N}", "N m rad-1",
-              "spring of disc N to the frame, such as the synchronising torque of a generator on "
-              "the grid", MOST_OF_SCENE, **_FROM_ZERO),
-    _numbered("shaft_stiffness", "k_N", "N m rad-1", "stiffness of shaft N", _SHAFTS, **_POSITIVE),
-    _numbered("shaft_loss_factor", r"\eta_N", "1",
-              "loss factor of shaft N, the relative damping psi of couplings over 2 pi", _SHAFTS,
-              high=10.0, **_FROM_ZERO),
-    _numbered("shaft_damping", "c_{s,N}", "N m s rad-1", "viscous damping in shaft N", _SHAFTS,
-              **_FROM_ZERO),
-    _numbered("shaft_length", "l_N", "m", "length of shaft N, in place of its stiffness", _SHAFTS,
-              **_POSITIVE),
-    _numbered("shaft_diameter", "d_N", "m", "diameter of shaft N", _SHAFTS, **_POSITIVE),
-    _numbered("shaft_bore", "d_{b,N}", "m", "bore of shaft N", _SHAFTS, **_FROM_ZERO),
-    _numbered("shaft_shear_modulus", "G_N", "GPa", "shear modulus of shaft N", _SHAFTS, si=GPA,
-              **_POSITIVE),
-    _numbered("shaft_stress_limit", r"\tau_{N}", "MPa",
-              "largest allowed half range of the nominal shear stress in shaft N", _SHAFTS, si=MPA,
-              **_POSITIVE),
-    _numbered("shaft_torque_limit", "T_{N}", "N m",
-              "largest allowed half range of the torque in shaft N", _SHAFTS, **_POSITIVE),
-    _numbered("shaft_tensile_strength", r"\sigma_{B,N}", "MPa",
-              "specified tensile strength of shaft N, a propulsion shaft of a ship", _SHAFTS,
-              si=MPA, **_POSITIVE),
-    _numbered("shaft_shape_factor", "c_{K,N}", "1",
-              "factor c_K of the shape of shaft N, a propulsion shaft of a ship", _SHAFTS,
-              high=1.0, high_included=True, **_POSITIVE),
-    _numbered("shaft_gear_ratio", "i_N", "1",
-              "speed of the second disc of gear N over that of the first, below 0 where it turns "
-              "the other way", MOST_GEARS, low=-1000.0, high=1000.0),
-    _numbered("damper_inertia", "J_{d,N}", "kg m2", "moment of inertia of the ring of damper N",
-              _HALF, **_POSITIVE),
-    _numbered("damper_damping", "c_{d,N}", "N m s rad-1",
-              "viscous damping between ring and hub of damper N", _HALF, **_FROM_ZERO),
-    _numbered("damper_stiffness", "k_{d,N}", "N m rad-1", "stiffness that holds the ring of "
-              "damper N", _HALF, **_FROM_ZERO),
-    _numbered("damper_loss_factor", r"\eta_{d,N}", "1",
-              "loss factor of what holds the ring of damper N", _HALF, high=10.0, **_FROM_ZERO),
-    _numbered("damper_surface", "A_N", "m2", "surface of damper N that gives off its heat", _HALF,
-              **_POSITIVE),
-    _numbered("pendulum_mass", "m_N", "kg", "mass of all pendulums of number N on their carrier",
-              _HALF, **_POSITIVE),
-    _numbered("pendulum_distance", "R_N", "m",
-              "distance of the suspension of pendulum N from the shaft's axis", _HALF,
-              **_POSITIVE),
-    _numbered("pendulum_length", "r_N", "m",
-              "length of pendulum N, which is tuned to the order (R/r)^(1/2)", _HALF, **_POSITIVE),
-    _numbered("pendulum_stop_angle", r"\psi_N", "degree",
-              "angle at which pendulum N meets its stop", _HALF, si=DEGREE, high=180.0,
-              **_POSITIVE),
-)  # fmt: skip
-
-PATTERNS: Mapping[str, Node] = MappingProxyType(
-    {node.name: replace(node, width=8) for node in _PATTERNS}
-)
-"""Parameters of single discs, shafts, gears and dampers as lists show them: N counts from 1."""
-
-
-def _named(pattern: Node) -> list[Node]:
-    """Parameters of all numbers; `width` of a pattern is the largest number."""
-    return [
-        replace(
-            pattern,
-            name=pattern.name.replace("_N", f"_{number}"),
-            symbol=pattern.symbol.replace("N", f"{{{number}}}"),
-            long_name=pattern.long_name.replace(" N", f" {number}", 1),
-            public=False,
-            width=8,
-        )
-        for number in range(1, pattern.width + 1)
-    ]
-
-
-_OF_NUMBERS = tuple(node for pattern in _PATTERNS for node in _named(pattern))
-
-OF_SHAFT = frozenset(node.name for node in _OF_NUMBERS)
-"""Names of the parameters that belong to a single disc, shaft, gear or damper."""
-
-_LOAD_DAMPING = (
-    "load_damping", "c_L", "N m s rad-1",
-    "damping by the load of the shaft, against the frame, at the crank's speed; by default the "
-    "slope of the load's torque over the speed",
-)  # fmt: skip
-
-PARAMETERS: tuple[Node, ...] = (
-    *_OF_NUMBERS,
-    parameter(
-        *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_of_law",
-        needs=("load_surplus", "load_slope"),
-        make=lambda load_surplus, load_slope: np.maximum(load_surplus * load_slope, 0.0),
-    ),
-    parameter(
-        *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_by_factor",
-        needs=("load_surplus", "load_damping_factor", "speed"),
-        make=lambda load_surplus, load_damping_factor, speed: np.maximum(load_surplus, 0.0)
-        * load_damping_factor / speed,
-    ),
-    parameter(
-        "load_damping_factor", "a", "1",
-        "damping by the load over its mean torque and speed, c omega/M: of a propeller a number "
-        "after Archer, divided by 9.55 if it belongs to rpm", WILSON, **_FROM_ZERO,
-    ),
-)  # fmt: skip
 
 
 def _slope(name: str) -> Any:

@@ -55,7 +55,7 @@ class Shaft:
     includes_reciprocating : bool
         Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
     keys : tuple of str
-        Parameters that give its numbers, as `engine_dyn.quantities.torsion` has them.
+        Parameters that give its numbers, as `engine_dyn.quantities.shaft_numbers` has them.
     tables : mapping of Table
         Stiffness of couplings that have it over their mean torque, by the number of the shaft.
     """

@@ -29,8 +29,8 @@ from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
+from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.units import RPM
 from sweeps.catalogue import ENGINES
 from sweeps.checks import (

@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.parameters import CYCLE_KEYS
+from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.types import Floats
 from sweeps.dimensions import DESIGN
 

@@ -18,8 +18,8 @@ from engine_dyn.quantities.parameters import (
     SOLVER_COLUMNS,
     STROKE_SHARES,
 )
+from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.quantities.torsion import OF_SHAFT
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.checks import outside
 from sweeps.errors import SceneError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine_dyn.quantities.torsion import OF_SHAFT
+from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.torsion.shaft import Shaft
 from sweeps.errors import SceneError, counted
 from sweeps.reading.engine_files import INERTIA_KEYS, SHAFT_KEYS
