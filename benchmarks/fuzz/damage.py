@@ -111,6 +111,7 @@ class Reader:
         if opens:
             refused_or_taken(as_plot)
             in_one_line("info", path)
+            in_one_line("show", path)
             others[number % len(others)]()
         elif number % 20 == 0:
             for other in others:
