@@ -46,4 +46,5 @@ def _keep_temporary_files_apart(config: pytest.Config) -> None:
     """
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
     folder = tempfile.tempdir = os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="engine-dyn-tests-")
+    os.chmod(folder, 0o711)  # a test runs as another user
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

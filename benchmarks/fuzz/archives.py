@@ -141,7 +141,7 @@ def check_archive(example: tuple[str, Any]) -> None:
     table = home / "out" / "table.csv"
     merged = home / "out" / "merged.nc"
     for arguments in (
-        ("info", path), ("compare", path, other), ("compare", other, path),
+        ("info", path), ("show", path), ("compare", path, other), ("compare", other, path),
         ("export", path, "-o", table, "--overwrite"),
         ("merge", path, other, "-o", merged, "--overwrite"),
     ):  # fmt: skip

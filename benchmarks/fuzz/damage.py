@@ -101,6 +101,7 @@ def read_archive(number: int, path: Path) -> bool:
     if opens:
         refused_or_taken(as_plot)
         in_one_line("info", path)
+        in_one_line("show", path)
         others[number % len(others)]()
     elif number % 20 == 0:
         for read in others:

@@ -110,9 +110,10 @@ def _taken(places: range | npt.NDArray[np.int64], which: Any) -> Places:
 
 def _key(places: Places) -> Any:
     """Places as netCDF4 takes them: of a range its slice, which is read far more quickly."""
-    if isinstance(places, range) and len(places):
-        return slice(places.start, places[-1] + 1, places.step)
-    return slice(0, 0) if isinstance(places, range) else places
+    if not isinstance(places, range):
+        return places
+    forwards = places.step > 0
+    return slice(places.start, places.stop, places.step) if forwards else np.array(places)
 
 
 class StoredDataset:

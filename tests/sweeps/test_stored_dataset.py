@@ -100,6 +100,7 @@ def test_parts_of_parts_are_read_in_place(tmp_path: Path) -> None:
         for places in (
             {"speed": slice(1, 4), "design": [2, 0]},
             {"speed": 2, "crank_angle": slice(None, None, 2)},
+            {"speed": slice(None, None, -1), "crank_angle": slice(3, 1, -1)},
             {"design": np.array([1]), "crank_angle": slice(3, 3)},
         ):
             part, expected = archive["omega"].isel(places), whole.isel(places)
@@ -111,10 +112,10 @@ def test_parts_of_parts_are_read_in_place(tmp_path: Path) -> None:
 
 def test_damaged_values_are_told_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "made.nc"
-    chunks = {"omega": {"zlib": True, "chunksizes": (1, 3, 5)}}
+    chunks = {"omega": {"zlib": True, "complevel": 6, "chunksizes": (1, 3, 5)}}
     made().to_netcdf(path, engine="netcdf4", encoding=chunks)
     raw = path.read_bytes()
-    packed = raw.rindex(b"x\x9c") if b"x\x9c" in raw else raw.rindex(b"x^")  # the last chunk
+    packed = raw.rindex(b"x\x9c")  # how zlib begins the last chunk
     path.write_bytes(raw[:packed] + bytes(8) + raw[packed + 8 :])
     with (
         stored_dataset(path) as archive,
