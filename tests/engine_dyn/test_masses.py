@@ -68,3 +68,7 @@ def test_engine_inertia_is_twice_the_kinetic_energy_at_unit_speed() -> None:
         assert found == pytest.approx(2.0 * energy.mean(), rel=1e-12)
     counts = masses.engine_inertia(6.67, 5.63, radius, ratio, np.array([1, 2]))
     assert counts[1] == 2.0 * counts[0]
+
+
+def test_a_load_behind_a_gear_counts_with_the_square_of_its_ratio() -> None:
+    assert masses.inertia_of_parts(1.0, 2.0, 3.0, 4.0, gear_ratio=3.0) == 42.0
