@@ -69,10 +69,11 @@ def refused(**tables: Any) -> str:
         {"load_table": "own.csv", "gear_ratio": 1.5, "load_phase": 30.0, "load_table_factor": 1.2},
         {"load_table": "crank.csv", "load_exponent": 1.0, "load_offset": 5.0},
         {"load_table": "fan.csv", "load_offset": 5.0},
+        {"load_linear": 1.0, "load_square": 0.01, "load_offset": 5.0},
         {**MOTORED, **MOTOR},
         {**MOTORED, "driver_table": "engine.csv", "load_table": "own.csv"},
     ],
-    ids=["own angle", "crank angle", "speed", "motor", "driver and load"],
+    ids=["own angle", "crank angle", "speed", "linear and square", "motor", "driver and load"],
 )
 def test_torques_balance_at_every_angle_and_over_the_cycle(settings: dict[str, Any]) -> None:
     found = run(set=settings, solver={"closure": "cycle_time"})

@@ -111,3 +111,8 @@ def test_conditions_and_slices():
     assert new_points("wanted_delta=1/200,0.01") == ("wanted_delta", [1 / 200, 0.01])
     axis = xr.Dataset(coords={"wanted_delta": [0.01, 0.005], "inertia": [1.0, 2.0]})
     assert float(nearest(axis, wanted_delta="1/200").wanted_delta) == 0.005
+
+
+def test_a_condition_is_a_limit_from_above_or_from_below() -> None:
+    above = [constraint(f"delta {sign} 0.01").above for sign in ("<=", "<", ">=", ">")]
+    assert above == [True, True, False, False]
