@@ -24,7 +24,7 @@ from sweeps.cli.arguments import (
     untrusted_option,
 )
 from sweeps.cli.completing import complete_engine_or_scene
-from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
+from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width, warn
 from sweeps.cli.files import (
     check_folder,
     check_output,
@@ -63,7 +63,13 @@ def info(what: str, provenance: bool, units: str | None) -> None:
         if is_scene(Path(what)) if toml else what in built_in_scenes():
             from sweeps.presenting.scenes import scene_text
 
-            say(scene_text(read_scene(what), what))
+            scene = read_scene(what)
+            say(scene_text(scene, what))
+            if any(engine.shaft is not None for engine in scene.engines):
+                from sweeps.planning.plan import make_plan
+                from sweeps.planning.plausibility import plausibility_warnings
+
+                warn(plausibility_warnings(make_plan(scene)))
             return
         if toml or what in catalogue():
             from sweeps.presenting.engines import engine_text

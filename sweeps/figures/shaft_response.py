@@ -57,6 +57,8 @@ ALIKE = 4.0
 MOST_ORDERS = 5
 """Orders that are told apart."""
 
+BARRED = "above the limit: barred"
+
 WORST = "worst cylinder misfiring, named above"
 
 STEP = 0.25
@@ -185,6 +187,12 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
             if values is not None:
                 look = LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
                 sheet.entries[view.title(limit)] = panel.plot(speed.values, values, **look)[0]
+                worst = np.max([view.numbers(name, place) for place in places], axis=0)
+                if (worst > values).any():
+                    sheet.entries[BARRED] = panel.fill_between(
+                        speed.values, worst, values, where=worst > values, interpolate=True,
+                        color=PALE, linewidth=0.0, label=BARRED,
+                    )  # fmt: skip
         target_lines(panel, view, [name], sheet.entries)
         parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
         panel.set_title(title if few else wrap(title, 34))

@@ -217,6 +217,11 @@ def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
     healthy, worst, limit = (one.axes[0].lines[place].get_ydata() for place in range(3))
     assert [healthy[10], worst[10], limit[10]] == pytest.approx([70.0, 105.0, 50.0])
     assert len(one.axes[1].lines) == 2  # without limit
+    # What is above the limit is shaded: barred speeds.
+    barred = one.axes[0].collections
+    assert len(barred) == 1 and not one.axes[1].collections
+    heights = barred[0].get_paths()[0].vertices[:, 1]
+    assert heights.min() == pytest.approx(50.0) and heights.max() > 100.0
     assert "Limit of the stress" in words(one)
 
 

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 
 import sweeps
 from engine_dyn.units import RPM
 from sweeps.catalogue import SHAFTS
+from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.planning.plausibility import plausibility_warnings
@@ -432,6 +434,17 @@ def test_a_report_holds_the_torsional_calculation() -> None:
     least = re.findall(r"<td>least torque in each shaft</td><td>([^<]*)</td>", told)
     assert least and all("throw" not in place or "flywheel" in place for place in least)
     assert shaft_results(run(["delta"])) == ""
+
+
+def test_info_of_a_scene_with_a_shaft_warns_as_plan_does(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        f'engine = "{ENGINE}"\nshaft = "{ENGINE}"\n[set]\nspeed = 2000\n'
+        '[output]\nquantities = ["delta"]\n'
+    )
+    for command in ("plan", "info"):
+        run_of = CliRunner().invoke(main, [command, str(scene)])
+        assert "warning: rigid_shaft: order 6 at 2000 rpm" in run_of.output, command
 
 
 def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
