@@ -66,9 +66,9 @@ def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
         For an order that is not above 0, with an offset also above 1024; a crank ratio outside
         (0, 1).
     """
-    if not np.any(offset):
-        return -1j * kinematic_series.velocity_coefficients(orders, crank_ratio)
-    return _of_smooth(_velocity_orders, orders, crank_ratio, offset)
+    return _of_smooth(
+        _velocity_orders, kinematic_series.velocity_coefficients, orders, crank_ratio, offset
+    )
 
 
 def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
@@ -76,13 +76,23 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 
     Parameters as `velocity_harmonics`. Rakopoulos notes, Delta T_l.
     """
-    if not np.any(offset):
-        return -1j * kinematic_series.inertia_torque_coefficients(orders, crank_ratio)
-    return _of_smooth(_inertia_orders, orders, crank_ratio, offset)
+    return _of_smooth(
+        _inertia_orders, kinematic_series.inertia_torque_coefficients, orders, crank_ratio, offset
+    )
 
 
-def _of_smooth(kernel_of: Any, orders: Any, crank_ratio: Any, offset: Any) -> Complexes:
-    """Harmonics of a curve that repeats every turn; half orders have none."""
+def _of_smooth(
+    kernel_of: Any, coefficients: Any, orders: Any, crank_ratio: Any, offset: Any
+) -> Any:
+    """Harmonics of a curve that repeats every turn; half orders have none.
+
+    Without offset they are -i times the coefficients of the series: of each design, whatever the
+    offsets of others are.
+    """
+    centred = np.asarray(offset) == 0.0
+    series = -1j * coefficients(orders, crank_ratio) if centred.any() else None
+    if centred.all():
+        return series
     slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
     nu, shape, columns = _designs(
         kinematic_series.checked_orders(orders, MOST), crank_ratio, offset
@@ -96,7 +106,8 @@ def _of_smooth(kernel_of: Any, orders: Any, crank_ratio: Any, offset: Any) -> Co
             found = np.empty((2, some.size, nu.size))
             kernel_of(*waves, whole, *found)
             result[some] = found[0] + 1j * found[1]
-    return _along_orders(result, orders, shape)
+    waved = _along_orders(result, orders, shape)
+    return waved if series is None else np.where(centred, series, waved)
 
 
 @kernel

@@ -91,9 +91,10 @@ def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str,
     words = words_of(archive)
     if name in words:
         texts = [str(text) for text in archive[words[name]].values]
-        numbers = archive[name].values.tolist() if name in archive.coords else []
+        own = archive[name].values if name in archive.dims and name in archive.coords else None
+        numbers = own.tolist() if own is not None and own.dtype.kind in "iuf" else []
         if value in numbers:  # discs and shafts have both
-            return str(archive[name].dims[0]), [numbers.index(value)]
+            return name, [numbers.index(value)]
         if value not in texts:
             known = list(dict.fromkeys(texts))
             raise SceneError(f"{name} = {shown(value)}: unknown{not_known(str(value), known)}")

@@ -495,7 +495,10 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     _output(draw, scene, engine, simple)
     if {"pin_offset", "crank_offset"} & given.values.keys():
         # Truncated series are of a centred mechanism: some scenes are refused when they are run.
-        series = re.compile("truncat|(position|velocity|acceleration|torque)_coefficient|_mean$")
+        series = re.compile(
+            "truncat|inertia_pressure_order|"
+            "(position|velocity|acceleration|torque)_coefficient|_mean$"
+        )
         asked = [name for name in scene["output"]["quantities"] if not series.search(name)]
         scene["output"]["quantities"] = asked or ["torque_max"]
     _reference(draw, scene)
@@ -571,6 +574,8 @@ def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> No
 
 def _output(draw: Draw, scene: dict[str, Any], engine: Any, simple: bool) -> None:
     asked = draw(st.lists(st.sampled_from(sorted(QUANTITIES)), min_size=1, max_size=5, unique=True))
+    if "delta" not in asked and draw(st.integers(0, 3)) == 0:
+        asked.append("delta")  # of which a value may be published
     output: dict[str, Any] = {
         "quantities": ["delta", "omega_max", "omega_min"] if simple else asked,
         "angle_step": draw(st.sampled_from([5.0, 7.5, 15.0])),

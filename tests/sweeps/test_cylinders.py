@@ -21,6 +21,7 @@ from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
 from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal
+from tests.support.shafts import complete_shaft
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
 MEAN = ("torque_mean", "imep", "bmep", "fmep", "displacement", "brake_power", "peak_pressure")
@@ -352,11 +353,15 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
         set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1],
              **NOT_OF_AN_ENGINE["set"]},
+        shaft=complete_shaft(4),
     )  # fmt: skip
     for name in names:
         # Counterweights of four throws in line cancel: no fraction is better than another.
         expected = not name.startswith("best_fraction")
-        assert np.isfinite(found[name]).all() == expected, name
+        finite = np.isfinite(found[name])
+        if "shaft" in finite.dims:  # not each has a node or a diameter
+            finite = finite.any([d for d in ("mode", "shaft") if d in finite.dims])
+        assert finite.all() == expected, name
     assert "pin_offset" not in found["fmep"].dims
 
 

@@ -138,7 +138,7 @@ def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> Non
 def test_one_cylinder_has_no_figure_of_strokes() -> None:
     one = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
     with pytest.raises(
-        SceneError, match="strokes: not available for this archive; it needs an engine of two"
+        SceneError, match="strokes: not available for this archive; it needs two cylinders or more"
     ):
         figure(engine(one), "strokes")
 
