@@ -58,6 +58,7 @@ def test_nothing_is_read_before_it_is_used(
     scene: Path, tmp_path: Path, whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     paths = shards(scene, 3, tmp_path)
+    sweeps.open(paths).close()  # xarray looks for dask the first time
     monkeypatch.setitem(sys.modules, "dask", None)
     read: list[tuple[int, ...]] = []
     of_file = opening._slice_of
