@@ -14,7 +14,7 @@ from sweeps.scene.values import GivenValues
 
 __all__ = ["Value", "known_values"]
 
-REPLACED_BY = {"crank_ratio": "rod_length"}
+REPLACED_BY = {"crank_ratio": "rod_length", "load_damping": "load_damping_factor"}
 """Parameters of an engine that give way where the scene gives another one: they follow from it.
 
 Others give way by the words of a scene: see `_left_in_force`.

@@ -213,6 +213,11 @@ def test_the_load_damps_by_its_law_a_factor_or_a_number() -> None:
     assert same({"load_exponent": 3.0}, {"load_damping_factor": 3.0})
     assert same({"load_exponent": 0.0}, {"load_damping": 0.0})
     assert not same({"load_damping_factor": 4.0}, number)
+    # What the scene gives holds over what the shaft does, whichever of the two it is.
+    of_shaft = run(names, changed(load_damping=5.0), set={"speed": 1500, "load_damping_factor": 2})
+    alone = run(names, GEARED, set={"speed": 1500, "load_damping_factor": 2})
+    for name in names:
+        np.testing.assert_array_equal(of_shaft[name], alone[name])
 
 
 @pytest.mark.parametrize(
