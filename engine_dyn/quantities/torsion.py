@@ -93,12 +93,6 @@ _OF_SYSTEM = (
 )  # fmt: skip
 
 
-def _first(values: Any, modes: int) -> Any:
-    """The first modes; NaN where there are fewer."""
-    array = np.asarray(values)
-    return array[..., :modes]
-
-
 def _modes(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
     coupling_stiffness: Any, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...],
