@@ -30,7 +30,7 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import check_dataset
-from sweeps.dimensions import DESIGN, LABELS, PARAMETER
+from sweeps.dimensions import DESIGN, LABELS, PARAMETER, STATUS, TORSION_STATUS
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.attributes import members_of
 from sweeps.exploring.columns import chosen_quantities
@@ -156,7 +156,11 @@ def sensitivities(
         raise SceneError(f"resamples = {shown(resamples)}: must be a whole number, 2 or more")
     study = _study_of(archive)
     asked = chosen_quantities(archive, quantities)
-    names = [n for n in asked if n != "status" and set(study.dims) & set(archive[n].dims)]
+    names = [
+        n
+        for n in asked
+        if n not in (STATUS, TORSION_STATUS) and set(study.dims) & set(archive[n].dims)
+    ]
     missing = [n for n in asked if n not in names] if quantities is not None else []
     if missing or not names:
         what = missing[0] if missing else "no quantity"
