@@ -521,7 +521,11 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
             continue
         force = np.zeros(nodes, dtype=np.complex128)
         np.add.at(force, cases.throw_node, forces[:, v])
-        solved = np.linalg.solve(matrix, force)
+        try:
+            solved = np.linalg.solve(matrix, force)
+        except np.linalg.LinAlgError:  # numbers so far apart that nothing is left of one
+            resonant = True
+            continue
         found[0, :, 0, v], found[0, :, 1, v] = solved.real, solved.imag
     return found, resonant
 

@@ -9,6 +9,7 @@ elastic one.
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,12 +150,25 @@ def critical_speeds(
     scale = (stiffness.trace(axis1=-2, axis2=-1) / inertia.sum(axis=-1))[..., None, None, None]
     # 1/(omega^2 + shift), shift away from all roots of interest, keeps rigid modes finite.
     stiff = stiffness[..., None, :, :]
-    inverse = np.linalg.eigvals(np.linalg.solve(stiff + 1e-3 * scale * mass, mass))
+    inverse = np.linalg.eigvals(_solved(stiff + 1e-3 * scale * mass, mass))
     with np.errstate(divide="ignore", invalid="ignore"):
         squares = 1.0 / inverse - 1e-3 * scale[..., 0]
         real = np.abs(squares.imag) <= 1e-9 * np.abs(squares)
         found = np.where(real & (squares.real > 1e-9 * scale[..., 0]), squares.real, np.nan)
     return within(np.sort(np.sqrt(found), axis=-1) / nu[:, None])
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """Solutions of many systems; 0 of those whose numbers are so far apart that they have none."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        matrix, right = np.broadcast_arrays(matrix, right)
+        found = np.zeros(right.shape)
+        for place in np.ndindex(right.shape[:-2]):
+            with contextlib.suppress(np.linalg.LinAlgError):
+                found[place] = np.linalg.solve(matrix[place], right[place])
+        return found
 
 
 def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
@@ -167,7 +181,10 @@ def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats
     _, _, loss, damping = matrices(system, speed)
     lost = np.einsum("...mi,...ij,...mj->...m", shape, loss, shape)
     viscous = np.einsum("...mi,...ij,...mj->...m", shape, damping, shape)
-    return np.asarray(0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia))
+    with np.errstate(divide="ignore", invalid="ignore"):  # a mode that does not move disc 1
+        return np.asarray(
+            0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)
+        )
 
 
 def modal_excitation(modes: Modes, throws: Any, torque: Any) -> Complexes:

@@ -45,6 +45,9 @@ def elastic_over_rigid(
         acting[system.node_of_disc[at]] += system.ratio[at] * given[throw]
     dynamic = stiffness - square[..., None, None] * np.diag(inertia)
     with np.errstate(divide="ignore", invalid="ignore"):
-        angle = np.linalg.solve(dynamic, np.swapaxes(acting, 0, 1)[..., None])[..., 0]
+        try:
+            angle = np.linalg.solve(dynamic, np.swapaxes(acting, 0, 1)[..., None])[..., 0]
+        except np.linalg.LinAlgError:  # an order meets a natural frequency exactly
+            return np.full((square.shape[0], nu.size), np.inf)
         rigid = -acting.sum(axis=0) / (square * inertia.sum())
         return np.asarray(np.abs(angle[..., system.node_of_disc[disc]] / rigid))

@@ -653,6 +653,34 @@ def test_without_a_shaft_keys_and_quantities_of_it_are_refused() -> None:
     assert "[set] disc_inertia_1: the scene has no shaft" in refusal(scene)
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("disc_inertia_7", 1e30), ("disc_inertia_7", 1e-30), ("shaft_stiffness_7", 1e30),
+     ("shaft_stiffness_7", 1e-30), ("damper_damping_1", 1e30), ("pendulum_mass_1", 1e30),
+     ("pendulum_length_1", 1e-30), ("disc_ground_stiffness_10", 1e30)],
+)  # fmt: skip
+def test_absurd_numbers_of_one_design_stop_no_other(key: str, value: float) -> None:
+    names = ["natural_frequency", "critical_speed", "modal_damping_ratio", "shaft_torque_min",
+             "shaft_torque_half_range"]  # fmt: skip
+    shaft = changed(pendulums=[SWUNG])
+    plain = run(names, shaft)
+    own = {
+        "disc_inertia_7": 2.0,
+        "shaft_stiffness_7": 2e4,
+        "damper_damping_1": 20.0,
+        "pendulum_mass_1": 1.5,
+        "pendulum_length_1": 0.0133,
+        "disc_ground_stiffness_10": 100.0,
+    }
+    found = run(names, shaft, designs={key: [value, own[key]]})
+    for name in names:
+        np.testing.assert_array_equal(
+            found[name].isel(design=1) if "design" in found[name].dims else found[name],
+            plain[name],
+            err_msg=name,
+        )
+
+
 def test_an_undamped_resonance_has_a_status_and_no_infinity() -> None:
     """Order 6 meets the first frequency of an undamped shaft exactly; other speeds have numbers."""
     shaft = {

@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 
 from engine_dyn.torsion.dampers import pendulum
 from engine_dyn.torsion.modes import (
+    _solved,
     critical_speeds,
     modal_damping,
     natural_modes,
@@ -156,3 +157,9 @@ def test_orders_are_above_zero(orders: list[float]) -> None:
 def test_the_disc_of_unit_amplitude_exists() -> None:
     with pytest.raises(ValueError, match="unit = 2: must be a disc, from 0 to 1"):
         natural_modes(shaft_system([1.0, 1.0], 1.0), unit=2)
+
+
+def test_systems_without_a_solution_do_not_stop_the_others() -> None:
+    matrix = np.array([np.eye(2), np.zeros((2, 2))])
+    found = _solved(matrix, np.array([2.0 * np.eye(2), np.eye(2)]))
+    np.testing.assert_array_equal(found, [2.0 * np.eye(2), np.zeros((2, 2))])
