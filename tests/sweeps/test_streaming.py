@@ -311,6 +311,18 @@ def test_a_damaged_block_is_computed_again(
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
 
 
+def test_a_whole_block_of_another_run_is_none_of_this_one(tmp_path: Path) -> None:
+    ours, others = (Partial(tmp_path / name) for name in ("ours", "others"))
+    for folder, speed in ((ours, 1.0), (others, 2.0)):
+        folder.path.mkdir()
+        folder.begin({"identity": {"speed": speed}, "lengths": {}})
+        folder.write(0, {"delta": np.full(3, speed), "status": np.zeros(3, "i1")})
+    (mine,), (foreign,) = (folder.path.glob("block-*") for folder in (ours, others))
+    mine.write_bytes(foreign.read_bytes())
+    with pytest.raises(partial.Damaged, match="belongs to another run"):
+        ours.read(0)
+
+
 def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
     folder = Partial(tmp_path)
     folder.begin({"identity": {}, "lengths": {}})
