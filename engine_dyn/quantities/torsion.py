@@ -20,6 +20,7 @@ from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.stress import propulsion_shaft_limits, shear_stress
+from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, MPA, RPM
 
@@ -101,9 +102,9 @@ def _modes(
     from engine_dyn.torsion.modes import natural_modes, zero_crossings
 
     del threads, progress
-    shaft = shaft_system
-    excess, bad = _possible(shaft, values, throw_reciprocating_inertia, flywheel_excess)
-    system = shaft.system(values, throw_reciprocating_inertia, excess, of_tables=coupling_stiffness)
+    system, bad = _system(
+        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness
+    )
     modes = natural_modes(system, speed_of_modes)
     count = np.size(mode)
 
@@ -127,16 +128,18 @@ def _modes(
     }
 
 
-def _possible(
-    shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any
-) -> tuple[Any, Any]:
-    """Excess of the flywheel, 0 where it leaves no flywheel, and where that is."""
-    if not np.any(excess):
-        return 0.0, np.asarray(False)
-    own = shaft.inertias(values, reciprocating)[shaft.flywheel]
-    ratio = shaft.speed_ratios(values)[shaft.flywheel]
-    possible = own + np.asarray(excess) / ratio**2 > 0.0
-    return np.where(possible, excess, 0.0), ~possible
+def _system(
+    shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
+    load_damping: Any = 0.0,
+) -> tuple[ShaftSystem, Any]:  # fmt: skip
+    """The system, and where the excess leaves no flywheel: there without the excess."""
+    bad: Any = np.asarray(False)
+    if np.any(excess):
+        own = shaft.inertias(values, reciprocating)[shaft.flywheel]
+        ratio = shaft.speed_ratios(values)[shaft.flywheel]
+        possible = own + np.asarray(excess) / ratio**2 > 0.0
+        excess, bad = np.where(possible, excess, 0.0), ~possible
+    return shaft.system(values, reciprocating, excess, load_damping, of_tables), bad
 
 
 def _damping_ratio(
@@ -150,11 +153,12 @@ def _damping_ratio(
         """Without the axes of throw, mode, disc and shaft, which come last."""
         return np.asarray(value)[..., 0, 0, 0, 0] if np.ndim(value) else value
 
-    shaft, own = shaft_system, {name: outer(value) for name, value in values.items()}
+    own = {name: outer(value) for name, value in values.items()}
     added = np.asarray(throw_reciprocating_inertia)[..., 0, 0, 0]
     of_tables = np.asarray(coupling_stiffness)[..., 0, 0, 0, :]
-    excess, _ = _possible(shaft, own, added, outer(flywheel_excess))
-    system = shaft.system(own, added, excess, outer(load_damping), of_tables)
+    system, _ = _system(
+        shaft_system, own, added, outer(flywheel_excess), of_tables, outer(load_damping)
+    )
     modes = Modes(
         2.0 * np.pi * np.asarray(natural_frequency)[..., 0, :, 0, 0],
         np.asarray(mode_shape)[..., 0, :, :, 0], np.asarray(modal_inertia)[..., 0, :, 0, 0],
@@ -171,9 +175,8 @@ def _critical_speeds(
     from engine_dyn.torsion.modes import critical_speeds
 
     del wanted, threads, progress
-    excess, bad = _possible(shaft_system, values, throw_reciprocating_inertia, flywheel_excess)
-    system = shaft_system.system(
-        values, throw_reciprocating_inertia, excess, of_tables=coupling_stiffness
+    system, bad = _system(
+        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness
     )
     found = np.swapaxes(critical_speeds(system, np.ravel(order)), -1, -2)[..., : np.size(mode), :]
     return {"critical_speed": np.where(bad[..., None, None], np.nan, found)}
@@ -203,22 +206,21 @@ _RESULTS = {
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
     coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, period: float,
-    throw_gas_sum: Any,
-    throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any, crankcase_pressure: Any,
-    bore: Any, reciprocating_mass: Any, double_radius: Any,
+    throw_gas_sum: Any, throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any,
+    crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.forced import forced_response
     from engine_dyn.torsion.synthesis import half_range
 
     shaft = shaft_system
-    excess, bad = _possible(shaft, values, throw_reciprocating_inertia, flywheel_excess)
     damping = np.asarray(load_damping)
-    bad = bad | ~np.isfinite(damping)
-    system = shaft.system(
-        values, throw_reciprocating_inertia, excess, np.where(np.isfinite(damping), damping, 0.0),
-        coupling_stiffness,
+    possible = np.isfinite(damping)
+    system, bad = _system(
+        shaft, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
+        np.where(possible, damping, 0.0),
     )  # fmt: skip
+    bad = bad | ~possible
     throws = len(shaft.throws)
     # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
     radius = 0.5 * double_radius
@@ -273,30 +275,34 @@ def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any)
 
 def _swing(*, shaft_system: Shaft, shaft_twist_half_range: Any, **values: Any) -> Any:
     own = {name: np.atleast_1d(value) for name, value in values.items()}
-    factors = [np.full(1, np.nan)] * (len(shaft_system.shafts) - shaft_system.pendulums)
-    factors += [made.swing for made in shaft_system.as_discs(own)]
-    return shaft_twist_half_range * np.concatenate(np.broadcast_arrays(*factors), axis=-1)
+    factors = [made.swing for made in shaft_system.as_discs(own)]
+    return shaft_twist_half_range * _placed(shaft_system, shaft_system.first_pendulum, factors)
 
 
 def _over_stop(*, shaft_system: Shaft, pendulum_swing_half_range: Any, **values: Any) -> Any:
-    first = len(shaft_system.shafts) - shaft_system.pendulums
-    return pendulum_swing_half_range / _beyond(
-        shaft_system, first, "pendulum_stop_angle", shaft_system.pendulums, values
-    )
+    stops = _numbered("pendulum_stop_angle", shaft_system.pendulums, values)
+    return pendulum_swing_half_range / _placed(shaft_system, shaft_system.first_pendulum, stops)
 
 
 def _heat_per_area(*, shaft_system: Shaft, shaft_loss: Any, **values: Any) -> Any:
-    return shaft_loss / _beyond(
-        shaft_system, shaft_system.own_shafts, "damper_surface", shaft_system.dampers, values
-    )
+    surfaces = _numbered("damper_surface", shaft_system.dampers, values)
+    return shaft_loss / _placed(shaft_system, shaft_system.own_shafts, surfaces)
 
 
-def _beyond(shaft: Shaft, first: int, what: str, count: int, values: Mapping[str, Any]) -> Any:
+def _numbered(what: str, count: int, values: Mapping[str, Any]) -> list[Any]:
+    return [np.atleast_1d(values.get(f"{what}_{i + 1}", np.nan)) for i in range(count)]
+
+
+def _placed(shaft: Shaft, first: int, given: list[Any]) -> Any:
     """Values of dampers or pendulums at the places of their shafts, from `first` on; else NaN."""
     found = [np.full(1, np.nan)] * len(shaft.shafts)
-    for i in range(count):
-        found[first + i] = np.atleast_1d(values.get(f"{what}_{i + 1}", np.nan))
-    return np.concatenate(np.broadcast_arrays(*found), axis=-1)
+    found[first : first + len(given)] = given
+    return _joined(found)
+
+
+def _joined(parts: list[Any]) -> Any:
+    """Arrays of length 1 along the last axis, else broadcast, one after another along it."""
+    return np.concatenate(np.broadcast_arrays(*parts), axis=-1)
 
 
 def _limit(what: str) -> Any:
@@ -323,14 +329,11 @@ def _propulsion_limit(which: int) -> Any:
 
 def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
     """Values along the last axis, which those given have with the length 1."""
-    each = (np.atleast_1d(value) for value in shaft.along(what, values, default))
-    return np.concatenate(np.broadcast_arrays(*each), axis=-1)
+    return _joined([np.atleast_1d(value) for value in shaft.along(what, values, default)])
 
 
 def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any) -> Any:
     """Mean torque in each shaft; what is given has the axis of throws last."""
-    from engine_dyn.torsion.system import mean_torques
-
     own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
     each = np.asarray(throw_torque_mean)
     torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
@@ -347,10 +350,7 @@ def _reciprocating_share(
     discs = [np.atleast_1d(own[disc]) for disc in shaft_system.throws]
     moving, added = np.asarray(mean_reciprocating_inertia_of_throw), throw_reciprocating_inertia
     beyond = moving.shape[-1] - len(discs)  # numbers of throws beyond the last one
-    each = np.concatenate(
-        np.broadcast_arrays(*discs, *(np.full(1, np.nan) for _ in range(beyond))), axis=-1
-    )
-    return moving / (each + added)
+    return moving / (_joined(discs + [np.full(1, np.nan)] * beyond) + added)
 
 
 def _largest_order(of: str) -> Any:

@@ -8,7 +8,7 @@ they and a `Shaft` make a `ShaftSystem`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,7 +81,12 @@ class Shaft:
     @property
     def own_shafts(self) -> int:
         """Number of shafts that hold neither ring nor pendulum."""
-        return len(self.shafts) - self.dampers - self.pendulums
+        return self.first_pendulum - self.dampers
+
+    @property
+    def first_pendulum(self) -> int:
+        """Number of the shaft that holds the first pendulum, or the number of shafts."""
+        return len(self.shafts) - self.pendulums
 
     def key_of(self, what: str, place: int) -> str:
         """Key of a number of a disc or shaft: `shaft_stiffness_2`, or `damper_stiffness_1`.
@@ -150,7 +155,7 @@ class Shaft:
         if not self.pendulums:
             return []
         ratios, found = self.speed_ratios(values), []
-        for i, (carrier, _) in enumerate(self.shafts[len(self.shafts) - self.pendulums :], 1):
+        for i, (carrier, _) in enumerate(self.shafts[self.first_pendulum :], 1):
             mass, distance, length = (
                 values[f"pendulum_{what}_{i}"] for what in ("mass", "distance", "length")
             )
@@ -206,34 +211,26 @@ class Shaft:
         of_tables : array_like
             As of `stiffnesses`.
         """
+        ratios = self.speed_ratios(values)
         inertia = self.inertias(values, reciprocating)
         if np.any(flywheel_excess):
-            ratio = self.speed_ratios(values)[self.flywheel]
-            inertia[self.flywheel] = inertia[self.flywheel] + flywheel_excess / ratio**2
-        made = shaft_system(
+            added = flywheel_excess / ratios[self.flywheel] ** 2
+            inertia[self.flywheel] = inertia[self.flywheel] + added
+        damping = self.along("disc_damping", values, 0.0)
+        damping[self.load] = damping[self.load] + load_damping / ratios[self.load] ** 2
+        return shaft_system(
             stacked(inertia), stacked(self.stiffnesses(values, of_tables)), self.shafts,
             speed_stiffness=stacked(
-                [0.0] * (len(self.shafts) - self.pendulums)
+                [0.0] * self.first_pendulum
                 + [made.speed_stiffness for made in self.as_discs(values)]
             ),
             loss_factor=stacked(self.along("shaft_loss_factor", values, 0.0)),
             damping=stacked(self.along("shaft_damping", values, 0.0)),
-            disc_damping=stacked(self.along("disc_damping", values, 0.0)),
+            disc_damping=stacked(damping),
             ground_stiffness=stacked(self.along("disc_ground_stiffness", values, 0.0)),
             meshes=self.gears, ratios=stacked(self.ratios(values)) if self.gears else 1.0,
             crank=self.throws[0], loose=True,
         )  # fmt: skip
-        if not np.any(load_damping):
-            return made
-        of_load = np.asarray(load_damping, dtype=float)[..., None]
-        at_load = np.arange(made.parent.size) == made.node_of_disc[self.load]
-        damping = made.disc_damping + np.where(at_load, of_load, 0.0)
-        shape = damping.shape[:-1]
-        wider = {
-            name: np.broadcast_to(value, (*shape, value.shape[-1]))
-            for name, value in vars(made).items() if value.dtype.kind == "f"
-        }  # fmt: skip
-        return replace(made, **{**wider, "disc_damping": damping})
 
 
 def stacked(values: list[Any]) -> Floats:
