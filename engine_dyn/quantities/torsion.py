@@ -342,6 +342,14 @@ def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any)
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
+def _torque_min(
+    shaft_torque_mean: Any, shaft_torque_lowest: Any, shaft_torque_highest: Any
+) -> Any:  # fmt: skip
+    from engine_dyn.torsion.synthesis import least_torque
+
+    return least_torque(shaft_torque_mean, shaft_torque_lowest, shaft_torque_highest)
+
+
 def _reciprocating_share(
     *, shaft_system: Shaft, mean_reciprocating_inertia_of_throw: Any,
     throw_reciprocating_inertia: Any, **values: Any,
@@ -561,9 +569,7 @@ NODES: tuple[Node, ...] = (
         "least torque in each shaft, mean and vibration, in the direction of the mean: below 0 a "
         "coupling or a mesh reverses", WILSON,
         needs=("shaft_torque_mean", "shaft_torque_lowest", "shaft_torque_highest"),
-        make=lambda shaft_torque_mean, shaft_torque_lowest, shaft_torque_highest: np.abs(
-            shaft_torque_mean
-        ) + np.where(shaft_torque_mean < 0.0, -shaft_torque_highest, shaft_torque_lowest),
+        make=_torque_min,
     ),
     Node(
         "shaft_stress_half_range", r"\hat\tau", "MPa",

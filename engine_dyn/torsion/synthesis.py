@@ -125,14 +125,14 @@ def extremes_of(
     found[2] = error
 
 
-def least_torque(mean: Any, extremes: Any) -> Any:
+def least_torque(mean: Any, lowest: Any, highest: Any) -> Any:
     """Least of the whole torque over the cycle [N m], in the direction of its mean.
 
-    Below 0 a coupling or a mesh reverses. `mean` as of `system.mean_torques`, `extremes` as
-    "torque_extremes".
+    Below 0 a coupling or a mesh reverses. `mean` as of `system.mean_torques`, `lowest` and
+    `highest` as in "torque_extremes".
     """
-    values, steady = np.asarray(extremes), np.asarray(mean)
-    return np.abs(steady) + np.where(steady < 0.0, -values[..., 1], values[..., 0])
+    steady = np.asarray(mean)
+    return np.abs(steady) + np.where(steady < 0.0, -np.asarray(highest), lowest)
 
 
 def half_range(extremes: Any) -> Any:

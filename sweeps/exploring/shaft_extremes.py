@@ -50,6 +50,10 @@ class Worst:
     value: float
     at: Mapping[str, Any]
 
+    def worse_than(self, other: Worst) -> bool:
+        """Whether this is worse than another value of the same quantity."""
+        return self.value < other.value if self.quantity in LEAST else self.value > other.value
+
 
 @dataclass(frozen=True)
 class BarredSpeeds:

@@ -34,7 +34,9 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     """
     scene = plan.scene
     shaft = scene.engine.shaft
-    if shaft is None:
+    of_share = "torsional_response" in plan.computed and RECIPROCATING_SHARE not in off
+    of_rigid = "speed_solution" in plan.computed and RIGID_SHAFT not in off
+    if shaft is None or not (of_share or of_rigid):
         return []
     values = {key: _mean_of(plan, key) for key in scene.shaft_keys}
     throws = len(shaft.throws)
@@ -43,17 +45,16 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
         moving = _mean_of(plan, "mean_reciprocating_inertia") / throws
     except KeyError:  # the engine has no masses, and no quantity that needs them
         moving = 0.0
-    system = shaft.system(values, np.full(throws, moving))
     own = shaft.inertias(values, np.full(throws, moving))
     share = max(moving / own[disc] for disc in shaft.throws)
-    asked = "torsional_response" in plan.computed
-    if asked and share > MOST_SHARE and RECIPROCATING_SHARE not in off:
+    if of_share and share > MOST_SHARE:
         lines.append(
             f"{RECIPROCATING_SHARE}: the reciprocating masses have {share:.0%} of the inertia of a "
             f"throw; above {MOST_SHARE:.0%} their variable part, which is left out, may excite "
             "secondary resonance"
         )
-    if RIGID_SHAFT not in off and "speed_solution" in plan.computed:
+    if of_rigid:
+        system = shaft.system(values, np.full(throws, moving))
         lines += _far_from_rigid(plan, shaft, system)
     return lines
 

@@ -135,9 +135,8 @@ def _worst(archive: xr.Dataset) -> Iterator[str]:
         for one in worst_of_shaft(part):
             if one.quantity == "shaft_torque_min" and one.place in of_crank:
                 continue  # a crankshaft's torque always reverses
-            sign = -1.0 if one.quantity == "shaft_torque_min" else 1.0
             best = most.get(one.quantity)
-            if best is None or sign * one.value > sign * best.value:
+            if best is None or one.worse_than(best):
                 most[one.quantity] = one
         for name, one in most.items():
             meaning = str(archive[name].attrs.get("long_name", name))

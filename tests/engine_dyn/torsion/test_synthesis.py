@@ -60,7 +60,7 @@ def test_order_of_the_orders_does_not_matter() -> None:
 def test_a_coupling_reverses_where_it_vibrates_more_than_it_carries() -> None:
     """The diesel's coupling behind the flywheel side carries 900 N m, and swings by more."""
     extremes = np.array([[-700.0, 1000.0, 1.0]] * 4)
-    found = least_torque([900.0, 600.0, -900.0, -1100.0], extremes)
+    found = least_torque([900.0, 600.0, -900.0, -1100.0], *extremes.T[:2])
     np.testing.assert_array_equal(found, [200.0, -100.0, -100.0, 100.0])
 
 
