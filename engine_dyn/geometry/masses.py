@@ -75,8 +75,7 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
 
     `offset` is that of the piston pin's line over the crank radius, and broadcasts.
 
-    The term of docs/method.md (23), as the sum over harmonics of the velocity; exact to rounding up
-    to a crank ratio of 0.996.
+    The term of docs/method.md (23); exact to rounding up to a crank ratio of 0.996.
 
     Raises
     ------
