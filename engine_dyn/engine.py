@@ -44,6 +44,8 @@ class Engine:
         Cylinders in the order in which they fire, where it is known.
     own_cylinders : Cylinders, optional
         Arrangement of the engine's own number of cylinders and their factors, where given.
+    torque : TorqueOverAngle, optional
+        Torque over the crank angle that is given in place of diagrams, with its mean.
     load_table : TorqueOverAngle or TorqueOverSpeed, optional
         What the engine drives, where that is more than a + k omega^alpha.
     driver_table : TorqueOverSpeed, optional
@@ -70,6 +72,7 @@ class Engine:
     cycles: tuple[ModelledDiagram, ...] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None
+    torque: TorqueOverAngle | None = None
     load_table: TorqueOverAngle | TorqueOverSpeed | None = None
     driver_table: TorqueOverSpeed | None = None
     shaft: Shaft | None = None

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import (
+    FOUR_STROKE,
     TURN,
     Arrangement,
     customary_order,
@@ -342,9 +343,10 @@ CylindersByCount = Mapping[int, Cylinders]
 def even_cylinders(count: int, period: float, order: tuple[int, ...] | None = None) -> Cylinders:
     """Evenly firing equal cylinders in line; in the customary order, if there is one, unless given.
 
-    Throws are known where the order is.
+    Throws are known where the order is; a cycle of three revolutions or more has none.
     """
-    order = customary_order(count, two_stroke=period == TURN) if order is None else order
+    if order is None and period in (TURN, FOUR_STROKE):
+        order = customary_order(count, two_stroke=period == TURN)
     if order is not None:
         first = order.index(1)  # the crank angle begins where cylinder 1 fires
         return cylinders_of(in_line(count, (*order[first:], *order[:first]), period))

@@ -19,7 +19,9 @@ itself was not compared), and SciPy's PchipInterpolator.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -37,10 +39,12 @@ __all__ = [
     "TorqueOverAngle",
     "TorqueOverSpeed",
     "constant_load",
+    "cycles_of",
     "load_over_angle",
     "motor_torque",
     "repeats_of",
     "synchronous_speed",
+    "torque_of_harmonics",
     "torque_over_angle",
     "torque_over_speed",
     "whole_ratio",
@@ -48,7 +52,14 @@ __all__ = [
 
 
 REVOLUTION = 2.0 * math.pi
+MOST_REVOLUTIONS = 64
+"""Of the period of a torque over an angle."""
+
 FEWEST_POINTS = 8
+HIGHEST_ORDER = 64.0
+KNOTS, KNOTS_OF_ORDER = 720, 480
+"""Knots of a revolution, and of a period of a harmonic, of a torque in closed form."""
+
 LARGEST = 1e12
 """Of torques and speeds of a table, far above those of any machine: what is computed with them must
 not overflow."""
@@ -69,16 +80,18 @@ written in decimals."""
 
 @dataclass(frozen=True, eq=False)
 class TorqueOverAngle:
-    """A load torque over an angle: a periodic cubic spline.
+    """A torque over an angle: a periodic cubic spline.
+
+    That of a load is positive against the rotation, that of an engine with it.
 
     Attributes
     ----------
     angle : ndarray, shape (K,)
         Ascending knots within one period [rad].
     torque, slope : ndarray, shape (K,)
-        Torque [N m], positive against the rotation, and its derivative at the knots [N m/rad].
+        Torque [N m] and its derivative at the knots [N m/rad].
     period : float
-        One or two revolutions [rad].
+        A whole number of revolutions [rad].
     own_angle : bool
         Whether the angle is that of the load's shaft, and so its torque; else the crank's.
     """
@@ -223,6 +236,8 @@ class DrivenMachine:
     load_law : str
         Law of the load over speed where there is neither table nor driver, one of
         `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
+    engine_torque : TorqueOverAngle, optional
+        Torque of an engine that is given in place of its pressure, over the crank angle.
     """
 
     over_angle: TorqueOverAngle | None = None
@@ -230,6 +245,12 @@ class DrivenMachine:
     driver_over_speed: TorqueOverSpeed | None = None
     motor: bool = False
     load_law: str = "power_law"
+    engine_torque: TorqueOverAngle | None = None
+
+    @property
+    def torques(self) -> tuple[TorqueOverAngle | None, TorqueOverAngle | None]:
+        """Torques over an angle: that of the load, and that of the engine."""
+        return self.over_angle, self.engine_torque
 
     @property
     def over_speed(self) -> TorqueOverSpeed | None:
@@ -264,7 +285,7 @@ class DrivenMachine:
     @property
     def plain(self) -> bool:
         """Whether there is nothing but a + k omega^alpha."""
-        return self.power_law and self.over_angle is None
+        return self.power_law and self.torques == (None, None)
 
     @property
     def form(self) -> Form:
@@ -283,16 +304,17 @@ NOTHING_DRIVEN = DrivenMachine()
 def torque_over_angle(
     angle: npt.ArrayLike, torque: npt.ArrayLike, own_angle: bool = False
 ) -> TorqueOverAngle:
-    """Load torque through points over one revolution or two.
+    """Torque through points over whole revolutions.
 
     Parameters
     ----------
     angle : array_like, shape (K,)
         Ascending [rad]; both ends of the period are the same angle: one may be missing, both are
-        averaged. The period is one revolution or two, whichever the points cover; no gap is wider
-        than an eighth of it.
+        averaged. The period is as many whole revolutions as the points cover, `MOST_REVOLUTIONS` at
+        most; no gap is wider than an eighth of it, or of two revolutions where it is longer.
     torque : array_like, shape (K,)
-        [N m], positive against the rotation; at the shaft whose angle is given.
+        [N m], at the shaft whose angle is given: of a load positive against the rotation, of an
+        engine positive with it.
     own_angle : bool
         Whether the angle is that of the load's shaft; else the crank's, from firing dead centre.
 
@@ -304,20 +326,20 @@ def torque_over_angle(
     theta, values = given_array("angle", angle).copy(), given_array("torque", torque).copy()
     _check_points(theta, values, "angle", math.degrees(1.0), "degree", FEWEST_POINTS)
     span, gap = float(theta[-1] - theta[0]), float(np.diff(theta).max())
-    period = next(
-        (n * REVOLUTION for n in (2, 1) if 0.0 <= n * REVOLUTION - span + 1e-9 <= 1.5 * gap), None
-    )
-    if period is None:
+    revolutions = math.ceil((span - 1e-9) / REVOLUTION)
+    period = revolutions * REVOLUTION
+    if period - span > 1.5 * gap or revolutions > MOST_REVOLUTIONS:
         raise ValueError(
-            f"angle covers {math.degrees(span):.6g} degrees: must cover one revolution, 360, or "
-            "two, 720, without a gap at the ends"
+            f"angle covers {math.degrees(span):.6g} degrees: must cover whole revolutions, "
+            f"{MOST_REVOLUTIONS} at most, without a gap at the ends"
         )
     widest = int(np.argmax(np.diff(theta)))
-    if gap > period / FEWEST_POINTS * (1.0 + 1e-9):
+    widest_allowed = min(period, 2.0 * REVOLUTION) / FEWEST_POINTS
+    if gap > widest_allowed * (1.0 + 1e-9):
         raise ValueError(
             f"point {widest + 2}: angle = {math.degrees(theta[widest + 1]):.6g} degree after "
             f"{math.degrees(theta[widest]):.6g}: a gap of {math.degrees(gap):.6g}, allowed are "
-            f"{math.degrees(period / FEWEST_POINTS):.6g}"
+            f"{math.degrees(widest_allowed):.6g}"
         )
     if abs(period - span) <= 1e-9 * period:
         if abs(values[-1] - values[0]) > ENDS_TOLERANCE * np.ptp(values):
@@ -330,6 +352,64 @@ def torque_over_angle(
         theta, values = theta[:-1], values[:-1]
     slope = periodic_spline_slopes(theta, values, period)
     return TorqueOverAngle(theta, values, slope, period, own_angle)
+
+
+def torque_of_harmonics(
+    mean: float, harmonics: Mapping[float, tuple[float, float]], own_angle: bool = False
+) -> TorqueOverAngle:
+    """Torque in closed form, M = a_0 + sum over orders nu of a sin(nu theta) + b cos(nu theta).
+
+    The period is the shortest of whole revolutions. Knots are so close that the spline, whose
+    slopes at the knots are exact, misses less than 1e-10 of an amplitude.
+
+    Parameters
+    ----------
+    mean : float
+        a_0 [N m].
+    harmonics : mapping
+        a and b [N m] of each order nu, which is a fraction of whole numbers, such as 0.5 and 3; at
+        most `HIGHEST_ORDER`.
+    own_angle : bool
+        As of `torque_over_angle`.
+
+    Raises
+    ------
+    ValueError
+        For orders that are no such fractions, or above the highest, and for numbers that are none.
+
+    Examples
+    --------
+    >>> torque = torque_of_harmonics(25e3, {3: (-8e3, 0.0)})
+    >>> round(torque.mean), round(float(torque(np.pi / 6)))
+    (25000, 17000)
+    """
+    revolutions = 1
+    for order in harmonics:
+        if not 0.0 < order <= HIGHEST_ORDER:
+            raise ValueError(f"order = {order:g}: must be above 0 and at most {HIGHEST_ORDER:g}")
+        fraction = Fraction(order).limit_denominator(MOST_REVOLUTIONS)
+        if abs(fraction - order) > WHOLE:
+            raise ValueError(
+                f"order = {order:g}: must repeat within {MOST_REVOLUTIONS} revolutions, as 0.5 does"
+            )
+        revolutions = math.lcm(revolutions, fraction.denominator)
+    if revolutions > MOST_REVOLUTIONS:
+        raise ValueError(
+            f"orders repeat together after {revolutions} revolutions: must be at most "
+            f"{MOST_REVOLUTIONS}"
+        )
+    highest = max(harmonics, default=0.0)
+    count = revolutions * max(KNOTS, math.ceil(KNOTS_OF_ORDER * highest))
+    theta: Floats = np.arange(count, dtype=np.float64) * (revolutions * REVOLUTION / count)
+    torque: Floats = np.full(count, float(mean))
+    slope: Floats = np.zeros(count)
+    for order, (sine, cosine) in harmonics.items():
+        exact = round(order * revolutions) / revolutions
+        s, c = np.sin(exact * theta), np.cos(exact * theta)
+        torque = torque + sine * s + cosine * c
+        slope = slope + exact * (sine * c - cosine * s)
+    _check_points(theta, torque, "angle", math.degrees(1.0), "degree", FEWEST_POINTS)
+    return TorqueOverAngle(theta, torque, slope, revolutions * REVOLUTION, own_angle)
 
 
 def torque_over_speed(
@@ -468,24 +548,39 @@ def whole_ratio(over_angle: TorqueOverAngle | None, gear_ratio: npt.ArrayLike, c
     return repeats * (over_angle.period / (cycle * over_angle.repeats))
 
 
+def cycles_of(over_angle: TorqueOverAngle | None, cycle: float) -> int:
+    """After how many cycles [rad] of the engine a load repeats together with it: 1 as a rule.
+
+    More for a load over the crank angle whose period is no part of the cycle.
+    """
+    if over_angle is None or over_angle.own_angle:
+        return 1
+    return _repeats_over_crank(over_angle, cycle).denominator
+
+
+def _repeats_over_crank(over_angle: TorqueOverAngle, cycle: float) -> Fraction:
+    """How often a load over the crank angle repeats within a cycle [rad], exact."""
+    turns = (round(angle / REVOLUTION) for angle in (cycle, over_angle.period))
+    return over_angle.repeats * Fraction(*turns)
+
+
 def repeats_of(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
     """How often a load repeats within the cycle [rad], for gear ratios of the load's own angle.
+
+    Over the crank angle, how often it repeats within `cycles_of` cycles.
 
     Raises
     ------
     ValueError
         For a ratio with which the load does not repeat with the cycle.
     """
-    ratio = np.asarray(gear_ratio, dtype=float) if over_angle.own_angle else np.ones(())
+    if not over_angle.own_angle:
+        return np.asarray(_repeats_over_crank(over_angle, cycle).numerator)
+    ratio = np.asarray(gear_ratio, dtype=float)
     turns = ratio * cycle / over_angle.period * over_angle.repeats
     whole = np.round(turns)
     bad = (np.abs(turns - whole) > WHOLE * np.maximum(turns, 1.0)) | (whole < 1.0)
     if bad.any():
-        if not over_angle.own_angle:
-            raise ValueError(
-                f"load_table covers {math.degrees(over_angle.period):g} degrees of crank angle: "
-                f"must repeat with the cycle of {math.degrees(cycle):g} degrees"
-            )
         step = over_angle.period / cycle / over_angle.repeats
         raise ValueError(
             f"gear_ratio = {float(ratio[bad].flat[0]):g}: must be a multiple of {step:g}, so that "

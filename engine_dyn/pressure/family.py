@@ -29,6 +29,7 @@ __all__ = [
     "TableAxis",
     "blend",
     "family_from_diagrams",
+    "flat_family",
     "morph",
     "on_common_knots",
     "peaks_between",
@@ -285,6 +286,16 @@ class Family(RowsOfDiagrams):
         """Rows over load."""
         steps: Integers = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
         return TableAxis(self.loads, steps)
+
+
+def flat_family(period: float) -> Family:
+    """Family of one diagram without any pressure: of an engine whose torque is given instead.
+
+    `period` is that of the torque [rad].
+    """
+    angle = period * (np.arange(8) / 8.0 - 0.5)
+    nothing = np.zeros(8)
+    return Family(np.zeros(1), (Diagram(angle, nothing, nothing, period),))
 
 
 def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) -> Family:

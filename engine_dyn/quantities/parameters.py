@@ -82,6 +82,10 @@ PARAMETERS: tuple[Node, ...] = (
         source="this project", unless_given=1.0,
     ),
     parameter(
+        "torque_factor", "f_M", "1", "factor on the torque that an engine file gives", low=0.0,
+        source="this project", unless_given=1.0,
+    ),
+    parameter(
         "motor_gear_ratio", "i_m", "1",
         "driving motor: shaft speed over crankshaft speed", low=0.0, high=100.0,
         high_included=True, source="this project", unless_given=1.0,

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.loads.laws import LAWS
+from engine_dyn.pressure.family import flat_family
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
-__all__ = ["AT_START", "NODES", "kernel_inputs"]
+__all__ = ["AT_START", "NODES", "OF_TORQUE", "kernel_inputs", "without_cylinders"]
 
 AT_START = "omega_start"
 """Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
@@ -46,6 +49,28 @@ def _solve(**needs: Any) -> dict[str, Any]:
     return {**found, "outcome": found["status"]}
 
 
+def _solve_given_torque(period: float, **needs: Any) -> dict[str, Any]:
+    return _solve(**without_cylinders(period), **needs)
+
+
+def without_cylinders(period: float) -> dict[str, Any]:
+    """What the kernels take of an engine whose torque is given: cylinders that do nothing.
+
+    The piston has an area of 1 m2 and the crank a radius of 1 m, without pressure and mass; only
+    the cycle, `period` [rad], counts.
+    """
+    neutral = {
+        "crank_ratio": 0.25, "row": 0.0, "pressure_scale": 0.0, "crankcase_pressure": 0.0,
+        "bore": math.sqrt(4.0 / math.pi), "double_radius": 2.0, "reciprocating_mass": 0.0,
+        "friction_torque": 0.0,
+    }  # fmt: skip
+    return {name: np.float64(value) for name, value in neutral.items()} | {
+        "family": flat_family(period),
+        "cylinder_set": np.int64(1),
+        "cylinders_by_count": {1: even_cylinders(1, period)},
+    }
+
+
 def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
     """Speed at the point nearest to the start angle, which is one of the points.
 
@@ -57,6 +82,10 @@ def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
     return np.take_along_axis(omega, np.broadcast_to(place[..., None], (*omega.shape[:-1], 1)), -1)[
         ..., 0
     ]
+
+
+def _search_given_torque(period: float, **needs: Any) -> dict[str, Any]:
+    return _search(**without_cylinders(period), **needs)
 
 
 def _search(**needs: Any) -> dict[str, Any]:
@@ -79,8 +108,20 @@ _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE
 """What a load over angle needs."""
 
 
-def _solution(law: str, angle: str) -> Node:
+OF_CYLINDERS = (
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", *FRICTION_NAMES,
+    "bore", "double_radius", "reciprocating_mass", "friction_torque", "cylinder_set",
+    "cylinders_by_count", "family",
+)  # fmt: skip
+"""What an engine needs whose torque follows from its pressure."""
+
+OF_TORQUE = ("period", "torque_factor", "driven")
+"""What one needs whose torque is given."""
+
+
+def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     """Return the stage that solves the periodic speed under one kind of load or driver."""
+    of_engine = OF_TORQUE if by_torque else OF_CYLINDERS
     if (law, angle) == ("power_law", "steady_load"):  # a + k omega^alpha and nothing else
         constant = "load_offset"
         acting: tuple[str, ...] = ("load_exponent",)
@@ -90,16 +131,15 @@ def _solution(law: str, angle: str) -> Node:
         acting = ("driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
-        can_fail=True, when=f"{law} {angle}",
+        can_fail=True, when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
         gives=(*SCALAR_NAMES, *CURVE_NAMES, AT_START, "status", "outcome"),
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
-            constant, "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count",
-            "passes", "start_speed", "start_angle", "family", "closure", "tolerance",
-            "method", "inertia_model", "crank_angle", *acting,
-        ),
-        make=_solve, source="mathematics: energy form of Kakaitsas eq. 3.1",
+        needs=tuple(dict.fromkeys((
+            *of_engine, "speed", "inertia", constant, "torque_mean", "passes", "start_speed",
+            "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
+            *acting,
+        ))),
+        make=_solve_given_torque if by_torque else _solve,
+        source="mathematics: energy form of Kakaitsas eq. 3.1",
     )  # fmt: skip
 
 
@@ -107,10 +147,12 @@ def _inertia_search(solution: Node) -> Node:
     """Return the stage that finds the inertia for a wanted delta, beside one that solves."""
     needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
     # Of a load over speed alone, the search finds its start by itself, and faster.
+    by_torque = "by_torque" in solution.when
     swing = ("energy_swing",) if "driven" in needs else ()
     return replace(
         solution, name="inertia_search", long_name="inertia for the wanted delta",
-        gives=("inertia_required", "search_status"), make=_search,
+        gives=("inertia_required", "search_status"),
+        make=_search_given_torque if by_torque else _search,
         needs=(*needs, "wanted_delta", *swing), source="this project",
     )  # fmt: skip
 
@@ -119,7 +161,10 @@ def _result(name: str, symbol: str, unit: str, long_name: str, source: str, **mo
     return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
 
 
-_SOLUTIONS = tuple(_solution(law, angle) for law in _LAWS for angle in _ANGLES)
+_SOLUTIONS = tuple(
+    _solution(law, angle, by_torque)
+    for law in _LAWS for angle in _ANGLES for by_torque in (False, True)
+)  # fmt: skip
 
 NODES: tuple[Node, ...] = (
     *_SOLUTIONS,

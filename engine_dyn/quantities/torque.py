@@ -11,7 +11,7 @@ from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node, hidden
-from engine_dyn.quantities.speed import kernel_inputs
+from engine_dyn.quantities.speed import OF_TORQUE, kernel_inputs, without_cylinders
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 
@@ -36,13 +36,21 @@ def _torque_solution(**needs: Any) -> Any:
     return torque_extremes(**kernel_inputs(needs))
 
 
-def _solution(when: str, *more: str) -> Node:
-    """Return the stage of the torque's extremes; `more` is what a load over angle needs."""
+def _torque_solution_given(period: float, **needs: Any) -> Any:
+    return _torque_solution(**without_cylinders(period), **needs)
+
+
+def _solution(when: str, *needs: str, make: Any = _torque_solution) -> Node:
+    """Return the stage of the torque's extremes."""
     return Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=TORQUE_NAMES, when=when,
-        needs=(*_EXTREMES, *FRICTION_NAMES, "friction_torque", *more), make=_torque_solution,
+        needs=tuple(dict.fromkeys(needs)), make=make,
     )  # fmt: skip
+
+
+_OF_CYLINDERS = (*_EXTREMES, *FRICTION_NAMES, "friction_torque")
+_GIVEN = (*OF_TORQUE, "speed", "tolerance")
 
 
 def _indicated_solution(**needs: Any) -> Any:
@@ -96,8 +104,10 @@ def _shaft_extremes(*, family: Any, cylinders_by_count: Any, period: Any, **need
 
 
 NODES: tuple[Node, ...] = (
-    _solution("steady_load"),
-    _solution("angle_load", "driven", *OF_ANGLE),
+    _solution("by_pressure steady_load", *_OF_CYLINDERS),
+    _solution("by_pressure angle_load", *_OF_CYLINDERS, "driven", *OF_ANGLE),
+    _solution("by_torque steady_load", *_GIVEN, make=_torque_solution_given),
+    _solution("by_torque angle_load", *_GIVEN, *OF_ANGLE, make=_torque_solution_given),
     *(_torque_result(*row) for row in TORQUE_RESULTS),
     Node(
         "indicated_torque_mean", "", "N m",
@@ -109,10 +119,15 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "Kakaitsas eq. 3.5",
-        needs=("indicated_torque_mean", "friction_torque"),
+        when="by_pressure", needs=("indicated_torque_mean", "friction_torque"),
         make=lambda indicated_torque_mean, friction_torque: balance_of(
             indicated_torque_mean, friction_torque
         ),
+    ),
+    Node(
+        "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "as given",
+        when="by_torque", needs=("torque_factor", "driven"),
+        make=lambda torque_factor, driven: torque_factor * driven.engine_torque.mean,
     ),
     Node(
         "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
@@ -192,17 +207,24 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
-        "Kakaitsas eq. 3.3", kind="curve", when="uniform_friction",
+        "Kakaitsas eq. 3.3", kind="curve", when="by_pressure uniform_friction",
         needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
-        "Kakaitsas eq. 3.3", kind="curve", when="stroke_friction",
+        "Kakaitsas eq. 3.3", kind="curve", when="by_pressure stroke_friction",
         needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
         make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
         + inertia_torque - instantaneous_friction_torque,
+    ),
+    Node(
+        "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
+        "as given", kind="curve", when="by_torque",
+        needs=("crank_angle", "torque_factor", "driven"),
+        make=lambda crank_angle, torque_factor, driven: torque_factor
+        * driven.engine_torque(crank_angle),
     ),
     Node(
         "torque_after_throw", "T_i", "N m",

@@ -22,6 +22,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "cycle_time": "the cycle takes as long as at the nominal speed",
     },
     {
+        "by_pressure": "the engine's torque follows from the pressure in its cylinders",
+        "by_torque": "it is given over the crank angle",
+    },
+    {
         "centred": "the line of the piston pins meets the crank's axis",
         "offset": "it passes beside the crank's axis somewhere in the scene",
     },

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.laws import LawFacts
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import CANCELLED, ROUNDING
@@ -129,8 +130,11 @@ class Needs(NamedTuple):
     share: Floats
 
 
-def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
-    """Parts of columns that some designs need: diagrams, and friction and loads where there are."""
+def needs_of(chosen: Chosen, torques: Sequence[TorqueOverAngle | None]) -> Needs:
+    """Parts of columns that some designs need: diagrams, friction and torques where there are.
+
+    `torques` are those of `DrivenMachine.torques`.
+    """
     row, scale = chosen.take("row").astype(np.float64), chosen.take("scale")
     low = np.floor(row).astype(np.int64)
     weight = row - low
@@ -145,10 +149,14 @@ def needs_of(chosen: Chosen, over_angle: bool) -> Needs:
         parts = parts._replace(rubbed=tuple(RubbedDiagram(*one) for one in table.tolist()))
         first = parts.first_rubbed + FRICTION_PARTS * number
         found += [(first + i, np.maximum(chosen.take(name), 0.0)) for i, name in enumerate(LEVELS)]
-    if over_angle:
+    load, of_engine = torques
+    if load is not None:
         table, number = chosen.distinct("gear_ratio", "load_phase")
-        parts = parts._replace(loads=tuple((gear, phase) for gear, phase in table.tolist()))
-        found.append((parts.first_load + number, chosen.take("load_scale") / chosen.lever()))
+        parts = parts._replace(torques=tuple((0, gear, phase) for gear, phase in table.tolist()))
+        found.append((parts.first_torque + number, chosen.take("load_scale") / chosen.lever()))
+    if of_engine is not None:
+        parts = parts._replace(torques=(*parts.torques, (1, 1.0, 0.0)))
+        found.append((parts.number - 1, -chosen.take("torque_factor") / chosen.lever()))
     part = np.empty((len(found), chosen.places.size), dtype=np.int64)
     share = np.empty(part.shape)
     for i, (which, factor) in enumerate(found):

@@ -146,7 +146,8 @@ def solve(
     general : bool
         Do not use the batch solver.
     driven : DrivenMachine
-        Load over angle, load over speed or driver.
+        Load over angle, load over speed or driver, and the torque of an engine that has no
+        diagrams: `family` and cylinders then give its cycle alone, and `scale` is 0.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -195,7 +196,7 @@ def solve(
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
     """Refuse methods that cannot solve the law of load or driver; ValueError names the method."""
     for method in (METHODS[code] for code in used):
-        if not method.can_solve(driven.law, driven.over_angle is not None):
+        if not method.can_solve(driven.law, driven.torques != (None, None)):
             raise ValueError(
                 f"method {method.name!r} supports only the load law a + k omega^alpha: take another"
             )

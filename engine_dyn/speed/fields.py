@@ -53,6 +53,7 @@ _OF_TORQUE = (
     Field("friction_torque", "N m", "mean friction torque, positive"),
     Field("load_phase", "rad", "angle of the load at firing dead centre", 0.0),
     Field("load_scale", "1", "factor on a load over angle", 1.0, "load_table_factor"),
+    Field("torque_factor", "1", "factor on a torque given for the engine", 1.0),
     *(Field(*one) for one in laws.INPUTS),
 )
 _OF_SPEED_ALONE = (

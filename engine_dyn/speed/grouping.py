@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
-from engine_dyn.loads.driven_machine import DrivenMachine, repeats_of
+from engine_dyn.loads.driven_machine import DrivenMachine, cycles_of, repeats_of
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.designs import Chosen, Designs, Inputs, Needs, needs_of, reduced
@@ -40,8 +41,8 @@ ROUGHNESS, ROUGHEST = 20.0, 32
 largest factor on the nodes because of a rough diagram."""
 
 CRANK = ("crank_ratio", "offset_ratio")
-LOAD = ("gear_ratio", "load_phase", "load_scale", "bore", "double_radius")
-"""Inputs that the box follows from; those that the work of a load over an angle depends on too."""
+OVER_ANGLE = ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore", "double_radius")
+"""Inputs that the box follows from; those that the work of torques over an angle depends on too."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class Piece:
 
     def calls(self) -> Iterator[Call]:
         """The designs with columns, divided where these are too many, or too rough for some."""
-        needs = needs_of(self.chosen, self.source.load is not None)
+        needs = needs_of(self.chosen, self.source.torques)
         terms = max(len(self.source.box.degrees), MOST_COLUMNS // MOST_PARTS)
         if needs.parts.number * terms > MOST_COLUMNS and self.size > 1:
             for half in np.array_split(np.arange(self.size), 2):
@@ -92,13 +93,13 @@ class Piece:
         # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
         rough_parts = columns.rough > ROUGHNESS * self.grouping.tolerance
         rough_parts[:FIRST_GAS] = False
-        rough_parts[needs.parts.first_rubbed : needs.parts.first_load] = False
+        rough_parts[needs.parts.first_rubbed : needs.parts.first_torque] = False
         rough = np.asarray(rough_parts[needs.part].any(axis=0))
         if not rough.any() or 2 * self.finer > ROUGHEST:
             yield Call(self, needs, columns)
             return
-        number, _, times = self.source.nodes
-        nodes = nodes_of(times, 2 * number * times, self.grouping.is_steep)
+        coarse = self.source.nodes
+        nodes = nodes_of(coarse.times, 2 * coarse.of_cycle, self.grouping.is_steep, coarse.cycles)
         closer = replace(self, source=replace(self.source, nodes=nodes), finer=2 * self.finer)
         yield from replace(closer, chosen=self.chosen.subset(rough)).calls()
         if not rough.all():
@@ -131,7 +132,8 @@ class Grouping:
         columns of its own, which miss nothing.
         """
         every = self.inputs.size if places is None else places.size
-        names = (*TABLE_NAMES, *(LOAD if self.driven.over_angle else ()))
+        over_angle = self.driven.torques != (None, None)
+        names = (*TABLE_NAMES, *(OVER_ANGLE if over_angle else ()))
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
         for begin in range(0, every, SLAB):
             slab = np.arange(begin, min(begin + SLAB, every))
@@ -153,7 +155,9 @@ class Grouping:
 
     def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
         """Designs that have cylinders, method, model, box and repeats of the load in common."""
-        family, load = self.family, self.driven.over_angle
+        family, torques = self.family, self.driven.torques
+        cycles = cycles_of(self.driven.over_angle, family.period)
+        fewest = finer * FEWEST_NODES * max(1, round(family.period / FOUR_STROKE))
         keys = [*(chosen.take(name) for name in self.keys), self._repeats(chosen)]
         for same in _split(chosen, keys):
             count = int(same.take("cylinders")[0])
@@ -161,16 +165,19 @@ class Grouping:
             cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
             times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
-            nodes = nodes_of(times, finer * FEWEST_NODES, self.is_steep)
+            nodes = nodes_of(times, fewest, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
             for alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
                 ratio, offset = (alike.take(name)[:1] for name in CRANK)
                 number = int(boxes_of(ratio, offset, radius, alone)[0])
                 box = box_of(number, float(ratio[0]), float(offset[0]), radius)
-                yield alike, Source(family, cylinders, box, nodes, load)
+                yield alike, Source(family, cylinders, box, nodes, torques)
 
     def _repeats(self, chosen: Chosen) -> Integers:
-        """How often each design's load repeats in the cycle; 0 without a load over an angle."""
+        """How often each design's load repeats in the cycle, or in several cycles, see `cycles_of`.
+
+        0 without a load over an angle.
+        """
         load, gear = self.driven.over_angle, chosen.take("gear_ratio")
         if load is None:
             return np.zeros(1, dtype=np.int64)

@@ -62,8 +62,11 @@ def torque_extremes(
             if swing.size:
                 _swings(count, call.columns, designs, swing, motion)
             if high.size or low.size:
-                friction = np.full(count, chosen.take("friction_torque"), dtype=float)
-                of_load = designs.part >= call.needs.parts.first_load
+                constant = chosen.take("friction_torque")
+                if driven.engine_torque is not None:
+                    constant = constant - chosen.take("torque_factor") * driven.engine_torque.mean
+                friction = np.full(count, constant, dtype=float)
+                of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
                 _extremes(count, call.columns, alone, friction, high, low, motion.dw)
 

@@ -368,19 +368,24 @@ def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
 
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
-    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa]."""
+    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa].
+
+    Of a diagram of the torque, of that [N m].
+    """
     if scene.beside:
         return [one for part in scene.beside for one in _diagrams(part.scene)]
+    torque = scene.engine.torque
     diagrams = scene.engine.family.diagrams if scene.indicator is None else (scene.indicator,)
+    curves = [(diagram.angle, diagram.pressure) for diagram in diagrams]
+    curves += [] if torque is None else [(torque.angle, torque.torque)]
     return [
         {
-            "points": len(diagram.angle),
+            "points": len(angle),
             "sha256": sha256(
-                np.asarray(diagram.angle, "<f8").tobytes()
-                + np.asarray(diagram.pressure, "<f8").tobytes()
+                np.asarray(angle, "<f8").tobytes() + np.asarray(values, "<f8").tobytes()
             ),
         }
-        for diagram in diagrams
+        for angle, values in curves
     ]
 
 

@@ -141,7 +141,7 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
     from sweeps.reading.engine_tables import DIAGRAMS
 
     found = load_engine(engine, None, "--for")
-    if not found.family.diagrams:
+    if not found.family.diagrams and found.torque is None:
         raise SceneError(
             f"--for {engine}: diagram: missing; must be {DIAGRAMS} (`engine-dyn calibrate` makes "
             "them from [data_sheet])"

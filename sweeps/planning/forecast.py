@@ -183,6 +183,8 @@ def mechanism(method: str) -> str:
 
 def diagram_count(plan: Plan) -> int:
     """Diagrams that designs need, at most: each lies on one row of the family, or between two."""
+    if plan.scene.engine.torque is not None:
+        return 1
     needed = 2 * math.prod(plan.sizes[d] for d in plan.dims("row"))
     load = plan.leaves.get("load")
     if load is not None and plan.dims("row") == load.dims and plan.scene.characteristic is None:
@@ -234,6 +236,19 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
     return f"{node.name:<{wide}}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
+def _work_line(plan: Plan) -> str:
+    """What the work over the angle is of."""
+    if plan.scene.engine.torque is not None:
+        return "work over the angle of the torque that is given"
+    diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
+    # Diagrams that lie on a row of the table need no second one: that is not looked at here.
+    most = "" if plan.leaves["family"].data.row_count == 1 else "up to "
+    return (
+        f"work over the angle of {most}{counted(diagrams, 'diagram')} and "
+        f"{counted(sets, 'set')} of cylinders"
+    )
+
+
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     """How a kernel does its work: diagrams, part of the cycle, iteration, traces."""
     if stage.node.of_shaft:
@@ -251,13 +266,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
     lines = []
     if solved:
-        diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
-        # Diagrams that lie on a row of the table need no second one: that is not looked at here.
-        most = "" if plan.leaves["family"].data.row_count == 1 else "up to "
-        lines.append(
-            f"  work over the angle of {most}{counted(diagrams, 'diagram')} and "
-            f"{counted(sets, 'set')} of cylinders, for {counted(stage.size, 'design')}"
-        )
+        lines.append(f"  {_work_line(plan)}, for {counted(stage.size, 'design')}")
         lines += [f"  {line}" for line in _part_of_cycle(plan)]
     if speed:
         if solved:

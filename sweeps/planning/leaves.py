@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
@@ -59,7 +60,10 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "direction": np.array(DIRECTIONS),
-        "crank_angle": _crank_angles(scene.engine.period, scene.angle_step),
+        "crank_angle": _crank_angles(
+            scene.engine.period * cycles_of(scene.driven.over_angle, scene.engine.period),
+            scene.angle_step,
+        ),
     }
 
 
@@ -70,7 +74,7 @@ def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
 
 
 def _crank_angles(period: float, step: float) -> Floats:
-    """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
+    """Crank angles of curves [degree]: one period around firing top dead centre, end excluded."""
     cycle = math.degrees(period)
     return np.asarray(-0.5 * cycle + np.arange(round(cycle / step)) * step, dtype=np.float64)
 

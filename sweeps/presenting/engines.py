@@ -38,7 +38,10 @@ def engine_text(engine: Engine) -> str:
             lines.append(f"  {what}_table: {table}")
     if engine.shaft is not None:
         lines += ["", *shaft_lines(engine.shaft, engine.values)]
-    lines += ["", "diagrams" if family.diagrams else "no diagrams"]
+    if engine.torque is not None:
+        lines += ["", "diagram", f"  of the engine: {engine.torque}"]
+    else:
+        lines += ["", "diagrams" if family.diagrams else "no diagrams"]
     speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]
     for (load, speed), diagram in zip(points, family.diagrams, strict=True):

@@ -4,13 +4,15 @@ An engine file is TOML: `cycle`, optional `name`, `title`, `firing_order`, or `a
 else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
 `sweeps.reading.torque_tables`; `[values]` with the keys of a scene; a
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
-`sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`); optional
+`sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`), or one with the
+engine's torque (`sweeps.reading.torque_diagrams`); optional
 `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
 for every value that the sources do not give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -23,6 +25,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius
+from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
@@ -56,6 +59,7 @@ from sweeps.reading.referred_files import add_files_read, kept, kept_files, refe
 from sweeps.reading.shaft_tables import GivenShaft, read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
+from sweeps.reading.torque_diagrams import read_torque_diagram
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = [
@@ -92,6 +96,9 @@ INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
 
 SHAFT_KEYS = ("load_damping", "load_damping_factor")
 """Parameters of a shaft that belong to no single disc."""
+
+TORQUE = "torque"
+"""Kind of a [[diagram]] that gives the engine's torque in place of pressure."""
 
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 
@@ -174,17 +181,20 @@ def engine_file_of(path: Path, name: str) -> tuple[EngineFile, dict[str, Any]]:
 
 def _read_engine(path: Path, name: str) -> Engine:
     given, _ = engine_file_of(path, name)
-    period = PERIODS[given.cycle]
     values = read_values(given.values, name)
+    torque = _torque(given, name, path.parent)
+    period = _period(given, torque, name)
     diagrams = [
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
-        for i, table in enumerate(given.diagram, start=1)
+        for i, table in enumerate(given.diagram if torque is None else (), start=1)
     ]
     family = _family(diagrams, name)
     if count := count_cylinders(given, values, period, name):
         values["cylinders"] = float(count)
     if diagrams and family.low == family.high:
         values.setdefault("load", family.low)  # the one that all its diagrams have
+    if torque is not None:
+        values.setdefault("cylinders", 1.0)
     for key in _OWN if diagrams else ("cylinders",):
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be a number")
@@ -215,6 +225,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         pressure_scale=scale,
         firing_order=order,
         own_cylinders=own,
+        torque=torque,
         load_table=torque_tables.load,
         driver_table=torque_tables.driver,
         assumed=dict(given.assumed),
@@ -223,6 +234,34 @@ def _read_engine(path: Path, name: str) -> Engine:
         silenced_warnings=read_silenced(given.silenced_warnings, name),
     )
     return engine if shaft is None else with_shaft(engine, shaft)
+
+
+def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:
+    """Torque over the crank angle that an engine file gives in place of diagrams."""
+    kinds = [table.get("kind") for table in given.diagram]
+    if TORQUE not in kinds:
+        return None
+    where = f"{name}: [[diagram]] number {kinds.index(TORQUE) + 1}"
+    if len(kinds) > 1:
+        raise SceneError(f"{where} kind = '{TORQUE}': must be the only [[diagram]]")
+    if given.pressure_scale is not None:
+        raise SceneError(f"{name}: [pressure_scale]: not allowed: the file gives a torque")
+    return read_torque_diagram(given.diagram[0], where, folder)
+
+
+def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:
+    """Angle of the cycle [rad]: a torque that is given has its own, unless the file states one."""
+    if given.cycle is not None:
+        period = PERIODS[given.cycle]
+        if torque is not None and math.remainder(period, torque.period) > 1e-9:
+            raise SceneError(
+                f"{name}: cycle = '{given.cycle}': the torque repeats after "
+                f"{math.degrees(torque.period):g} degrees; must be left out, or have such a cycle"
+            )
+        return period
+    if torque is None:
+        raise SceneError(f"{name}: cycle: missing; must be 'four-stroke' or 'two-stroke'")
+    return torque.period
 
 
 def with_shaft(engine: Engine, given: GivenShaft) -> Engine:
@@ -454,7 +493,7 @@ def _diagram(
         path = referred(folder, file, f"{where} file")
         return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None, ratio)
     if not isinstance(kind, str) or kind not in KINDS:
-        known = "', '".join(("points", *KINDS))
+        known = "', '".join(("points", TORQUE, *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
     diagram, again = modelled_diagram(kind, rest, where, period, here)

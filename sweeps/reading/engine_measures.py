@@ -72,7 +72,7 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
     """
     path, name = engine_path(name_or_path, None, where)
     given, _ = engine_file_of(path, name)
-    period = PERIODS[given.cycle]
+    period = PERIODS[given.cycle or "four-stroke"]
     values = read_values(given.values, name)
     stated = [
         compression_ratio_of(table, f"{name}: [[diagram]] number {i}")

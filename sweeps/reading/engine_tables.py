@@ -66,7 +66,10 @@ class EngineFile(Strict):
     title: str | None = Field(
         default=None, description="a string: one line about the engine; default: its name"
     )
-    cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
+    cycle: Literal["four-stroke", "two-stroke"] | None = Field(
+        default=None,
+        description="'four-stroke' or 'two-stroke'; a [[diagram]] of kind = 'torque' has its own",
+    )
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
     )

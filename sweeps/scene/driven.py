@@ -27,6 +27,7 @@ def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
         driver_over_speed=None if motor else tables.driver or engine.driver_table,
         motor=motor,
         load_law=_load_law(values),
+        engine_torque=engine.torque,
     )
 
 

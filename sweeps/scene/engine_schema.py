@@ -16,18 +16,20 @@ from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
-from sweeps.reading.engine_files import SHAFT_KEYS
+from sweeps.reading.engine_files import SHAFT_KEYS, TORQUE
 from sweeps.reading.engine_tables import EngineFile
 from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.reading.silenced_warnings import ALL
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.reading.torque_diagrams import TorqueDiagram
 from sweeps.scene.schema_parts import (
     DRAFT,
     Schema,
     closed,
     key_of_cylinders,
     key_of_shaft,
+    keys_of_torque_tables,
     model_schema,
+    plain_schema,
     reference,
     text_schema,
     value_schema,
@@ -46,8 +48,7 @@ def engine_schema() -> Schema:
     properties["values"] |= closed({name: reference(name) for name in parameters})
     for name in CYLINDER_KEYS:
         properties[name] = key_of_cylinders(name)
-    for name, about in TORQUE_TABLE_KEYS.items():
-        properties[name] = text_schema(about)
+    properties |= keys_of_torque_tables()
     properties["shaft"] = key_of_shaft()
     properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
     head: Schema = {"load": reference("load"), "speed": reference("speed")}
@@ -69,9 +70,11 @@ def engine_schema() -> Schema:
     }
     for name, kind in KINDS.items():
         tables[_name_of(name)] = _diagram(name, kind, head)
-    properties["diagram"]["items"] = {
-        "oneOf": [reference("PointsDiagram"), *(reference(_name_of(name)) for name in KINDS)]
-    }
+    of_torque: Schema = plain_schema(TorqueDiagram.model_json_schema())
+    of_torque["properties"]["kind"] = {"const": TORQUE}
+    tables |= {**of_torque.pop("$defs"), _name_of(TORQUE): of_torque}
+    kinds = ("points", TORQUE, *KINDS)
+    properties["diagram"]["items"] = {"oneOf": [reference(_name_of(kind)) for kind in kinds]}
     first = KINDS["first_law"]
     tables["DataSheet"]["properties"]["cycle"] |= closed(
         {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}

@@ -15,7 +15,6 @@ from sweeps.checks import is_ratio
 from sweeps.dimensions import ELASTICITY, LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.silenced_warnings import KNOWN
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.schema_parts import (
     DRAFT,
@@ -25,6 +24,7 @@ from sweeps.scene.schema_parts import (
     closed,
     key_of_cylinders,
     key_of_shaft,
+    keys_of_torque_tables,
     list_of,
     list_of_different,
     model_schema,
@@ -60,7 +60,7 @@ def scene_schema() -> Schema:
         {
             **{name: reference(name) for name in free},
             **{name: key_of_cylinders(name) for name in CYLINDER_KEYS},
-            **{name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()},
+            **keys_of_torque_tables(),
         }
     )
     properties["axes"] |= closed(

@@ -9,6 +9,7 @@ from engine_dyn.quantities.node import Node
 from sweeps.checks import Strict, allowed, is_ratio
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.shaft_tables import SHAFT, ShaftTable
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 
 __all__ = [
     "DRAFT",
@@ -17,6 +18,7 @@ __all__ = [
     "closed",
     "key_of_cylinders",
     "key_of_shaft",
+    "keys_of_torque_tables",
     "list_of",
     "list_of_different",
     "model_schema",
@@ -39,10 +41,18 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
     schema: Schema = plain_schema(model.model_json_schema())
     tables = schema.pop("$defs")
-    for part in (ArrangementTable, ShaftTable):
+    for part in (ArrangementTable, ShaftTable, LoadInClosedForm):
         own: Schema = plain_schema(part.model_json_schema())
         tables |= {**own.pop("$defs"), part.__name__: own}
     return schema, tables
+
+
+def keys_of_torque_tables() -> Schema:
+    """Schemas of the keys that name tables of torque; a load's may stand in closed form."""
+    found: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
+    closed_form = reference(LoadInClosedForm.__name__)
+    found["load_table"] = {"anyOf": [found["load_table"], closed_form]}
+    return found
 
 
 def plain_schema(schema: Any) -> Any:

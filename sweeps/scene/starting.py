@@ -44,15 +44,20 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         return text
     values = engine.values
     loads = [float(load) for load in engine.family.loads if load > 0.0]
+    loads = loads or [values.get("load", 0.0)]
+    if engine.torque is not None:
+        text = re.sub(r"(?m)^load = .*\n", "", text).replace(", for three loads", "")
     lines = {
         "title": _quoted(
             f"Coefficient of speed fluctuation over flywheel inertia: {engine.title}"[:200]
         ),
         "engine": _quoted(path),
         "speed": f"{values['speed']:g}                    # rpm",
-        "load": f"{[float(f'{load:g}') for load in loads or [values['load']]]}    # percent",
+        "load": f"{[float(f'{load:g}') for load in loads]}    # percent",
     }
     without_effect = ["friction_"] if "friction_law" in values else []
+    if engine.torque is not None:  # as it comes from the shaft
+        without_effect = ["friction_", "crankcase_pressure"]
     if isinstance(engine.load_table, TorqueOverSpeed):  # has the place of k omega^exponent
         without_effect.append("load_exponent")
     lacking = [
@@ -79,7 +84,7 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
             "usual for engines of its size"
         )
     text = re.sub(r"(?m)^(\w+) = .*$", lambda found: lines.get(found[1], found[0]), text)
-    counts = f"{len(loads) or 1} x 25 designs"
+    counts = f"{len(loads)} x 25 designs"
     return text.replace("3 x 25 designs", counts)
 
 

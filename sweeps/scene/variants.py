@@ -49,6 +49,7 @@ def variant_words(
     scaled = not measured and values.engine.pressure_scale is not None
     return (
         closure,
+        "by_pressure" if values.engine.torque is None else "by_torque",
         *_cylinder_words(values, described),
         friction_law(values),
         diagrams,

@@ -99,15 +99,40 @@ class Columns(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodes of a period: how many, fine intervals of a coarse one, periods in a cycle."""
+    """Nodes of a period of torque and load.
+
+    Attributes
+    ----------
+    number, stride : int
+        How many, and fine intervals of a coarse one.
+    times : int
+        How often the engine's own torque repeats in its cycle, as far as that is used.
+    cycles : int
+        Such repeats in the period: above 1 where the load needs longer than the engine.
+    """
 
     number: int
     stride: int
     times: int
+    cycles: int = 1
+
+    @property
+    def of_engine(self) -> int:
+        """Nodes of one of the engine's repeats."""
+        return self.number // self.cycles
+
+    @property
+    def of_cycle(self) -> int:
+        """Nodes of the engine's cycle."""
+        return self.of_engine * self.times
+
+    def width(self, cycle: float) -> float:
+        """Width of a fine interval, where the engine's cycle is `cycle` [rad]."""
+        return cycle / self.of_cycle
 
 
-def nodes_of(times: int, fewest: int, steep: bool = False) -> Nodes:
-    """Nodes of a period that repeats so many times in the cycle, with `fewest` in the cycle.
+def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> Nodes:
+    """Nodes of a period, with `fewest` in the engine's cycle; arguments as of `Nodes`.
 
     Laws that are `steep` have narrower coarse intervals.
     """
@@ -116,7 +141,7 @@ def nodes_of(times: int, fewest: int, steep: bool = False) -> Nodes:
     stride = STEEP if steep else stride
     coarse = max(-(-each // stride), FEWEST_COARSE)
     coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
-    return Nodes(coarse * stride, stride, times)
+    return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
 @dataclass(frozen=True)
@@ -133,20 +158,20 @@ class Source:
         Crank ratios and offsets over the crank radius.
     nodes : Nodes
         Of a period of torque and load.
-    load : TorqueOverAngle, optional
-        Load over angle.
+    torques : tuple of TorqueOverAngle
+        Torques over an angle, see `DrivenMachine.torques`.
     """
 
     family: Family
     cylinders: Cylinders
     box: Box
     nodes: Nodes
-    load: TorqueOverAngle | None = None
+    torques: tuple[TorqueOverAngle | None, ...] = ()
 
     @property
     def width(self) -> float:
         """Width of a fine interval [rad]."""
-        return self.family.period / (self.nodes.number * self.nodes.times)
+        return self.nodes.width(self.family.period)
 
     @property
     def members(self) -> tuple[Member, ...]:
@@ -159,10 +184,10 @@ def columns_of(source: Source, parts: Parts) -> Columns:
 
     Places of parts are those of `UNIT`, `SQUARE` and `Parts`.
     """
-    load = None if source.load is None else id(source.load)
+    torques = tuple(map(id, source.torques)) if parts.torques else ()
     key = (
-        "columns", source.members, source.box, source.nodes, load, parts.rows.tobytes(),
-        parts.rubbed, parts.loads,
+        "columns", source.members, source.box, source.nodes, torques, parts.rows.tobytes(),
+        parts.rubbed, parts.torques,
     )  # fmt: skip
     made = remembered(source.family, key, lambda: _make(source, parts))
     return Columns._make((*made, source.width))
@@ -170,27 +195,30 @@ def columns_of(source: Source, parts: Parts) -> Columns:
 
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     """Arrays of `Columns`."""
-    terms, nodes = len(source.box.degrees), source.nodes.number
+    terms, nodes = len(source.box.degrees), source.nodes.of_engine
     work, halves, rates = (np.zeros((parts.number, terms, nodes)) for _ in range(3))
     mean = np.zeros((parts.number, terms))
     _add_gas(source, parts.rows, work, halves, rates)
-    places = range(parts.first_rubbed, parts.first_load, FRICTION_PARTS)
+    places = range(parts.first_rubbed, parts.first_torque, FRICTION_PARTS)
     for place, diagram in zip(places, parts.rubbed, strict=True):
         here = slice(place, place + FRICTION_PARTS)
         for member in source.members:
             _add_friction(source, diagram, member, work[here], halves[here], rates[here])
-    for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_load)):
+    for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_torque)):
         mean[summed] = cumulate(work[summed], halves[summed], rates[summed], source.width)
     # Friction has no mean here: it is part of the mean friction torque.
-    mean[parts.first_rubbed : parts.first_load] = 0.0
+    mean[parts.first_rubbed : parts.first_torque] = 0.0
     _add_square(source, work[SQUARE], halves[SQUARE], rates[SQUARE])
-    angle = np.arange(nodes) * source.width
-    for i, (gear, phase) in enumerate(parts.loads):
-        assert source.load is not None
-        place, theta = parts.first_load + i, gear * angle + phase
-        done, within = (source.load.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
+    if source.nodes.cycles > 1:
+        repeated = 1, 1, source.nodes.cycles
+        work, halves, rates = (np.tile(curve, repeated) for curve in (work, halves, rates))
+    angle = np.arange(source.nodes.number) * source.width
+    for place, (which, gear, phase) in enumerate(parts.torques, start=parts.first_torque):
+        torque, theta = source.torques[which], gear * angle + phase
+        assert torque is not None
+        done, within = (torque.work(theta + h) for h in (0.0, 0.5 * gear * source.width))
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
-        rates[place, 0] = gear * (source.load.mean - source.load(theta))
+        rates[place, 0] = gear * (torque.mean - torque(theta))
     stride = source.nodes.stride
     fine, coarse = arranged(work, halves, rates, source.width, weights_between(stride))
     in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # of the box
@@ -261,10 +289,9 @@ class _Velocity(NamedTuple):
 
 def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats]:
     """Quadrature points and nodes of a cycle, in the cylinder's own angle [rad]."""
-    steps = nodes.number * nodes.times
-    node: Floats = np.arange(steps, dtype=np.float64)
-    inside: Floats = (node + POINTS[:, None]).reshape(-1) * (period / steps)
-    return inside + member.phase, node * (period / steps) + member.phase
+    node: Floats = np.arange(nodes.of_cycle, dtype=np.float64)
+    inside: Floats = (node + POINTS[:, None]).reshape(-1) * nodes.width(period)
+    return inside + member.phase, node * nodes.width(period) + member.phase
 
 
 @lru_cache(maxsize=64)
@@ -273,7 +300,7 @@ def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velo
     inside, at_node = _angles(member, nodes, period)
     ratio, offset = (side[:, None] for side in member.own(*box.samples.T))
     radius = member.radius_factor
-    half = 0.5 * period / (nodes.number * nodes.times)
+    half = 0.5 * nodes.width(period)
     v, b = radius * velocity(at_node, ratio, offset), radius * acceleration(at_node, ratio, offset)
     between = radius * velocity(at_node + half, ratio, offset)
     curves = (
@@ -293,7 +320,7 @@ def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Float
 
 def _folded(curves: Floats, nodes: Nodes) -> Floats:
     """Sum over the periods of a cycle, which is the last axis."""
-    shape = *curves.shape[:-1], nodes.times, nodes.number
+    shape = *curves.shape[:-1], nodes.times, nodes.of_engine
     return np.asarray(curves.reshape(shape).sum(axis=-2))
 
 
@@ -323,7 +350,7 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
     `halves` gets the part of the first half of each interval. Cylinders that differ in their phase
     by whole intervals have the same torque.
     """
-    step, nodes = source.width, source.nodes.number
+    step, nodes = source.width, source.nodes.of_engine
     for member in source.members:
         whole = math.floor(member.phase / step + SAME_PLACE)
         rest, whole = member.phase - whole * step, whole % nodes
@@ -346,7 +373,7 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
     half = inside.size // 2
     early, late = (np.ascontiguousarray(part) for part in np.split(speed.inside, [half], axis=1))
     weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
-    shape = rows.size + 1, len(source.box.degrees), source.nodes.number
+    shape = rows.size + 1, len(source.box.degrees), source.nodes.of_engine
     work, halves, rates = (np.zeros(shape) for _ in range(3))
 
     def add(pressure: Floats, here: slice) -> None:

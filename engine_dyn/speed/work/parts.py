@@ -1,10 +1,10 @@
-"""What columns are made of: diagrams, friction over the stroke, loads over angle, and masses."""
+"""What columns are made of: diagrams, friction over the stroke, torques over angle, and masses."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from engine_dyn.types import Integers
+from engine_dyn.types import Booleans, Integers
 
 __all__ = ["FIRST_GAS", "FRICTION_PARTS", "SQUARE", "UNIT", "Parts", "RubbedDiagram"]
 
@@ -29,15 +29,16 @@ class RubbedDiagram(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What columns are wanted of: rows of the family, friction over the stroke, loads over angle.
+    """What columns are wanted of: rows of the family, friction over the stroke, torques over angle.
 
-    `rows` ascend, friction has `FRICTION_PARTS` parts for each of `rubbed`, and `loads` are gear
-    ratios and phases [rad].
+    `rows` ascend, friction has `FRICTION_PARTS` parts for each of `rubbed`, and `torques` over an
+    angle are that of the load or of the engine, see `DrivenMachine.torques`, with a gear ratio and
+    a phase [rad].
     """
 
     rows: Integers
     rubbed: tuple[RubbedDiagram, ...] = ()
-    loads: tuple[tuple[float, float], ...] = ()
+    torques: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def first_rubbed(self) -> int:
@@ -45,11 +46,16 @@ class Parts(NamedTuple):
         return FIRST_GAS + self.rows.size
 
     @property
-    def first_load(self) -> int:
-        """Place of the first load over angle."""
+    def first_torque(self) -> int:
+        """Place of the first torque over an angle."""
         return self.first_rubbed + FRICTION_PARTS * len(self.rubbed)
+
+    def is_load(self, part: Integers) -> Booleans:
+        """Whether places of parts are those of loads over angle."""
+        loads = sum(which == 0 for which, _, _ in self.torques)
+        return (part >= self.first_torque) & (part < self.first_torque + loads)
 
     @property
     def number(self) -> int:
         """Number of parts."""
-        return self.first_load + len(self.loads)
+        return self.first_torque + len(self.torques)

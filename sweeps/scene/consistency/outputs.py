@@ -86,6 +86,9 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
+OF_PRESSURE = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
+"""Nodes that an engine does not have whose torque is given."""
+
 PLACES = {
     RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
     f"{GEOMETRIC} in [set] or [values]",
@@ -135,6 +138,11 @@ def check_needs(scene: Scene, name: str) -> None:
                 continue
             seen.add(need)
             node = scene.node(need)
+            if need in OF_PRESSURE and scene.engine.torque is not None:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs the pressure in the "
+                    f"cylinders, but engine {scene.engine.name} gives its torque in place of it"
+                )
             along_shaft |= node.throws
             if node.make is None and (need in PARAMETERS or need == "family"):
                 missing.setdefault(need, []).append(quantity)
