@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import flywheel
+from engine_dyn.forces import energy_levels
 from engine_dyn.geometry import masses
+from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.units import DEGREE
 
 __all__ = ["NODES", "PARAMETERS"]
 
@@ -53,6 +56,16 @@ PARAMETERS = (
         "Asgari eq. 14", low=0.0,
         named=tuple((name, high) for name, (_, high) in flywheel.RIM_SPEEDS.items()),
     ),
+    parameter(
+        "given_energy_swing", r"\Delta E", "J",
+        "energy swing that is known, where no torque is given", "Khurmi and Gupta chapter 16",
+        low=0.0,
+    ),
+    parameter(
+        "given_energy_fluctuation", "C_E", "1",
+        "coefficient of fluctuation of energy that is known: energy swing over the work of a cycle",
+        "Khurmi and Gupta chapter 16", low=0.0,
+    ),
 )  # fmt: skip
 
 _RING = ("flywheel_outer_diameter", "flywheel_inner_diameter")
@@ -75,6 +88,60 @@ def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
                  field: str) -> Node:  # fmt: skip
     return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
 
+
+def _net(torque: Any, load_over_angle: Any) -> Any:
+    return energy_levels.net_torque(torque, load_over_angle)
+
+
+def _step(crank_angle: Any) -> float:
+    angle = np.asarray(crank_angle).reshape(-1)
+    return float(angle[1] - angle[0])
+
+
+def _excess_energy(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
+    return energy_levels.excess_energy(_net(torque, load_over_angle), _step(crank_angle))
+
+
+def _crossing(which: int) -> Callable[..., Any]:
+    def make(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
+        first = float(np.asarray(crank_angle).reshape(-1)[0])
+        net = _net(torque, load_over_angle)
+        return energy_levels.crossings(net, first, _step(crank_angle))[which]
+
+    return make
+
+
+def _delta_of_swing(energy_swing: Any, inertia: Any, speed: Any) -> Any:
+    return energy_swing / (inertia * speed**2)
+
+
+def _swing_of_fluctuation(
+    given_energy_fluctuation: Any, rated_power: Any, speed: Any, period: Any
+) -> Any:
+    return given_energy_fluctuation * rated_power * period / speed
+
+
+def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
+    """Inertia and delta that follow from an energy swing that is not computed."""
+
+    def inertia_of(*, wanted_delta: Any, speed: Any, **needs: Any) -> Any:
+        return flywheel.energy_swing_inertia(needs[swing], wanted_delta, speed)
+
+    def delta_of(*, inertia: Any, speed: Any, **needs: Any) -> Any:
+        return _delta_of_swing(needs[swing], inertia, speed)
+
+    return (
+        Node(f"inertia_of_{name}", "", "kg m2", f"inertia for the wanted delta from {about}",
+             _ENERGY, needs=(swing, "wanted_delta", "speed"), make=inertia_of),
+        Node(f"delta_of_{name}", "", "1", f"coefficient of speed fluctuation from {about}",
+             _ENERGY, needs=(swing, "inertia", "speed"), make=delta_of),
+    )  # fmt: skip
+
+
+_ENERGY = "Khurmi and Gupta chapter 16"
+"""Their definitions."""
+
+_OF_CURVES = ("torque", "load_over_angle", "crank_angle")
 
 _SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
 
@@ -235,6 +302,50 @@ NODES = (
     _of_triangle(
         "inertia_triangular", r"\Theta_\triangle", "kg m2",
         "inertia for the wanted delta from the triangular torque", "Asgari eq. 30", "inertia",
+    ),
+    Node(
+        "excess_energy", "E", "J",
+        "work of torque less load since the cycle's mean, which the moment of inertia takes up",
+        _ENERGY, kind="curve", needs=_OF_CURVES, make=_excess_energy,
+    ),
+    Node(
+        "crossing_angle", r"\varphi_c", "degree",
+        "crank angle at which the torque crosses the load, both about their means",
+        _ENERGY, si=DEGREE, needs=_OF_CURVES, adds=("crossing",), removes=("crank_angle",),
+        make=_crossing(0), width=8 * energy_levels.MOST_CROSSINGS,
+    ),
+    Node(
+        "crossing_energy", "E_c", "J", "excess energy where the torque crosses the load",
+        _ENERGY, needs=_OF_CURVES, adds=("crossing",), removes=("crank_angle",),
+        make=_crossing(1), width=8 * energy_levels.MOST_CROSSINGS,
+    ),
+    Node(
+        "energy_fluctuation", "C_E", "1",
+        "coefficient of fluctuation of energy, energy swing over the work of a cycle",
+        _ENERGY, needs=("energy_swing", "torque_mean", "period"),
+        make=lambda energy_swing, torque_mean, period: quotient(
+            energy_swing, np.abs(torque_mean) * period
+        ),
+    ),
+    Node(
+        "delta_energy_swing", r"\delta_W", "1",
+        "coefficient of speed fluctuation from the energy swing, E/(inertia omega^2)",
+        _ENERGY, needs=("energy_swing", "inertia", "speed"), make=_delta_of_swing,
+    ),
+    Node(
+        "swing_of_energy_fluctuation", r"\Delta E_C", "J",
+        "energy swing from a given coefficient of fluctuation of energy and the rated power",
+        _ENERGY, needs=("given_energy_fluctuation", "rated_power", "speed", "period"),
+        make=_swing_of_fluctuation,
+    ),
+    *(
+        node
+        for swing, name, about in (
+            ("given_energy_swing", "given_swing", "a given energy swing"),
+            ("swing_of_energy_fluctuation", "energy_fluctuation",
+             "a given coefficient of fluctuation of energy"),
+        )
+        for node in _of_swing(swing, name, about)
     ),
     Node(
         "inertia_energy_swing", r"\Theta_W", "kg m2",

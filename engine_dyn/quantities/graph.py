@@ -130,6 +130,10 @@ _DIMENSIONS = (
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
     ),
     Dimension(
+        "crossing", "", "1", "crossing of torque and load, counted along the crank angle",
+        whole=True,
+    ),
+    Dimension(
         "direction", r"\vartheta", "degree",
         "direction perpendicular to the shaft, 0 along cylinder 1, positive in the sense of "
         "rotation", si=DEGREE,

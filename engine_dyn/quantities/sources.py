@@ -26,6 +26,8 @@ SOURCES: Mapping[str, str] = {
     "dimensions of propulsion shafts and their permissible torsional vibration stresses",
     "Ker": "W. Ker Wilson, Practical Solution of Torsional Vibration Problems, Chapman and Hall; "
     "the method as textbooks give it, not compared page by page",
+    "Khurmi": "R. S. Khurmi and J. K. Gupta, Theory of Machines, S. Chand; the definitions as the "
+    "book's public companions give them, not compared page by page",
     "Kloss": "M. Kloss on torque and slip of induction motors, usually dated 1908; the formula as "
     "textbooks of electrical machines give it",
     "Mosakowski": "R. Mosakowski, Zależności na parametry kinematyczne mechanizmu korbowego w "

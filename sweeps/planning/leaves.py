@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.forces.energy_levels import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
@@ -59,6 +60,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
+        "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(
             scene.engine.period * cycles_of(scene.driven.over_angle, scene.engine.period),

@@ -11,6 +11,7 @@ from engine_dyn import status
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
     constant_load,
+    cycles_of,
     load_over_angle,
     motor_torque,
     repeats_of,
@@ -351,8 +352,8 @@ def test_repetition_is_found() -> None:
         repeats_of(own, [0.5, 0.3], CYCLE)
     crank = torque_over_angle(np.append(ANGLES, ANGLES + 2.0 * np.pi), np.tile(lobes(1.0), 2) +
                               np.repeat([0.0, 0.1], 360))  # fmt: skip
-    with pytest.raises(ValueError, match="720 degrees of crank angle: must repeat with the cycle"):
-        repeats_of(crank, 1.0, 2.0 * np.pi)
+    assert (cycles_of(crank, 2.0 * np.pi), repeats_of(crank, 1.0, 2.0 * np.pi)) == (2, 1)
+    assert (cycles_of(crank, 4.0 * np.pi), repeats_of(crank, 1.0, 4.0 * np.pi)) == (1, 1)
 
 
 def test_power_is_the_same_at_both_shafts() -> None:
