@@ -30,7 +30,7 @@ from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
-from sweeps.presenting.lists import LISTS
+from sweeps.presenting.lists import LISTS, symbol_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
@@ -334,9 +334,9 @@ def axes() -> str:
 
 def quantity_file() -> str:
     """Every quantity with its source."""
-    heads = ["quantity", "unit", "over", "meaning", "synonyms", "source"]
+    heads = ["quantity", "symbol", "unit", "over", "meaning", "synonyms", "source"]
     rows = [
-        [name, node.unit or "N m s^alpha",
+        [name, symbol_text(node.symbol), node.unit or "N m s^alpha",
          " ".join(d for d in DIMENSIONS if d in dimensions(name)),
          node.long_name, OTHER_WORDS.get(name, ""), node.source]
         for name, node in sorted(QUANTITIES.items())
