@@ -14,7 +14,9 @@ from typing import Any
 from pygments.lexers.special import TextLexer
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]
+sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent), str(HERE.parent / "tools")]
+
+import reference_tables  # noqa: E402  (found by the line above)
 
 project = "engine-dyn"
 author = copyright = "engine-dyn contributors"
@@ -95,7 +97,7 @@ FROM_ABOVE = {
 
 
 def _read(app: Any, name: str, source: list[str]) -> None:
-    """Let links lead to the pages of the site."""
+    """Let links lead to the pages of the site, and put in the tables that only the site has."""
     text = source[0]
     if name in FROM_ABOVE:
         text = (HERE.parent / FROM_ABOVE[name]).read_text(encoding="utf-8")
@@ -104,10 +106,13 @@ def _read(app: Any, name: str, source: list[str]) -> None:
         )
     for page, file in {"index": "README.md", **FROM_ABOVE}.items():
         text = text.replace(f"](../{file}", f"]({page}.md")
+    if tables := reference_tables.OF_THE_SITE.get(name):
+        text = reference_tables.updated(text, tables)
     source[0] = text
 
 
 def setup(app: Any) -> None:
     """Connect to Sphinx."""
     app.connect("source-read", _read)
+    app.connect("env-get-outdated", lambda *_: list(reference_tables.OF_THE_SITE))
     app.add_lexer("csv", TextLexer)  # Pygments has none

@@ -308,8 +308,7 @@ def place(one: Comparison, number: int) -> str:
 
 def table(rows: list[Comparison]) -> list[list[str]]:
     """Every value that is compared."""
-    found = [["system", "quantity", "unit", "value", "origin", "ours", "difference %", "remark",
-              "source"]]  # fmt: skip
+    found = [["system", "quantity", "unit", "value", "origin", "ours", "difference %", "remark"]]
     before, number = None, 0
     for one in rows:
         number = number + 1 if one.given is before else 0
@@ -319,9 +318,14 @@ def table(rows: list[Comparison]) -> list[list[str]]:
             one.system["title"], place(one, number), one.given["unit"], one.value,
             one.given["origin"], "" if np.isnan(one.ours) else f"{one.ours:.6g}",
             f"{100.0 * one.difference + 0.0:.3f}" if known else "", one.given.get("remark", ""),
-            one.system["source"],
         ])  # fmt: skip
     return found
+
+
+def sources(rows: list[Comparison]) -> list[list[str]]:
+    """Where each system is from."""
+    found = {one.system["title"]: one.system["source"] for one in rows}
+    return [["system", "source"], *([title, source] for title, source in found.items())]
 
 
 def exceptions(rows: list[Comparison]) -> list[list[str]]:

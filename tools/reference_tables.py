@@ -1,8 +1,8 @@
 """Write the tables of the documentation that come from the tables in the code.
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
-between is replaced. Longer ones are CSV files. Run it from the project's root:
-`python tools/reference_tables.py`.
+between is replaced. Longer ones are CSV files; `docs/conf.py` shows some of these as tables of the
+site. Run it from the project's root: `python tools/reference_tables.py`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
-from pages import DOCS, csv_rows, csv_text, markdown, write
+from pages import DOCS, ROOT, csv_rows, csv_text, markdown, write
 
 import sweeps
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
@@ -30,7 +30,7 @@ from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
-from sweeps.presenting.lists import LISTS
+from sweeps.presenting.lists import LISTS, symbol_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.engine_schema import engine_schema
@@ -334,9 +334,9 @@ def axes() -> str:
 
 def quantity_file() -> str:
     """Every quantity with its source."""
-    heads = ["quantity", "unit", "over", "meaning", "synonyms", "source"]
+    heads = ["quantity", "symbol", "unit", "over", "meaning", "synonyms", "source"]
     rows = [
-        [name, node.unit or "N m s^alpha",
+        [name, symbol_text(node.symbol), node.unit or "N m s^alpha",
          " ".join(d for d in DIMENSIONS if d in dimensions(name)),
          node.long_name, OTHER_WORDS.get(name, ""), node.source]
         for name, node in sorted(QUANTITIES.items())
@@ -368,7 +368,7 @@ def outcomes() -> str:
 
 
 def engines() -> str:
-    """Engines of the catalogue."""
+    """Engines of the catalogue; each name leads to its file, which has the sources."""
     rows = []
     for name, path in catalogue().items():
         engine = load_engine(name, Path())
@@ -380,41 +380,14 @@ def engines() -> str:
         size = " x ".join(f"{1e3 * engine.values[key]:.4g}" for key in ("bore", "stroke"))
         diagrams = ", ".join(f"`{kind}`" for kind in {one["kind"]: 0 for one in raw["diagram"]})
         loads = ", ".join(f"{load:g}" for load in engine.family.loads)
+        file = path.relative_to(ROOT).as_posix()
         rows.append([
-            f"[`{name}`](#{name})", engine.title, f"{raw['cycle']}, {kind}", size,
+            f"[`{name}`](../{file})", engine.title, f"{raw['cycle']}, {kind}", size,
             f"{engine.values['speed']:g}", f"{diagrams} at {loads} %",
         ])  # fmt: skip
     heads = ["engine", "what it is", "cycle, layout, firing order", "bore x stroke (mm)",
              "speed (rpm)", "diagrams at load"]  # fmt: skip
     return markdown([heads, *rows])
-
-
-def engine_sources() -> str:
-    """Sources of each engine of the catalogue."""
-    parts = []
-    told: dict[str, str] = {}
-    for name in catalogue():
-        engine = load_engine(name, Path())
-        words = "\n".join(f"- {_in_text(source)}" for source in engine.sources) + "\n"
-        same = told.setdefault(words, name)
-        parts.append(f"### `{name}`\n")
-        parts.append(words if same == name else f"As [`{same}`](#{same}).\n")
-    return "\n".join(parts)
-
-
-def assumption_file() -> str:
-    """Every assumed value of an engine of the catalogue with its reason."""
-    rows = [
-        [name, key, reason]
-        for name in catalogue()
-        for key, reason in load_engine(name, Path()).assumed.items()
-    ]
-    return csv_text([["engine", "key", "reason"], *rows])
-
-
-def _in_text(text: str) -> str:
-    """A text of an engine file, in which Markdown finds no signs of its own."""
-    return re.sub(r"([*_<>|\\])", r"\\\1", " ".join(text.split()))
 
 
 def scenes() -> str:
@@ -456,16 +429,20 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
         "scene tables": scene_tables,
         "engine tables": engine_tables,
     },
-    DOCS / "quantities.md": {"axes": axes, "quantities": quantities},
+    DOCS / "quantities.md": {"axes": axes},
     DOCS / "status_codes.md": {"outcomes": outcomes},
-    DOCS / "engines.md": {"engines": engines, "engine sources": engine_sources},
+    DOCS / "engines.md": {"engines": engines},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "friction.md": {"breakdown": friction},
 }
 """Pages, and the tables in each."""
 
+OF_THE_SITE: Mapping[str, Mapping[str, Callable[[], str]]] = {
+    "quantities": {"quantities": quantities},
+}
+"""Pages whose tables are made when the site is built: a CSV file has the same rows already."""
+
 FILES: Mapping[Path, Callable[[], str]] = {
-    DOCS / "engines_assumed.csv": assumption_file,
     DOCS / "keys.csv": key_file,
     DOCS / "quantities.csv": quantity_file,
     DOCS / "sources.csv": source_file,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
-from published_shafts import SYSTEMS, comparisons, exceptions, table
+from published_shafts import SYSTEMS, comparisons, exceptions, sources, table
 
 import sweeps
 from sweeps.figures.marks import DASHES, shade
@@ -191,7 +191,7 @@ def documents(found: xr.Dataset) -> dict[Path, str]:
         "closed forms, and those of an independent program",
         "exceptions": markdown(exceptions(rows)),
     }
-    tables = {"shafts": of_shafts, "published": table(every)}
+    tables = {"shafts": of_shafts, "published": table(every), "sources": sources(every)}
     return {DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values)} | {
         DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv"): csv_text(table)
         for name, table in tables.items()

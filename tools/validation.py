@@ -14,7 +14,6 @@ docs/figures; `--no-figures` leaves them alone.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ import numpy as np
 import other_sources
 import thesis_study as thesis
 from other_sources import Rows, signed
-from pages import DOCS, csv_text, figures_wanted, filled, sheet, write
+from pages import DOCS, csv_rows, csv_text, figures_wanted, filled, sheet, write
 from thesis_study import (
     AGREEMENT,
     CUT_SPEED,
@@ -43,9 +42,10 @@ from sweeps.reading.engine_files import load_engine
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 ERRORS = Path(__file__).with_name("thesis_errors.csv.in")
-ITEMS = Path(__file__).with_name("source_items.md")
 DOCUMENT = DOCS / "validation.md"
 ROWS = DOCS / "validation"
+ITEMS = ROWS / "items.csv"
+"""Every item of the sources, with what covers it: the one table that is written by hand."""
 
 MARK = " †"
 """Of numbers that are fitted."""
@@ -445,22 +445,13 @@ def tables(
     }
 
 
-def source_items() -> str:
-    """Every item of the sources as a CSV file; a link stands as its text and where it leads."""
-    text = re.sub(r"\[([^]]+)\]\(([^)]+)\)", r"\1 (\2)", ITEMS.read_text(encoding="utf-8"))
-    rows = [["item", "what the source describes", "covered by", "numbers"]]
-    for line in re.findall(r"^\| ([KARML]\d.*) \|$", re.sub("`", "", text), re.MULTILINE):
-        rows.append([cell.strip() for cell in line.split(" | ")])
-    return csv_text(rows)
-
-
 def documents(
     study: Study, drift: thesis.Drift, agreement: Sequence[thesis.Agreement]
 ) -> dict[Path, str]:
     """Return the text of docs/validation.md and of the files beside it."""
     template = TEMPLATE.read_text(encoding="utf-8")
     made = tables(study, drift, agreement)
-    errors, items = error_table(study), source_items()
+    errors = error_table(study)
     told = {k: v for name, rows in made.items() for k, v in numbers_of(name, rows).items()}
     predicted = thesis.predicted_deltas(study)
     largest = {
@@ -498,7 +489,7 @@ def documents(
         "off_delta": f"{widest['delta']:.0e}",
         "off_mean": f"{widest['omega_mean']:.0e}",
         "rows_thesis_errors": str(len(errors.splitlines()) - 1),
-        "rows_items": str(len(items.splitlines()) - 1),
+        "rows_items": str(len(csv_rows(ITEMS))),
         "mean_cut": cut,
         "mean_whole": whole,
         "named": f"{NAMED:g}",
@@ -525,7 +516,6 @@ def documents(
         DOCUMENT: filled(template, values),
         **{ROWS / f"{name}.csv": csv_text(rows) for name, rows in made.items()},
         ROWS / "thesis_errors.csv": errors,
-        ROWS / "items.csv": items,
     }
 
 
