@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates compile-times warm-run stress \
+.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies quantities rates compile-times warm-run stress \
 	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -29,6 +29,7 @@ help:
 	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
 	@echo "make docs        the site of the documentation, in out/docs (3 min; 15 s where only pages have changed)"
 	@echo "make validation  docs/validation.md: every published number beside ours"
+	@echo "make worked-examples  docs/worked_examples.md: examples of textbooks, printed and computed (15 s)"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make data-sheet  write docs/data_sheet.md, whose commands it runs"
 	@echo "make misfire-map write docs/misfire_detection.md and its figure: a few minutes"
@@ -89,6 +90,9 @@ docs: $(VENV)/.installed-docs
 
 validation: $(VENV)/.installed-test
 	$(python) tools/validation.py
+
+worked-examples: $(VENV)/.installed-test
+	$(python) tools/worked_examples.py
 
 calibrate: $(VENV)/.installed-test
 	$(python) tools/calibrate_ntua.py
