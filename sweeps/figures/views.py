@@ -43,7 +43,7 @@ MISFIRE = "misfire"
 CATEGORIES = ("cylinder", "main_bearing", "cylinders", "direction", "valve_train", MISFIRE)
 """Dimensions between whose values there is nothing: no line runs from one to the next."""
 
-RUNNING = ("crank_angle", "order")
+RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that a curve runs along; all others are axes of the study."""
 
 SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)

@@ -146,7 +146,8 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
 def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     """Torque whose areas between crossings with its mean are given; each is a squared sine.
 
-    The energy at the crossings, and so its swing, depends on the areas alone: docs/torque_diagrams.md.
+    The energy at the crossings, and so its swing, depends on the areas alone, see
+    docs/torque_diagrams.md.
     """
     areas, mean = np.array(given.areas), float(given.mean or 0.0)
     if abs(areas.sum()) > BALANCE * np.abs(areas).max():
