@@ -132,9 +132,11 @@ def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
 
     return (
         Node(f"inertia_of_{name}", r"\Theta_{\Delta E}", "kg m2",
-             f"inertia for the wanted delta from {about}", _ENERGY, needs=(swing, "wanted_delta", "speed"), make=inertia_of),
+             f"inertia for the wanted delta from {about}", _ENERGY,
+             needs=(swing, "wanted_delta", "speed"), make=inertia_of),
         Node(f"delta_of_{name}", r"\delta_{\Delta E}", "1",
-             f"coefficient of speed fluctuation from {about}", _ENERGY, needs=(swing, "inertia", "speed"), make=delta_of),
+             f"coefficient of speed fluctuation from {about}", _ENERGY,
+             needs=(swing, "inertia", "speed"), make=delta_of),
     )  # fmt: skip
 
 
