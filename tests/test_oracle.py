@@ -7,24 +7,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from oracle import designs, golden, solution, thesis
-from oracle.collocation import collocate, differentiation_matrix
+from oracle import designs, golden, solution
+from oracle.collocation import collocate
 from oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
 
 ITEMS = {item.name: item for item in designs.held_out()}
 GOLDEN = golden.read()
 ACCURACY = 1e-10  # what the oracle claims
-
-# Geometry and torques -----------------------------------------------------------------------------
-
-
-def test_torque_extremes_match_a_fine_grid() -> None:
-    design = ITEMS["2 cyl, alpha 0.5, constant"].design
-    found = solution.extreme_values(lambda phi: solution.total_torque(design, phi))
-    values = solution.total_torque(design, np.arange(0.0, CYCLE, CYCLE / 400_000))
-    assert found == pytest.approx((values.min(), values.max()), rel=1e-8)
-    assert found[0] <= values.min() + 1e-9
-    assert found[1] >= values.max() - 1e-9
 
 
 # Closed forms -------------------------------------------------------------------------------------
@@ -297,14 +286,6 @@ def test_solution_is_consistent(name: str) -> None:
     np.testing.assert_allclose(np.roll(omega, period), omega, rtol=ACCURACY)
 
 
-def test_differentiation_matrix_is_exact_for_low_orders() -> None:
-    phi = np.arange(31) * CYCLE / 31
-    slope = differentiation_matrix(31) @ np.sin(3.5 * phi + 0.2)
-    np.testing.assert_allclose(slope, 3.5 * np.cos(3.5 * phi + 0.2), atol=1e-12)
-    with pytest.raises(ValueError, match="odd"):
-        differentiation_matrix(30)
-
-
 # Outcomes -----------------------------------------------------------------------------------------
 
 
@@ -329,30 +310,6 @@ def test_the_offset_decides_between_idle_and_no_steady_state() -> None:
     for excess, status in ((0.5e-9, "converged"), (2e-9, "no_steady_state")):
         found = solve(replace(design, load_offset=SWING + excess * range_))
         assert found.status == status
-
-
-def test_unknown_words_are_refused() -> None:
-    with pytest.raises(ValueError, match="inertia_model"):
-        solve(replace(coasting("constant"), inertia_model="exact"))
-    with pytest.raises(ValueError, match="closure"):
-        solve(replace(coasting("constant"), closure="mean"))
-
-
-# Explicit Euler -----------------------------------------------------------------------------------
-
-
-def test_euler_takes_its_start_and_steps_by_hand() -> None:
-    design = replace(harmonic(1.0, "power_mean", 0.3), load_offset=5.0)
-    run = thesis.euler(design, start_speed=101.0, start_degrees=-180.0, k=0.25)
-    assert (len(run.omega), run.degrees[0], run.degrees[-1]) == (720, -180.0, 539.0)
-    speed = 101.0
-    for degrees, expected in zip(run.degrees, run.omega, strict=True):
-        assert speed == pytest.approx(expected, rel=1e-13)
-        torque = SWING * (1.0 - math.cos(2.0 * math.radians(degrees)))
-        acceleration = (torque - 5.0 - 0.25 * speed) / design.inertia
-        speed += acceleration / speed * math.radians(1.0)
-    assert speed == pytest.approx(run.omega_end, rel=1e-13)
-    assert run.delta == (run.omega_max - run.omega_min) / run.omega_mean
 
 
 # Held-out designs ---------------------------------------------------------------------------------
