@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw, phase_sums, symmetry
+from engine_dyn.geometry.layouts import arrangement_from_text
 
 TURN = 2.0 * math.pi
 CYCLE = 2.0 * TURN
@@ -96,13 +97,18 @@ def test_angles_of_files_have_few_digits() -> None:
 # --- phase vectors ------------------------------------------------------------------------------
 
 
-def test_phase_sums_of_even_firing() -> None:
-    """Only multiples of Z/2 are left of a four-stroke engine; there all cylinders add."""
+def test_phase_sums_of_two_cylinders_and_of_a_bank() -> None:
+    """Of twins 2 |cos(nu apart/2)|; banks of a cross-plane V8 fire 90, 180, 270, 180 apart."""
     orders = np.arange(1, 25) / 2.0
-    found = four().phase_sums(orders)
-    expected = np.where(orders % 2.0 == 0.0, 4.0, 0.0)
-    np.testing.assert_allclose(found, expected, atol=1e-13)
-    assert four().phase_sums(2.0).shape == ()
+    for crank in (180, 270, 360):
+        sums = 2.0 * np.abs(np.cos(0.5 * orders * crank * DEGREE))
+        twin = arrangement_from_text(f"parallel twin {crank}")
+        np.testing.assert_allclose(twin.phase_sums(orders), sums, atol=1e-12)
+    made = arrangement_from_text("V8 cross-plane")
+    for bank in (0, 1):
+        angles = [one.firing_angle for one in made.cylinders if one.bank == bank]
+        gaps = np.diff(np.sort(angles), append=min(angles) + CYCLE)
+        assert sorted(np.degrees(gaps).round().tolist()) == [90.0, 180.0, 180.0, 270.0]
 
 
 def test_phase_sums_are_what_is_left_of_harmonics() -> None:

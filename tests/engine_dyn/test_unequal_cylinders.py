@@ -127,18 +127,6 @@ def test_agrees_with_an_independent_solution(name: str) -> None:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", [n for n, d in DESIGNS.items() if d.closure == "power_mean"])
-def test_repeated_cycles_come_to_the_same_speed(name: str) -> None:
-    """A whole cycle marched from a start by the thesis's method."""
-    design = DESIGNS[name]
-    exact = solved(design)
-    # The thesis's method is of first order; what it sees of the torque is what counts.
-    start = float(solved(design, crank_angle=[-np.pi]).omega[0])
-    thesis = solved(design, method="thesis", passes=1, start_speed=start)
-    assert thesis.delta == pytest.approx(exact.delta, rel=3e-2)
-
-
-@pytest.mark.compiled
 @pytest.mark.parametrize("name", DESIGNS)
 def test_energy_balance_and_torque(name: str) -> None:
     """Mean, extremes and swing of the torque curve against sums over cylinders."""
