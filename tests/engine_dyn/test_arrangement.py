@@ -47,13 +47,6 @@ def test_no_order_of_a_two_stroke_engine_with_eight_cylinders_is_made_up() -> No
     assert even_cylinders(8, 0.5 * CYCLE).arrangement is None
 
 
-@pytest.mark.parametrize("count", range(1, MOST_CYLINDERS + 1))
-def test_firings_are_evenly_spaced(count: int) -> None:
-    phases = firing_phases(count, CYCLE)
-    assert phases[0] == 0.0
-    np.testing.assert_allclose(np.diff(phases), -CYCLE / count, rtol=1e-12)
-
-
 @pytest.mark.parametrize("count", range(1, 9))
 def test_phases_along_the_shaft_are_the_firings_in_another_order(count: int) -> None:
     order = CUSTOMARY_ORDERS[count]

@@ -54,9 +54,6 @@ def test_unequal_radii_break_the_symmetry() -> None:
     assert engine.symmetry() == 2
 
 
-# --- symmetry -----------------------------------------------------------------------------------
-
-
 def slow_symmetry(phases: list[float], period: float, weights: list[float]) -> int:
     """Try every one-to-one map of the cylinders (obvious, and only for a few of them)."""
     best = 1
@@ -83,18 +80,9 @@ def test_symmetry_is_the_finest_shift_that_maps_all(places: list[int], marks: li
     assert symmetry(phases, CYCLE, weights) == slow_symmetry(phases, CYCLE, weights)
 
 
-@pytest.mark.parametrize("count", range(1, 19))
-def test_even_firing_repeats_with_every_cylinder(count: int) -> None:
-    phases = np.random.default_rng(count).permutation(count) * (CYCLE / count) - 17.0
-    assert symmetry(phases, CYCLE) == count
-
-
 def test_angles_of_files_have_few_digits() -> None:
     phases = [-round(i * 720.0 / 7.0, 2) * DEGREE for i in range(7)]
     assert symmetry(phases, CYCLE) == 7
-
-
-# --- phase vectors ------------------------------------------------------------------------------
 
 
 def test_phase_sums_of_two_cylinders_and_of_a_bank() -> None:
@@ -135,9 +123,6 @@ def test_orders_that_are_no_harmonics() -> None:
         phase_sums(0.5, [0.0], TURN)
 
 
-# --- what is refused ----------------------------------------------------------------------------
-
-
 def cylinders(*angles: float, throws: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[Cylinder, ...]:
     return tuple(Cylinder(t, 0, a) for t, a in zip(throws, degrees(*angles), strict=True))
 
@@ -150,10 +135,7 @@ def cylinders(*angles: float, throws: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[C
         ({"banks": ()}, r"banks: none given"),
         ({"cylinders": ()}, r"cylinders: none given"),
         ({"banks": (math.nan,)}, r"bank 1: angle = nan: must be a finite number"),
-        (
-            {"throws": (Throw(0.0, 0.0, -1.0),)},
-            r"throw 1: radius_factor = -1: must be above 0",
-        ),
+        ({"throws": (Throw(0.0, 0.0, -1.0),)}, r"throw 1: radius_factor = -1: must be above 0"),
         (
             {"throws": (Throw(0.0), Throw(math.inf))},
             r"throw 2: angle = inf: must be a finite number",

@@ -40,9 +40,6 @@ def moved(position: Any, phi: Any, step: float = 2e-3) -> Any:
     return -(SPEED**2) * total / step**2
 
 
-# --- the definition -------------------------------------------------------------------------------
-
-
 def unequal_throws() -> Cylinders:
     """Equal rods on cranks of 1, 0.8 and 1.1 radii: each its own slider-crank."""
     radii, angles = (1.0, 0.8, 1.1), (0.0, 1.1, 4.0)
@@ -116,9 +113,6 @@ def test_harmonics_of_the_acceleration_are_the_closed_form_of_the_series() -> No
         )  # fmt: skip
 
 
-# --- engines of lecture 18 ------------------------------------------------------------------------
-
-
 def amplitude(found: RunningGear, order: float) -> tuple[float, float]:
     """Largest force over m r omega^2 and moment over that times the spacing, of one order."""
     force = found.force_ellipse(order).major / UNIT
@@ -126,15 +120,6 @@ def amplitude(found: RunningGear, order: float) -> tuple[float, float]:
 
 
 A2 = float(balance.acceleration_harmonics(2.0, RATIO).real)  # the lecture's lambda, exact
-
-
-def test_counterweights_balance_a_v_twin_of_90_degrees() -> None:
-    """Its first order turns forwards: c = 1/2 balances it, in both directions."""
-    assert amplitude(gear("V2 90", turning_mass=-0.5 * MASS), 1.0)[0] < 1e-12
-    assert float(gear("V2 90").best_fraction()) == pytest.approx(0.5, abs=1e-12)
-
-
-# --- counterweights and shafts --------------------------------------------------------------------
 
 
 def test_b112() -> None:
@@ -195,9 +180,6 @@ def test_backward_shaft_and_couple_cancel_what_turns_backwards() -> None:
     assert amplitude(gear("in-line 3", turning_mass=-0.5 * MASS), 1.0)[1] == pytest.approx(
         0.5 * math.sqrt(3.0)
     )
-
-
-# --- ellipse, largest, best -----------------------------------------------------------------------
 
 
 def test_ellipse_holds_the_force() -> None:
@@ -298,9 +280,6 @@ def test_best_fraction(norm: str, across: float) -> None:
 def test_where_counterweights_cancel_no_fraction_is_best() -> None:
     assert np.isnan(gear("in-line 4").best_fraction("rms"))
     assert np.isnan(gear("in-line 4").best_fraction("peak"))
-
-
-# --- bad input ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

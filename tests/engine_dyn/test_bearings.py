@@ -167,9 +167,6 @@ def test_axes_turn_back() -> None:
     assert bearings.in_turned_axes(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
 
 
-# Peaks, means and angles --------------------------------------------------------------------------
-
-
 FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 1.2, 0.9),
                            "pressure_factor": (1.0, 0.0, 0.8)}  # fmt: skip
 

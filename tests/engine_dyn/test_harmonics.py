@@ -163,9 +163,6 @@ def test_gravity_series_of_the_notes() -> None:
     assert abs(-found.imag[0] - 2.0 * 1.4 * mechanism.GRAVITY) > 7.0
 
 
-# Phase vectors ------------------------------------------------------------------------------------
-
-
 def test_which_orders_cancel_and_which_are_major() -> None:
     by_count = {z: even_cylinders(z, PERIOD) for z in (1, 4, 6)}
     orders = 0.5 * np.arange(1, 25)

@@ -111,9 +111,6 @@ def test_printed_polynomials_are_the_first_terms(
     assert rest(0.2) / rest(0.1) == pytest.approx(2.0**next_power, rel=0.1)
 
 
-# Shortened series ---------------------------------------------------------------------------------
-
-
 def test_shortened_forms_are_those_of_mosakowski() -> None:
     phi, ratio = np.linspace(-4.0, 4.0, 41), 0.42
     two = np.cos(phi) + ratio * np.cos(2 * phi)  # 13

@@ -117,15 +117,6 @@ def test_other_end_and_other_way_are_among_the_orders_and_their_own_inverse(text
             assert again.firing_order == one.arrangement.firing_order
 
 
-def test_turning_the_other_way_in_line_reads_the_order_backwards() -> None:
-    turned = turning_other_way(in_line(6))
-    assert turned is not None
-    assert turned.firing_order == (1, 4, 2, 6, 3, 5)
-    other = numbered_from_other_end(in_line(6))  # 6-2-4-1-5-3, beginning at 1
-    assert other is not None
-    assert other.firing_order == (1, 5, 3, 6, 2, 4)
-
-
 def vector_sums(made: Arrangement, weights: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Phase vector sums in real arithmetic, from the order and the firing angles alone."""
     angles = np.array(made.firing_angles)
