@@ -206,9 +206,6 @@ def cylinders(design: Design) -> Cylinders:
     return Cylinders(CYCLE, tuple(members))
 
 
-# --- what repeats -------------------------------------------------------------------------------
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("text", ["in-line 4", "in-line 5", "V8 cross-plane", "boxer 6"])
 @pytest.mark.parametrize("model", ["constant", "variable"])
@@ -255,22 +252,6 @@ def test_representatives() -> None:
     assert cylinders_of(arranged("V8 cross-plane")).along_shaft == ((0, 1), (2, 3), (4, 5), (6, 7))
 
 
-@pytest.mark.parametrize(
-    ("factors", "message"),
-    [
-        ({"pressure_factor": (1.0,)}, "pressure_factor: 1 values for 4 cylinders"),
-        ({"mass_factor": (1.0, 1.0, 1.0, -0.1)}, "mass_factor, value 4 = -0.1: must be a number"),
-        ({"pressure_factor": (1.0, 1.0, math.nan, 1.0)}, "pressure_factor, value 3 = nan"),
-    ],
-)
-def test_factors_that_are_none(factors: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        even_cylinders(4, CYCLE).with_factors(**factors)
-
-
-# --- crank radius -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("offset", [-0.02, 0.0, 0.001, 0.05])
 def test_crank_radius_of_ratio_makes_the_stroke(offset: float) -> None:
     radius = crank_radius_of_ratio(0.18, 0.3, offset)
@@ -280,15 +261,6 @@ def test_crank_radius_of_ratio_makes_the_stroke(offset: float) -> None:
     assert crank_radius(0.18, radius / 0.3, offset) == pytest.approx(radius, rel=1e-14)
     if offset == 0.0:
         assert radius == 0.5 * 0.18
-
-
-@pytest.mark.parametrize("offset", [0.3, -0.3, 0.211, math.nan])
-def test_a_crank_that_cannot_turn(offset: float) -> None:
-    with pytest.raises(ValueError, match="the crank cannot turn"):
-        crank_radius_of_ratio(0.18, 0.3, offset)
-
-
-# --- motored pressure ---------------------------------------------------------------------------
 
 
 def test_constructed_motored_diagram() -> None:
