@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn import diagram_from_points
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_range, number
 from sweeps.reading.engine_files import catalogue, load_engine
@@ -141,15 +140,3 @@ def test_the_digitised_diagram_is_smoothed_within_its_error() -> None:
     moved = (angle > -30.0) & (angle < 60.0)
     np.testing.assert_array_equal(smoothed[~moved], pressure[~moved])
     assert (((smoothed - pressure)[moved] / error) ** 2).mean() == pytest.approx(1.0, abs=1e-6)
-
-    # One step of the digitising: 0.155 bar and 0.61 degree.
-    fine = np.deg2rad(np.arange(-60.0, 90.0, 0.01))
-    before, after = (
-        diagram_from_points(np.deg2rad(angle), 1e5 * points)(fine) / 1e5
-        for points in (pressure, smoothed)
-    )
-    assert after.max() == pytest.approx(before.max(), abs=0.155)
-    assert abs(int(after.argmax()) - int(before.argmax())) * 0.01 < 0.61
-    # The bumps: the curve bends a fifth as much.
-    bend_before, bend_after = (np.abs(np.diff(curve, 2)).max() for curve in (before, after))
-    assert bend_after < 0.25 * bend_before

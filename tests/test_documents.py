@@ -14,17 +14,13 @@ import pandas as pd
 import pytest
 
 import sweeps
-from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
-from engine_dyn.speed.methods import METHODS
 from sweeps.cli.main import main as command
-from sweeps.figures.kinds import KINDS, figures_of
-from sweeps.figures.study import study_of
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.engine_files import load_engine
 from sweeps.running import into_archive
 from sweeps.running.options import Options
-from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.scene.reading import read_scene
 from tests.support.scenes import asking
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,9 +50,6 @@ validation: Any = importlib.import_module("validation")
 def blocks(language: str, page: str) -> list[str]:
     """Code blocks of a page in one language."""
     return re.findall(rf"```{language}\n(.*?)```", PAGES[page], re.DOTALL)
-
-
-# README -------------------------------------------------------------------------------------------
 
 
 def test_tables_are_current() -> None:
@@ -202,8 +195,6 @@ def test_torques_beside_the_flywheel_are_current() -> None:
     assert "](validation/asgari_table_2.csv)" in DOCUMENTS["flywheel.md"]
 
 
-# Validation ---------------------------------------------------------------------------------------
-
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
@@ -270,65 +261,11 @@ def test_one_diagram_gives_all_rows(study: Any) -> None:
 
 
 # Counted in the source documents: K Kakaitsas, A Asgari, R Rakopoulos, M Mosakowski, L lecture 18.
-ITEMS = {"K": 84, "A": 33, "R": 31, "M": 15, "L": 19}
-
-
-def anchors(name: str) -> set[str]:
-    """Anchors of a page's headings, as GitHub makes them."""
-    heads = re.findall(r"^#+ (.*)$", DOCUMENTS[name], re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
-
-
-def items() -> list[tuple[str, ...]]:
-    """Letter, number, what the source describes, what covers it, numbers."""
-    text = validation.ITEMS.read_text(encoding="utf-8")
-    return re.findall(r"^\| ([KARML])(\d+) \| (.+) \| (.+) \| (.+) \|$", text, re.MULTILINE)
 
 
 def test_the_file_of_items_is_current() -> None:
     text = (DOCS / "validation" / "items.csv").read_text(encoding="utf-8")
     assert text == validation.source_items()
-    assert [row[0] for row in ROWS["items"][1:]] == [f"{row[0]}{row[1]}" for row in items()]
-
-
-def test_every_item_of_the_sources_is_covered_by_something_that_exists() -> None:
-    rows = items()
-    for letter, count in ITEMS.items():
-        assert [int(row[1]) for row in rows if row[0] == letter] == list(range(1, count + 1))
-    known = {
-        *PARAMETERS, *ALL_QUANTITIES, *METHODS, *built_in_scenes(), *catalogue(),
-        *(kind.name for kind in KINDS),
-        # Tables of scenes, and words that are not looked up by name.
-        "[indicator]", "[characteristic]", "[shaft]", "passes", "truncation", "inertia_model",
-    }  # fmt: skip
-    for letter, number, _, covered, numbers in rows:
-        names = re.findall(r"`([^`]+)`", covered)
-        for name in names:
-            if name.startswith("sweeps."):
-                assert callable(getattr(sweeps, name.removeprefix("sweeps."))), name
-            elif " " not in name:
-                assert name in known, f"{letter}{number}: {name}"
-        assert names or "](" in covered, f"{letter}{number}"
-        for page, anchor in re.findall(r"\]\(([^)#]+)#?([^)]*)\)", f"{covered} {numbers}"):
-            assert (DOCS / page).is_file(), f"{letter}{number}: {page}"
-            if anchor:
-                assert anchor in anchors(page), f"{letter}{number}: #{anchor}"
-
-
-@pytest.mark.compiled
-def test_built_in_scenes_draw_the_figures_that_cover_items() -> None:
-    """What stands as figure `a` of the scene `b` is drawn of what `run b` writes."""
-    claimed: dict[str, dict[str, str]] = {}
-    for letter, number, _, covered, _ in items():
-        for named, scene in re.findall(r"figures? ([^;]*?) of the scene `(\w+)`", covered):
-            for kind in re.findall(r"`(\w+)`", named):
-                claimed.setdefault(scene, {})[kind] = f"{letter}{number}"
-    assert {"thesis", "thesis_cylinders", "asgari_forces", "friction", "lecture18"} <= set(claimed)
-    for scene, kinds in claimed.items():
-        study = study_of(sweeps.run(scene), {})
-        for kind, item in kinds.items():
-            found = next(figures_of(study, [kind]), None)
-            assert found is not None, f"{item}: scene {scene} draws no figure {kind}"
 
 
 @pytest.mark.slow
@@ -351,25 +288,6 @@ def test_what_the_readme_says_about_accuracy(study: Any, agreement: Any) -> None
     assert "has delta 0.103 instead of 0.1046, and 0.094 with gauge pressure" in README
     assert f"{study.at('periodic', 'delta', 'nominal'):.3f}" == "0.103"
     assert f"{study.at('gauge', 'delta', 'nominal'):.3f}" == "0.094"
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["kakaitsas_table_5_3.csv", "kakaitsas_table_5_4.csv", "kakaitsas_other_numbers.csv"],
-)
-def test_every_printed_number_is_compared(name: str) -> None:
-    cells = {cell.strip(" †") for rows in ROWS.values() for row in rows for cell in row}
-    for row in thesis_study.read_reference(name):
-        for column, text in row.items():
-            given = column in ("inertia_kgm2", "cylinders", "case", "delta_from_omegas")
-            if not text or given or not NUMBER.fullmatch(text):
-                continue
-            if name == "kakaitsas_table_5_3.csv" and column in (
-                "reciprocating_mass_kg", "crank_ratio", "speed_rpm", "start_speed",
-                "load_percent", "load_exponent",
-            ):  # fmt: skip
-                continue
-            assert text in cells or f"+{text}" in cells, (column, text)
 
 
 def test_scene_compares_with_the_same_numbers() -> None:
@@ -410,9 +328,6 @@ def test_drift_follows_from_the_energy_added() -> None:
     assert all(one < other for one, other in pairwise(drift.mean))
     assert drift.mean[-1] > 145.0
     assert drift.mean == pytest.approx(drift.predicted, rel=0.01)
-
-
-# --- reliability ----------------------------------------------------------------------------------
 
 
 def test_every_promise_has_tests_that_exist() -> None:

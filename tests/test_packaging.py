@@ -189,9 +189,6 @@ def test_import_is_quick(module: str, late: set[str]) -> None:
     assert modules_loaded_by(module) & late == set()
 
 
-# --- what is installed beside it ----------------------------------------------------------------
-
-
 def locked(name: str) -> dict[str, tuple[str, int]]:
     """Version of each package in a file of `make lock`, and the number of its hashes."""
     found: dict[str, tuple[str, int]] = {}

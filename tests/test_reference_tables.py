@@ -1,8 +1,6 @@
 """Tables of the reference: what is not a mere copy of the code's own tables."""
 
-import csv
 import importlib
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,6 @@ import pytest
 
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
@@ -36,18 +33,3 @@ def test_every_quantity_is_on_the_page_once() -> None:
     for name in QUANTITIES:
         named = sum(f"`{name}`" in names for names in belonging)
         assert page.count(f"\n| `{name}` |") + named == 1, name
-
-
-def test_every_engine_of_the_catalogue_has_its_sources_and_assumptions() -> None:
-    rows, sources = reference_tables.engines(), reference_tables.engine_sources()
-    assumed = list(csv.reader(reference_tables.assumption_file().splitlines()))
-    for name in catalogue():
-        engine = load_engine(name, Path())
-        assert rows.count(f"| [`{name}`](#{name}) | {engine.title} |") == 1, name
-        part = sources.partition(f"### `{name}`\n")[2].partition("### ")[0]
-        same = re.search(r"^As \[`(\w+)`\]", part, re.MULTILINE)
-        if same:
-            assert load_engine(same[1], Path()).sources == engine.sources, name
-        else:
-            assert part.count("\n- ") == len(engine.sources), name
-        assert {row[1] for row in assumed if row[0] == name} == set(engine.assumed)
