@@ -1,4 +1,4 @@
-"""Whatever stamps and signals come: turns that fit, or one line; warnings are errors."""
+"""Whatever stamps come: turns that fit, or one line; warnings are errors."""
 
 import numpy as np
 import pytest
