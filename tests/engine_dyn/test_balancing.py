@@ -277,11 +277,6 @@ def test_best_fraction(norm: str, across: float) -> None:
         assert 0.5 < found < 0.63  # the range that Asgari's reference [8] found by experience
 
 
-def test_where_counterweights_cancel_no_fraction_is_best() -> None:
-    assert np.isnan(gear("in-line 4").best_fraction("rms"))
-    assert np.isnan(gear("in-line 4").best_fraction("peak"))
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [

@@ -177,3 +177,12 @@ def test_cycles_with_unequal_steps_have_common_knots() -> None:
     fine = some[1]._replace(step=0.25)(heat=float(HEATS[2]))
     found = table.row(2 * table.own.row_count + 60)
     np.testing.assert_array_equal(found.pressure, fine.pressure)
+
+
+def test_samples_are_those_of_the_diagram(table: CycleTable) -> None:
+    diagram = table.row(300)
+    phi = np.concatenate([np.linspace(-20.0, 20.0, 333), diagram.angle[:5]])
+    values, slopes = table.sampled(np.array([5, 300]), phi, slopes=True)
+    np.testing.assert_allclose(values[1], diagram(phi), rtol=1e-12)
+    largest = np.abs(diagram.slope).max()
+    np.testing.assert_allclose(slopes[1], diagram.derivative(phi), atol=1e-9 * largest)
