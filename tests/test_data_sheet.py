@@ -61,10 +61,3 @@ def test_what_it_says_is_refused(tmp_path: Path) -> None:
     said = tool.shell(tool.REFUSED, tmp_path, status=2)
     assert said in DOCUMENT
     assert not (tmp_path / "other.toml").exists()
-
-
-def test_only_facts_of_the_data_sheet_are_given() -> None:
-    """What is given in the example is what the maker prints, and no more."""
-    given = set(tool.EDITS) - {"name", "title"}
-    assert given == {"bore", "stroke"}
-    assert "--power 36.4kW --speed 2700rpm" in tool.COMMANDS["calibrate"]

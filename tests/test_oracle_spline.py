@@ -74,28 +74,3 @@ def test_tiny_irregularity_keeps_its_digits() -> None:
     scaled = found.delta * np.array([1.0, 1e2, 1e6, 1e10])
     np.testing.assert_allclose(scaled, scaled[-1], rtol=1e-6)
     np.testing.assert_allclose(scaled[2:], scaled[-1], rtol=1e-10)
-
-
-@pytest.mark.parametrize("exponent", [0.7, 2.0, 5.0])
-def test_stiff_loads_follow_the_torque(exponent: float) -> None:
-    """All but no flywheel: the speed is that at which the load takes the torque of the moment."""
-    item = ITEMS["8 cyl, alpha 0.5, variable"]
-    changes = {"variable": False, "exponent": exponent, "cylinders": 12, "mass": 0.0,
-               "cycle_time": False, "crank_ratio": 0.25}  # fmt: skip
-    lever = 0.125 * np.pi * item.design.bore**2 * item.design.stroke
-    angle = (np.arange(120000) + 0.5) * (spline.CYCLE / 12 / 120000)
-    torque = sum(
-        lever
-        * (item.design.pressure(angle + i * spline.CYCLE / 12) - item.design.crankcase_pressure)
-        * spline.velocity(angle + i * spline.CYCLE / 12, 0.25)
-        for i in range(12)
-    )
-    # Enough offset (negative: a driver) that the rest stays positive.
-    offset = min(0.0, 1.2 * float(torque.min()) - 10.0)
-    surplus = float(torque.mean()) - offset
-    found = solve(item, inertia=1e-9, surplus=surplus, **changes)
-    assert found.status[0] == spline.CONVERGED
-    speed = item.design.omega_n * ((torque - offset) / surplus) ** (1.0 / exponent)
-    assert found.omega_max[0] == pytest.approx(speed.max(), rel=1e-5)
-    assert found.omega_min[0] == pytest.approx(speed.min(), rel=1e-5)
-    assert found.omega_mean[0] == pytest.approx(speed.mean(), rel=1e-5)

@@ -42,18 +42,6 @@ def test_two_stroke_engines_have_orders_of_their_own(count: int) -> None:
     assert made is not None and made.firing_order == order
 
 
-def test_no_order_of_a_two_stroke_engine_with_eight_cylinders_is_made_up() -> None:
-    assert customary_order(8, two_stroke=True) is None
-    assert even_cylinders(8, 0.5 * CYCLE).arrangement is None
-
-
-@pytest.mark.parametrize("count", range(1, MOST_CYLINDERS + 1))
-def test_firings_are_evenly_spaced(count: int) -> None:
-    phases = firing_phases(count, CYCLE)
-    assert phases[0] == 0.0
-    np.testing.assert_allclose(np.diff(phases), -CYCLE / count, rtol=1e-12)
-
-
 @pytest.mark.parametrize("count", range(1, 9))
 def test_phases_along_the_shaft_are_the_firings_in_another_order(count: int) -> None:
     order = CUSTOMARY_ORDERS[count]

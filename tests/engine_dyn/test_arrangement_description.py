@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw, phase_sums, symmetry
+from engine_dyn.geometry.layouts import arrangement_from_text
 
 TURN = 2.0 * math.pi
 CYCLE = 2.0 * TURN
@@ -53,9 +54,6 @@ def test_unequal_radii_break_the_symmetry() -> None:
     assert engine.symmetry() == 2
 
 
-# --- symmetry -----------------------------------------------------------------------------------
-
-
 def slow_symmetry(phases: list[float], period: float, weights: list[float]) -> int:
     """Try every one-to-one map of the cylinders (obvious, and only for a few of them)."""
     best = 1
@@ -82,27 +80,23 @@ def test_symmetry_is_the_finest_shift_that_maps_all(places: list[int], marks: li
     assert symmetry(phases, CYCLE, weights) == slow_symmetry(phases, CYCLE, weights)
 
 
-@pytest.mark.parametrize("count", range(1, 19))
-def test_even_firing_repeats_with_every_cylinder(count: int) -> None:
-    phases = np.random.default_rng(count).permutation(count) * (CYCLE / count) - 17.0
-    assert symmetry(phases, CYCLE) == count
-
-
 def test_angles_of_files_have_few_digits() -> None:
     phases = [-round(i * 720.0 / 7.0, 2) * DEGREE for i in range(7)]
     assert symmetry(phases, CYCLE) == 7
 
 
-# --- phase vectors ------------------------------------------------------------------------------
-
-
-def test_phase_sums_of_even_firing() -> None:
-    """Only multiples of Z/2 are left of a four-stroke engine; there all cylinders add."""
+def test_phase_sums_of_two_cylinders_and_of_a_bank() -> None:
+    """Of twins 2 |cos(nu apart/2)|; banks of a cross-plane V8 fire 90, 180, 270, 180 apart."""
     orders = np.arange(1, 25) / 2.0
-    found = four().phase_sums(orders)
-    expected = np.where(orders % 2.0 == 0.0, 4.0, 0.0)
-    np.testing.assert_allclose(found, expected, atol=1e-13)
-    assert four().phase_sums(2.0).shape == ()
+    for crank in (180, 270, 360):
+        sums = 2.0 * np.abs(np.cos(0.5 * orders * crank * DEGREE))
+        twin = arrangement_from_text(f"parallel twin {crank}")
+        np.testing.assert_allclose(twin.phase_sums(orders), sums, atol=1e-12)
+    made = arrangement_from_text("V8 cross-plane")
+    for bank in (0, 1):
+        angles = [one.firing_angle for one in made.cylinders if one.bank == bank]
+        gaps = np.diff(np.sort(angles), append=min(angles) + CYCLE)
+        assert sorted(np.degrees(gaps).round().tolist()) == [90.0, 180.0, 180.0, 270.0]
 
 
 def test_phase_sums_are_what_is_left_of_harmonics() -> None:
@@ -129,9 +123,6 @@ def test_orders_that_are_no_harmonics() -> None:
         phase_sums(0.5, [0.0], TURN)
 
 
-# --- what is refused ----------------------------------------------------------------------------
-
-
 def cylinders(*angles: float, throws: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[Cylinder, ...]:
     return tuple(Cylinder(t, 0, a) for t, a in zip(throws, degrees(*angles), strict=True))
 
@@ -144,10 +135,7 @@ def cylinders(*angles: float, throws: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[C
         ({"banks": ()}, r"banks: none given"),
         ({"cylinders": ()}, r"cylinders: none given"),
         ({"banks": (math.nan,)}, r"bank 1: angle = nan: must be a finite number"),
-        (
-            {"throws": (Throw(0.0, 0.0, -1.0),)},
-            r"throw 1: radius_factor = -1: must be above 0",
-        ),
+        ({"throws": (Throw(0.0, 0.0, -1.0),)}, r"throw 1: radius_factor = -1: must be above 0"),
         (
             {"throws": (Throw(0.0), Throw(math.inf))},
             r"throw 2: angle = inf: must be a finite number",

@@ -167,30 +167,6 @@ def test_axes_turn_back() -> None:
     assert bearings.in_turned_axes(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
 
 
-# Peaks, means and angles --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("load", ["crank_pin", "piston_pin", "main_journal"])
-def test_extremes_are_those_of_the_curve(family: Family, load: str) -> None:
-    by_count = engine_of("V6 60 split-pin")
-    factors = bearings.Factors(SCALE * AREA, CRANKCASE * AREA, 2000.0, 1500.0)
-    fine = 2.0 * np.pi / 36000
-    phi = -0.5 * PERIOD + np.arange(72000) * fine
-    function = {
-        "crank_pin": bearings.crank_pin_load,
-        "piston_pin": bearings.piston_pin_load,
-        "main_journal": bearings.main_journal_load,
-    }[load]
-    more = (2,) if load == "main_journal" else ()
-    one, other = function(phi, 0.3, 0.1, family, 0.0, factors, 6, by_count, *more)
-    curve = np.hypot(one, other)
-    found = bearings.extremes(load, 0.3, 0.1, family, 0.0, factors, 6, by_count, PERIOD, *more)
-    assert found["peak"] == pytest.approx(curve.max(), rel=1e-5)
-    assert found["mean"] == pytest.approx(curve.mean(), rel=1e-4)
-    apart = (found["angle"] - phi[curve.argmax()] + np.pi) % (2.0 * np.pi) - np.pi
-    assert abs(apart) < np.radians(0.05)
-
-
 FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 1.2, 0.9),
                            "pressure_factor": (1.0, 0.0, 0.8)}  # fmt: skip
 
@@ -293,10 +269,3 @@ def test_designs_of_their_own_crank_ratios_are_themselves(load: str, family: Fam
             load, ratio[i], offset[i], family, 0.0, own, count[i], by_count, PERIOD, 2
         )
         assert alone == whole[i]
-
-
-def test_unknown_throws_are_refused(family: Family) -> None:
-    by_count = {13: even_cylinders(13, PERIOD)}
-    factors = bearings.Factors(AREA, 0.0, 0.0, 0.0)
-    with pytest.raises(ValueError, match="13 cylinders: their order along the shaft is unknown"):
-        bearings.main_journal_load(0.0, 0.3, 0.0, family, 0.0, factors, 13, by_count, 1)

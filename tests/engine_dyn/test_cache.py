@@ -41,18 +41,28 @@ for word in sys.argv[1:] or ["1.5"]:
 """
 
 
-def start(folder: Path, *words: str, **environment: str) -> subprocess.Popen[str]:
+def start(
+    folder: Path, *words: str, program: str = PROGRAM, **environment: str
+) -> subprocess.Popen[str]:
     """Start a process that calls a kernel, and keeps it below `folder` unless told otherwise."""
     if not (folder / "module.py").exists():  # older versions of Numba look at its date
         (folder / "module.py").write_text(MODULE)
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *words],
+        [sys.executable, "-c", program, *words],
         text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         env={
             **os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]),
             "NUMBA_CACHE_DIR": str(folder / "cache"), **environment,
         },
     )  # fmt: skip
+
+
+def outcome(folder: Path, program: str, **environment: str) -> tuple[str, str]:
+    """What another program prints and what it says beside."""
+    process = start(folder, program=program, **environment)
+    said, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return said, errors
 
 
 def run(folder: Path, *words: str, **environment: str) -> tuple[bool, str]:
@@ -174,22 +184,14 @@ assert os.waitpid(child, 0)[1] == 0
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 def test_a_fork_does_not_wait_for_a_thread_that_it_lacks(tmp_path: Path) -> None:
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", WHILE_COMPILING], check=True, env=env)
+    outcome(tmp_path, WHILE_COMPILING)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 def test_a_fork_works_in_a_folder_of_its_own(tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(MODULE)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    subprocess.run(
-        [sys.executable, "-c", FORKS], check=True,
-        env={
-            **os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
-            "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "TMPDIR": str(scratch),
-        },
-    )  # fmt: skip
+    outcome(tmp_path, FORKS, TMPDIR=str(scratch))
     assert list(scratch.iterdir()) == []
     assert run(tmp_path) == (False, "")
 
@@ -205,20 +207,11 @@ def cannot(errors: str) -> str:
 @pytest.mark.skipif(os.name == "nt", reason="needs Unix limits")
 def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
     """The kernel is compiled and used; that it cannot be kept is said in one line."""
-    (tmp_path / "module.py").write_text(MODULE)
     limited = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)); "
-    done = subprocess.run(
-        [sys.executable, "-c", limited + "from module import twice; print(twice(1.5), twice(1))"],
-        capture_output=True, text=True,
-        env={
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
-            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-            "PYTHONDONTWRITEBYTECODE": "1",
-        },
-    )  # fmt: skip
-    assert (done.returncode, done.stdout.split()) == (0, ["3.0", "2.0"])
-    first, second = done.stderr.splitlines()
+    program = limited + "from module import twice; print(twice(1.5), twice(1))"
+    said, errors = outcome(tmp_path, program, PYTHONDONTWRITEBYTECODE="1")
+    assert said.split() == ["3.0", "2.0"]
+    first, second = errors.splitlines()
     assert first == COMPILING
     assert cannot(second) == "[Errno 27] File too large"
     assert archives(tmp_path) == []
@@ -260,16 +253,5 @@ def test_the_usual_place_is_the_folder_of_caches_of_the_user(tmp_path: Path) -> 
 
 
 def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(MODULE)
-    command = [sys.executable, "-c", "from module import twice; twice(1.5); twice(1)"]
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
-        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-    }
-    first, second = (
-        subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stderr
-        for _ in range(2)
-    )
-    assert first == f"{COMPILING}\n"
-    assert second == ""
+    program = "from module import twice; twice(1.5); twice(1)"
+    assert [outcome(tmp_path, program)[1] for _ in range(2)] == [f"{COMPILING}\n", ""]

@@ -1,6 +1,5 @@
 """How functions are compiled: when first called, from these sources, without touching Numba."""
 
-import ast
 import os
 import shutil
 import subprocess
@@ -8,8 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from engine_dyn.compilation import cache
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -210,42 +207,6 @@ print(events.seen)
 def test_threads_that_come_at_once_compile_once(tmp_path: Path) -> None:
     (tmp_path / "kernels.py").write_text(KERNELS)
     assert run(THREADS, tmp_path, ROOT, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == ["1"]
-
-
-# --- which sources a kernel has ------------------------------------------------------------------
-
-
-def modules_of(text: str, package: str) -> set[str]:
-    """Modules of a package that a source names in its imports, by Python's own parser."""
-    found = set()
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.ImportFrom):
-            assert node.level == 0 and node.module, "imports must be absolute"
-            inner = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {name if name in cache._SOURCES else node.module for name in inner}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return {name for name in found if name.partition(".")[0] == package}
-
-
-def test_all_that_a_module_imports_is_found() -> None:
-    """Python's own parser, which takes too long at each start, finds no more."""
-    direct = {name: modules_of(text, "engine_dyn") for name, text in cache._SOURCES.items()}
-    assert direct["engine_dyn.forces.bearing_extremes"] >= {"engine_dyn.forces.mechanism"}
-    for name, text in cache._SOURCES.items():
-        expected: set[str] = set()
-        waiting = [name]
-        while waiting:
-            new = direct[waiting.pop()] - expected
-            expected |= new
-            waiting += new
-        assert expected <= cache.imported(text).keys(), name
-
-
-def test_kernels_do_not_depend_on_all_sources() -> None:
-    found = cache.imported(cache._SOURCES["engine_dyn.forces.bearing_extremes"])
-    assert "engine_dyn.geometry.slider_crank" in found
-    assert not any(name.startswith(("engine_dyn.quantities", "engine_dyn.speed")) for name in found)
 
 
 EDITED = """

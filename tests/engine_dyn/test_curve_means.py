@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from engine_dyn.quantities.curve_means import MEAN, RMS, curve_mean, root_mean_square
-from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, NODES, QUANTITIES
+from engine_dyn.quantities.curve_means import curve_mean, root_mean_square
 
 ANGLE = np.arange(0.0, 4.0 * math.pi, 4.0 * math.pi / 720)
 
@@ -44,14 +43,3 @@ def test_a_row_has_the_same_bits_in_every_shape() -> None:
         deep = function(rows[:, None, :])[:, 0]
         for found in (one_by_one, pieces, across, deep):
             assert np.array_equal(found, expected)
-
-
-def test_every_curve_has_both_under_one_name() -> None:
-    curves = {name for name, node in QUANTITIES.items() if node.kind == "curve"}
-    assert {name + end for name in curves for end in (RMS, MEAN)} <= set(ALL_QUANTITIES)
-    assert set(CURVE_MEANS).isdisjoint(QUANTITIES)
-    for name, node in CURVE_MEANS.items():
-        (curve,) = node.needs
-        assert name in (curve + RMS, curve + MEAN)
-        assert {(one.unit, one.si) for one in NODES[curve]} == {(node.unit, node.si)}
-        assert len(NODES[name]) == 1 and node.removes == ("crank_angle",)

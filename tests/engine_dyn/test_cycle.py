@@ -1,6 +1,5 @@
 """The modelled diesel cycle, and the diagrams of the NTUA engine made with it."""
 
-import dataclasses
 import importlib
 import sys
 import tomllib
@@ -91,29 +90,6 @@ def equation(model):
     return right
 
 
-def test_points_are_uniform_from_bottom_of_the_range():
-    angle, pressure = cycle().points(0.5)
-    assert len(angle) == len(pressure) == 1440
-    assert angle[0] == -2.0 * np.pi
-    np.testing.assert_allclose(np.diff(angle), 0.5 * DEGREE, rtol=1e-12)
-    assert (pressure > 0.0).all()
-    assert np.abs(angle).min() == 0.0
-
-
-@pytest.mark.parametrize("step", [0.1, 0.25, 1.0, 2.0])
-@pytest.mark.parametrize(
-    ("form", "tolerance"),
-    # The rate of burning is t^form: with 5 its corner at the start is beyond the sixth order. With
-    # 1.2 the step that holds the corner burns some (0.125/70)^2.2 = 1e-6 of the heat.
-    [(5.0, 1e-11), (1.2, 1e-6)],
-)
-def test_the_table_does_not_depend_on_its_step(step, form, tolerance):
-    model = cycle(premixed_form=5.0, diffusion_form=form)
-    pressure = model.points(step)[1]
-    finest = model.points(0.05)[1]
-    np.testing.assert_allclose(pressure, finest[:: round(step / 0.05)], rtol=tolerance)
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.5])
 def test_against_a_general_integrator(offset):
     model = cycle(offset_ratio=offset)
@@ -146,29 +122,6 @@ def test_energy_balance_of_the_closed_cycle():
     assert heat == pytest.approx(14.0 * BAR, rel=1e-6)
 
 
-def test_burning_rate_is_the_derivative_and_starts_smoothly():
-    model = cycle()
-    phi = np.linspace(-0.3, 2.0, 2001)
-    h = 1e-6
-    difference = (model.burnt_fraction(phi + h) - model.burnt_fraction(phi - h)) / (2.0 * h)
-    np.testing.assert_allclose(model.burning_rate(phi), difference, atol=1e-7)
-    assert model.burnt_fraction(-6.0 * DEGREE) == 0.0
-    assert model.burning_rate(-6.0 * DEGREE) == 0.0
-    # 99.9 % of the diffusion part after its duration, by definition of the duration.
-    only = cycle(premixed_share=0.0)
-    assert only.burnt_fraction(66.0 * DEGREE) == pytest.approx(0.999, rel=1e-12)
-
-
-def test_gas_exchange_follows_the_manifolds():
-    model = cycle(valve_lag=1.0)
-    curve = diagram_from_points(*model.points(0.5))
-    for degrees, sign, manifold, loss in ((-270.0, -1.0, 1.1, 0.1), (270.0, 1.0, 1.2, 0.05)):
-        phi = degrees * DEGREE
-        steady = BAR * (manifold + sign * loss * float(velocity(phi, 0.25)) ** 2)
-        assert curve(phi) == pytest.approx(steady, rel=1e-3)
-    assert curve(179.9 * DEGREE) == pytest.approx(1.2 * BAR, rel=1e-3)
-
-
 def test_half_degree_is_fine_enough_for_the_spline():
     model = cycle()
     angle, pressure = model.points(0.125)
@@ -180,49 +133,21 @@ def test_half_degree_is_fine_enough_for_the_spline():
     ("name", "value", "words"),
     [
         ("premixed_duration", -5.0, "premixed_duration = -5 degree: must be between 1 and 180"),
-        ("diffusion_duration", 0.5, "diffusion_duration = 0.5 degree"),
         ("compression_ratio", 1.0, "compression_ratio = 1: must be between 1.5 and 40"),
-        ("crank_ratio", 1.0, "crank_ratio = 1: must be between 0 and 1"),
         ("intake_pressure", 0.0, "intake_pressure = 0 bar"),
-        ("exhaust_pressure", 25.0, "exhaust_pressure = 25 bar"),
         ("intake_loss", 0.7, "intake_loss = 0.7 bar: must be between 0 and 0.55 bar"),
-        ("exhaust_loss", -0.1, "exhaust_loss = -0.1 bar"),
-        ("compression_exponent", 1.0, "compression_exponent = 1:"),
-        ("expansion_exponent", 1.8, "expansion_exponent = 1.8:"),
-        ("heat", -1.0, "heat = -1 bar: must be between 0 and 200 bar"),
         ("premixed_share", 1.2, "premixed_share = 1.2: must be between 0 and 1"),
-        ("premixed_form", 0.5, "premixed_form = 0.5: must be between 1 and 10"),
-        ("diffusion_form", 0.9, "diffusion_form = 0.9: must be between 1 and 10"),
-        ("premixed_start", 100.0, "premixed_start = 100 degree"),
-        ("diffusion_start", -95.0, "diffusion_start = -95 degree"),
-        ("intake_closing", -30.0, "intake_closing = -30 degree"),
+        ("premixed_start", -60.0, "before the combustion starts"),
         ("exhaust_opening", 200.0, "exhaust_opening = 200 degree"),
-        ("valve_ramp", 0.0, "valve_ramp = 0 degree"),
-        ("valve_lag", 0.1, "valve_lag = 0.1 degree"),
         ("heat", np.nan, "heat = nan: must be a finite number"),
         ("valve_ramp", np.inf, "valve_ramp = inf: must be a finite number"),
     ],
 )
 def test_bad_parameters(name, value, words):
     with pytest.raises(ValueError) as caught:
-        cycle(**{name: value})
+        cycle(**{"intake_closing": -50.0, name: value})
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_intake_closes_before_the_combustion():
-    with pytest.raises(ValueError, match="before the combustion starts"):
-        cycle(intake_closing=-50.0, premixed_start=-60.0)
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, 0.7, 11.0, 20.0, np.nan])
-def test_bad_step(step):
-    with pytest.raises(ValueError, match="720 must be a multiple"):
-        cycle().points(step)
-
-
-def test_every_field_has_a_unit():
-    assert list(FILE_UNITS) == [field.name for field in dataclasses.fields(DieselCycle)]
 
 
 @given(

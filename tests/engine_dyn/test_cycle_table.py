@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.pressure import collocation, cycle_table
-from engine_dyn.pressure.curves import Curves, sampled
+from engine_dyn.pressure import cycle_table
 from engine_dyn.pressure.cycle_table import CycleTable, ModelledDiagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.family_grid import grid_from_diagrams
@@ -187,48 +186,3 @@ def test_samples_are_those_of_the_diagram(table: CycleTable) -> None:
     np.testing.assert_allclose(values[1], diagram(phi), rtol=1e-12)
     largest = np.abs(diagram.slope).max()
     np.testing.assert_allclose(slopes[1], diagram.derivative(phi), atol=1e-9 * largest)
-
-
-def test_sampling_repeats_with_the_period() -> None:
-    knots = np.arange(16) * (math.tau / 16) - math.pi
-    curves = Curves(
-        np.cos(knots)[None], -np.sin(knots)[None], np.ones(1, dtype=bool), np.zeros(1, dtype=int)
-    )
-    phi = np.linspace(-10.0, 10.0, 57)
-    values, _ = sampled(curves, phi, math.tau, 1)
-    np.testing.assert_allclose(values[0], np.cos(phi), atol=2e-4)
-
-
-# Collocation
-
-
-def test_an_interval_of_a_linear_equation() -> None:
-    """y' = -k (y - cos phi) has a known solution: one step of Newton's method finds it."""
-    n, k, start, width, first = collocation.POINTS, 5.0, 0.3, 0.4, 2.0
-    solution = collocation.Solution(*(np.zeros(n) for _ in range(6)))
-    collocation.guess(solution, first, 0.0, width)
-    phi = start + width * collocation.PLACES
-
-    def exact(angle: Any) -> Any:
-        forced = (k * k * np.cos(angle) + k * np.sin(angle)) / (1.0 + k * k)
-        at_first = (k * k * np.cos(start) + k * np.sin(start)) / (1.0 + k * k)
-        return forced + (first - at_first) * np.exp(-k * (angle - start))
-
-    solution.rates[:] = -k * (solution.values - np.cos(phi))
-    solution.slopes[:] = -k
-    end, _ = collocation.improve(solution, first, width)
-    assert end == pytest.approx(exact(start + width), rel=1e-13)
-    middle = collocation.fit(solution, first, width)
-    for x in (-1.0, -0.4, 0.3, 1.0):
-        value, rate = collocation.curve_at(solution, middle, width, x)
-        angle = start + 0.5 * width * (1.0 + x)
-        assert value == pytest.approx(exact(angle), rel=1e-12)
-        assert rate == pytest.approx(-k * (exact(angle) - math.cos(angle)), rel=1e-9)
-
-
-@pytest.mark.parametrize("x", [0.0, 1e-9, -0.3, 2.0, -6.0, 6.0])
-def test_short_series(x: float) -> None:
-    assert collocation.short_exp(x) == pytest.approx(math.exp(x), rel=1e-14)
-    sine, cosine = collocation.short_turn(x / 20.0)
-    assert sine == pytest.approx(math.sin(x / 20.0), rel=1e-15)
-    assert cosine == pytest.approx(math.cos(x / 20.0), rel=1e-15)

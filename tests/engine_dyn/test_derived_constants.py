@@ -26,7 +26,6 @@ from engine_dyn.speed.general import speeds
 from engine_dyn.speed.vectors import new_rows
 from engine_dyn.speed.work import boxes, columns, tabulation
 from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS
-from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
 
 HALF = Fraction(1, 2)
 
@@ -79,13 +78,6 @@ def test_two_point_formula() -> None:
     source = inspect.getsource(python_of(speeds._load_missed))
     found = [int(n) for n in re.findall(r"1\.0 / (\d+)\.0", source)]
     assert found[:2] == [math.factorial(4) / error, math.factorial(4) * 16]
-
-
-def test_cubic_and_quartic_in_the_middle() -> None:
-    """(60), (61) and (99)."""
-    assert python_of(cubic_in_middle)(0.0, 0.0, 1.0, -1.0) == pytest.approx(0.25, abs=1e-15)
-    found = python_of(max_between)(0.0, 0.0, 1.0, -1.0, 1.0)
-    assert found == pytest.approx((1.25, 1.0), abs=1e-15)
 
 
 def test_velocity_as_a_sum_of_columns() -> None:

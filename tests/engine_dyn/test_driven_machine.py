@@ -20,7 +20,7 @@ from engine_dyn.loads.driven_machine import (
     torque_over_speed,
     whole_ratio,
 )
-from engine_dyn.loads.laws import MOTOR, POWER, TABLE, Form, Law, law_of, load_terms
+from engine_dyn.loads.laws import MOTOR, TABLE, Law, load_terms
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
@@ -306,9 +306,6 @@ def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
     assert abs(found["energy_swing"][0] / plain["energy_swing"] - 1.0) > 0.01
 
 
-# --- curves -------------------------------------------------------------------------------------
-
-
 def test_curves_over_angle_are_periodic_splines() -> None:
     rng = np.random.default_rng(3)
     angle = np.sort(rng.uniform(-3.0, 3.2, 40))
@@ -398,14 +395,6 @@ def test_law_and_its_derivatives(of_motor: bool) -> None:
         h = 1e-5
         before, after = load_terms(q - h, law), load_terms(q + h, law)
         assert first == pytest.approx((after[0] - before[0]) / (2.0 * h), rel=1e-6)
-
-
-def test_law_of_a_power() -> None:
-    for half in (0.0, 0.25, 0.5, 1.0, 1.7):
-        form = Form(POWER, 1.0, False, np.zeros((3, 0)))
-        found = load_terms(1.3, law_of(150.0, 2.0 * half, 0.0, 1.0, form)[0])
-        expected = 1.3**half, half * 1.3 ** (half - 1.0)
-        assert found == pytest.approx(expected, rel=1e-14)
 
 
 def test_kloss() -> None:

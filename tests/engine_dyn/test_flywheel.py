@@ -10,7 +10,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from engine_dyn import flywheel, periodic_speed
-from engine_dyn.geometry import slider_crank
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
@@ -24,40 +23,25 @@ pytestmark = pytest.mark.compiled
 
 SPEED = 3000 * math.pi / 30
 
-# --- Asgari et al. (2019), section 4 --------------------------------------------------------------
-
 
 def test_method_one() -> None:
     """Rim 42.41 m/s (printed 42.23), mean diameter 0.24 m, 0.09/0.11 = 0.82."""
-    found = flywheel.method_one(
-        outer_diameter=0.27, inner_diameter=0.21, stroke=0.071, speed=SPEED,
-        flywheel_inertia=0.09, inertia=0.11,
-    )  # fmt: skip
+    given: dict[str, Any] = {
+        "outer_diameter": 0.27, "inner_diameter": 0.21, "stroke": 0.071, "speed": SPEED,
+        "flywheel_inertia": 0.09, "inertia": 0.11,
+    }  # fmt: skip
+    found = flywheel.method_one(**given)
     assert found.rim_speed == pytest.approx(math.pi * 0.27 * 3000 / 60)
     assert found.rim_speed == pytest.approx(42.41, abs=5e-3)
-    assert found.rim_speed != pytest.approx(42.23, abs=0.1)
     assert found.mean_diameter == pytest.approx(0.24)
     assert found.share_of_inertia == pytest.approx(0.82, abs=5e-3)
     assert found.speed_is_usual and found.inertia_is_usual
     # 2 S to 3 S with the stroke that the crank radius of 35.5 mm gives, not the printed 85 mm
     assert not found.diameter_is_usual
-    with_85 = flywheel.method_one(
-        outer_diameter=0.27, inner_diameter=0.21, stroke=0.085, speed=SPEED,
-        flywheel_inertia=0.09, inertia=0.11,
-    )  # fmt: skip
-    assert with_85.diameter_is_usual
+    assert flywheel.method_one(**{**given, "stroke": 0.085}).diameter_is_usual
     # the ratio as the text defines it, to what turns without the flywheel, is far outside
-    without = flywheel.method_one(
-        outer_diameter=0.27, inner_diameter=0.21, stroke=0.071, speed=SPEED,
-        flywheel_inertia=0.09, inertia=0.11 - 0.09, material="cast iron",
-    )  # fmt: skip
+    without = flywheel.method_one(**{**given, "inertia": 0.02}, material="cast iron")
     assert not without.inertia_is_usual and not without.speed_is_usual
-
-
-def test_limits_of_materials() -> None:
-    assert flywheel.RIM_SPEEDS == {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
-    largest = flywheel.largest_diameter(45.0, SPEED)
-    assert flywheel.rim_speed(largest, SPEED) == pytest.approx(45.0)
 
 
 def test_method_two() -> None:
@@ -124,8 +108,6 @@ def test_bad_input(call: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
 
-
-# --- the exact inertia ----------------------------------------------------------------------------
 
 ENGINE: dict[str, Any] = {
     "bore": 0.14, "stroke": 0.18, "crank_ratio": 0.2571, "reciprocating_mass": 6.67,
@@ -194,19 +176,10 @@ def batch(diagram: Diagram, **more: Any) -> dict[str, Any]:
 
 
 def test_energy_swing_of_friction_over_the_stroke(diagram: Diagram) -> None:
-    """Work of the torque less its mean, by the trapezoidal rule on a tenth of a degree."""
+    """Its size stands in test_unequal_cylinders; here what a shape and a mean torque change."""
     shape = FrictionShape(0.3, 0.2, 0.2, 0.2, 1.5e5)
-    sizes = {"bore": 0.14, "stroke": 0.18, "crank_ratio": 0.2571}
-    given = {**sizes, "reciprocating_mass": 6.67, "speed": 125.66}
-    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 7201)
-    v, b = (f(phi, 0.2571) for f in (slider_crank.velocity, slider_crank.acceleration))
-    gas = (diagram(phi) - 101325.0) * np.pi / 4.0 * 0.14**2 * 0.09 * v
-    friction = 100.0 * shape(phi, 0.2571, diagram, 101325.0)
-    torque = gas - 6.67 * 0.09**2 * 125.66**2 * b * v - friction
-    torque = torque - np.mean(torque[:-1])
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]) * np.diff(phi))])
+    given = {name: ENGINE[name] for name in ENGINE if name != "friction_torque"}
     found = energy_swing(diagram, **given, friction_shape=shape, friction_torque=100.0)
-    assert found == pytest.approx(np.ptp(work), rel=1e-5)
     plain = energy_swing(diagram, **given)
     assert abs(found / plain - 1.0) > 1e-3
     # a constant torque has no part in it
@@ -233,8 +206,7 @@ def test_every_design_of_a_batch_is_itself(diagram: Diagram) -> None:
     assert np.isfinite(whole.inertia[0, :-1]).all() and np.isnan(whole.inertia[0, -1]).all()
     for place in ((0, 0, 1), (0, 4, 0), (0, 7, 1)):
         alone = solve_for_inertia(
-            wanted_delta=wanted[place[1], 0],
-            **batch(diagram, mass=masses[place[2]], offset=0.0),
+            wanted_delta=wanted[place[1], 0], **batch(diagram, mass=masses[place[2]], offset=0.0)
         )
         assert float(alone.inertia) == whole.inertia[place]
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces import torque as forces
-from engine_dyn.forces.superposition import CrankTrain, superpose
+from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
-from engine_dyn.geometry.cylinders import EQUAL, Member, even_cylinders
+from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads import friction
 from engine_dyn.pressure.family import Family
@@ -53,6 +53,8 @@ def test_friction_by_hand() -> None:
     assert speed == pytest.approx(2.0 * 0.18 * 20.0, rel=1e-15)
     fmep = friction.friction_mean_effective_pressure(0.137e5, 0.005, 0.142e5, 80e5, speed)
     assert fmep == pytest.approx((0.137 + 0.005 * 80.0 + 0.142 * 7.2) * 1e5, rel=1e-14)
+    square = friction.friction_mean_effective_pressure(0.0, 0.0, 0.0, 80e5, speed, 0.0009e5)
+    assert square == pytest.approx(0.0009 * 7.2**2 * 1e5, rel=1e-14)
     displacement = 0.25 * np.pi * 0.14**2 * 0.18
     torque = friction.friction_torque(fmep, displacement, CYCLE)
     # What it takes out of a cycle is fmep on the displacement.
@@ -98,22 +100,6 @@ def test_actual_torque_is_the_loss_of_kinetic_energy(design: Design, count: int)
         PHI, train_of(design, count), design.reciprocating_mass, speed(PHI), acceleration
     )
     np.testing.assert_allclose(found, -slope / (12.0 * h), atol=1e-9 * np.ptp(found))
-
-
-def test_superpose_takes_a_mixed_axis_of_cylinders() -> None:
-    counts = np.array([[1], [7], [3]])
-
-    def curve(phi: Any, member: Member = EQUAL) -> Any:
-        assert member == EQUAL
-        return np.exp(np.cos(0.5 * phi)) + np.sin(phi)
-
-    found = superpose(curve, PHI, counts, CYCLE)
-    for i, count in enumerate((1, 7, 3)):
-        one = sum(curve(PHI - j * CYCLE / count) for j in range(count))
-        np.testing.assert_array_equal(found[i], one)
-
-
-# --- along the shaft ----------------------------------------------------------------------------
 
 
 def along_shaft(design: Design, family: Family, counts: Any, friction_torque: Any = 12.0) -> Any:

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.loads import friction
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from tests.support.cycles import case
@@ -88,15 +87,6 @@ def test_branches_of_the_stribeck_curve(fired: Diagram) -> None:
     np.testing.assert_allclose(root, root[0], rtol=1e-9)
 
 
-def test_friction_is_largest_in_the_working_stroke_and_never_drives(fired: Diagram) -> None:
-    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 1440, endpoint=False)
-    curve = shape()(phi, 0.28, fired, BAR)
-    assert (curve > 0.0).all()
-    assert 0.0 < phi[np.argmax(curve)] < 0.5 * np.pi
-    assert curve[phi == 0.0] == pytest.approx(shape().rest)
-    assert shape().rest == pytest.approx(0.3)
-
-
 def test_no_shares_is_the_constant_torque(fired: Diagram) -> None:
     none = shape(**dict.fromkeys(SHARES, 0.0))
     np.testing.assert_array_equal(none([-3.0, 0.0, 1.0], 0.3, fired, BAR), 1.0)
@@ -132,16 +122,3 @@ def test_rings_that_lift(fired: Diagram) -> None:
     assert exact_mean(lambda phi: dry(phi, 0.28, fired, BAR), FOUR_STROKE) == pytest.approx(
         1.0, abs=1e-6
     )
-
-
-# Means
-
-
-def test_chen_and_flynn_with_the_square() -> None:
-    """0.4 bar + 0.005 p_max + 0.09 bar s/m c_m + 0.0009 bar s2/m2 c_m^2 by hand."""
-    found = friction.friction_mean_effective_pressure(
-        0.4 * BAR, 0.005, 0.09 * BAR, 60.0 * BAR, 10.0, 0.0009 * BAR
-    )
-    assert found == pytest.approx((0.4 + 0.3 + 0.9 + 0.09) * BAR, rel=1e-14)
-    plain = friction.friction_mean_effective_pressure(0.4 * BAR, 0.005, 0.09 * BAR, 6e6, 10.0)
-    assert plain == 0.4 * BAR + 0.005 * 6e6 + 0.09 * BAR * 10.0

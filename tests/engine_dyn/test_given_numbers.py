@@ -105,9 +105,24 @@ def test_energy_swing_and_required_inertia_refuse_likewise(diagram: engine_dyn.D
             required_inertia(diagram, value, **engine)
 
 
-def test_factors_are_one_for_each_cylinder(diagram: engine_dyn.Diagram) -> None:
-    with pytest.raises(ValueError, match="mass_factor: must be a list of numbers, one for each"):
-        engine_dyn.periodic_speed(diagram, **ENGINE, mass_factor=1.0)  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"mass_factor": 1.0}, "mass_factor: must be a list of numbers, one for each"),
+        ({"pressure_factor": (1.0,)}, "pressure_factor: 1 values for 4 cylinders"),
+        ({"mass_factor": (1.0, 1.0, 1.0, -0.1)}, "mass_factor, value 4 = -0.1: must be a number"),
+    ],
+)
+def test_factors_are_one_for_each_cylinder(
+    diagram: engine_dyn.Diagram, changes: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        engine_dyn.periodic_speed(diagram, **ENGINE, **changes)
+
+
+def test_a_diagram_that_is_none_is_told_in_one_line() -> None:
+    with pytest.raises(ValueError, match=r"^diagram = 3: must be a Diagram, as returned by"):
+        engine_dyn.periodic_speed(3, **ENGINE)  # type: ignore[arg-type]
 
 
 def test_curves_and_tables_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
@@ -142,18 +157,6 @@ def test_curves_and_tables_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
         ):
             with pytest.raises(ValueError, match=r"\S"):
                 make(value)
-
-
-def test_curves_at_nan_are_nan(diagram: engine_dyn.Diagram) -> None:
-    assert np.isnan(diagram(np.nan))
-    assert np.isnan(diagram.derivative(np.nan))
-    assert np.isnan(engine_dyn.position(np.nan, 0.25))
-
-
-def test_angles_in_single_precision(diagram: engine_dyn.Diagram) -> None:
-    single = engine_dyn.diagram_from_points(_angles().astype(np.float32), _pressures())
-    at = np.linspace(-6.0, 6.0, 50)
-    np.testing.assert_allclose(single(at), diagram(at), rtol=1e-5)
 
 
 def test_pressures_in_bar() -> None:

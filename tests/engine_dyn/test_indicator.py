@@ -31,14 +31,7 @@ def diagram(step=1.0, **shape):
     return diagram_from_points(phi, hump(phi, **shape))
 
 
-# The spline
-
-
-@given(
-    st.integers(3, 60),
-    st.integers(0, 2**32 - 1),
-    st.sampled_from([FOUR_STROKE, TWO_STROKE]),
-)
+@given(st.integers(3, 60), st.integers(0, 2**32 - 1), st.sampled_from([FOUR_STROKE, TWO_STROKE]))
 @settings(deadline=None, max_examples=60)
 def test_spline_is_the_periodic_cubic_spline_of_scipy(count, seed, period):
     random = np.random.default_rng(seed)
@@ -81,11 +74,6 @@ def test_peak_is_the_largest_point_and_its_angle_that_of_the_curve():
     )
 
 
-@pytest.mark.parametrize("at", [-0.3, 0.0, 0.3])
-def test_peak_angle_on_both_sides_of_a_point(at):
-    assert diagram(1.0, at=at).peak_angle == pytest.approx(at * DEGREE, abs=2e-3 * DEGREE)
-
-
 def test_lowest_looks_between_the_points():
     phi = uniform(5.0)
     pressure = hump(phi)
@@ -110,10 +98,7 @@ def test_scaled_multiplies_everything():
             curve.scaled(bad)
 
 
-# Points that are taken
-
-
-def test_either_end_or_both():
+def test_either_end_or_the_mean_of_both():
     phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
     p = hump(phi)
     start, end, both = (
@@ -125,29 +110,8 @@ def test_either_end_or_both():
         assert curve.angle[0] == -2 * np.pi
         assert curve.angle[-1] < 2 * np.pi
         np.testing.assert_allclose(curve(phi), p, rtol=1e-12)
-
-
-def test_ends_are_averaged():
-    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
-    p = hump(phi)
     p[-1] += 1.0 * BAR
     assert diagram_from_points(phi, p).pressure[0] == pytest.approx(p[0] + 0.5 * BAR)
-
-
-def test_any_sampling():
-    random = np.random.default_rng(3)
-    phi = np.sort(np.concatenate([uniform(8.0), random.uniform(-1.0, 1.5, 60)]))
-    curve = diagram_from_points(phi, hump(phi, sharpness=20.0))
-    fine = np.linspace(-1.0, 1.5, 500)
-    np.testing.assert_allclose(curve(fine), hump(fine, sharpness=20.0), rtol=2e-2)
-
-
-def test_two_stroke():
-    phi = uniform(1.0, TWO_STROKE)
-    p = hump(phi, sharpness=15.0, period=TWO_STROKE)
-    curve = diagram_from_points(phi, p, TWO_STROKE)
-    assert curve.period == TWO_STROKE
-    np.testing.assert_allclose(curve(phi + TWO_STROKE), p, rtol=1e-10)
 
 
 def test_input_is_not_changed():
@@ -159,11 +123,8 @@ def test_input_is_not_changed():
     np.testing.assert_array_equal(p, before)
 
 
-# Points that are refused, with a message for people
-
-
-def changed(index, angle=None, pressure=None, step=1.0):
-    phi = uniform(step)
+def changed(index, angle=None, pressure=None):
+    phi = uniform(1.0)
     p = hump(phi)
     if angle is not None:
         phi[index] = angle
@@ -177,30 +138,16 @@ def rolled(degrees):
     return phi, np.roll(hump(phi), round(degrees))
 
 
-def without(first, last):
+def where(keep):
+    """Points at the angles [degree] that are kept."""
     phi = uniform(1.0)
-    keep = (phi <= first * DEGREE) | (phi >= last * DEGREE)
-    return phi[keep], hump(phi)[keep]
-
-
-def without_ends(last):
-    phi = uniform(1.0)
-    keep = np.abs(phi) < last * DEGREE
-    return phi[keep], hump(phi)[keep]
+    phi = phi[keep(phi / DEGREE)]
+    return phi, hump(phi)
 
 
 def uneven_ends():
     phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
-    p = hump(phi)
-    p[-1] += 2.0 * BAR
-    return phi, p
-
-
-def no_compression():
-    phi = uniform(1.0)
-    p = hump(phi)
-    p[(phi > -130 * DEGREE) & (phi < -110 * DEGREE)] = 40.0 * BAR
-    return phi, p
+    return phi, hump(phi) + np.where(phi == phi[-1], 2.0 * BAR, 0.0)
 
 
 def steep():
@@ -232,12 +179,21 @@ def steep():
         (rolled(360), ["peak", "at -352 degrees", "-30..60", "shifted by 360 degrees"]),
         (rolled(180), ["peak", "at 188 degrees", "shifted by 180 degrees"]),
         (rolled(90), ["peak", "at 98 degrees", "firing top dead centre"]),
-        (without(-300.0, -230.0), ["-300 and -230 degrees", "gap of 70", "allowed are 60"]),
-        (without(20.0, 40.0), ["20 and 40 degrees", "gap of 20", "15 within 60"]),
+        (
+            where(lambda a: (a < -299.5) | (a > -230.5)),
+            ["-300 and -230 degrees", "gap of 70", "allowed are 60"],
+        ),
+        (
+            where(lambda a: (a < 20.5) | (a > 39.5)),
+            ["20 and 40 degrees", "gap of 20", "15 within 60"],
+        ),
         (uneven_ends(), ["-360 degrees", "360", "differ by 2 bar", "2 % of the peak, 1.2 bar"]),
-        (no_compression(), ["-120 degrees", "-20", "rise through the compression"]),
+        (
+            changed(slice(231, 250), pressure=40.0 * BAR),
+            ["-120 degrees", "-20", "rise through the compression"],
+        ),
         (steep(), ["between them", "bar"]),
-        (without_ends(325.0), ["between 324 and -324 degrees: a gap of 72"]),
+        (where(lambda a: np.abs(a) < 324.5), ["between 324 and -324 degrees: a gap of 72"]),
         ((uniform(1.0), hump(uniform(1.0)), 3.0), ["720 or 360"]),
     ],
 )
@@ -248,9 +204,6 @@ def test_bad_points(points, words):
     assert "\n" not in message
     for word in words:
         assert word in message, message
-
-
-# Families
 
 
 def family(loads=(0.0, 50.0, 90.0)):
@@ -282,29 +235,6 @@ def test_given_loads_are_rows_and_give_the_given_diagrams():
     assert np.diff(rows.row_loads).max() <= ROW_STEP + 1e-12
 
 
-def test_rows_are_at_most_half_a_percent_apart_for_any_loads():
-    rows = family((10.0, 47.3, 47.9))
-    assert rows.row_count == 75 + 2 + 1
-    assert np.diff(rows.row_loads).max() <= ROW_STEP + 1e-12
-    np.testing.assert_array_equal(rows.row_loads[[0, 75, 77]], [10.0, 47.3, 47.9])
-
-
-def test_locate_is_the_place_between_rows():
-    rows = family()
-    load = np.array([[0.0, 0.1, 12.5], [49.9, 50.0, 90.0]])
-    row, weight = rows.locate(load)
-    assert row.dtype == np.int64
-    assert row.shape == weight.shape == load.shape
-    assert (weight >= 0.0).all()
-    assert (weight < 1.0).all()
-    following = np.minimum(row + 1, rows.row_count - 1)
-    between = (1 - weight) * rows.row_loads[row] + weight * rows.row_loads[following]
-    np.testing.assert_allclose(between, load, atol=1e-12)
-    assert weight[0, 2] == 0.0
-    assert row[1, 2] == 180
-    assert weight[1, 2] == 0.0
-
-
 def test_a_load_computed_with_rounding_is_still_a_row():
     rows = family()
     _, weight = rows.locate(np.linspace(0.0, 90.0, 181))
@@ -327,22 +257,6 @@ def test_between_rows_the_blend_is_linear():
     )
 
 
-def test_peak_and_its_phase_and_work_move_monotonically_without_two_humps():
-    rows = family()
-    loads = np.linspace(0.0, 90.0, 541)
-    curves = [rows.at(load) for load in loads]
-    volume_rate = np.sin(curves[0].angle) * (1.0 + 0.25 * np.cos(curves[0].angle))
-    peaks = np.array([curve.peak for curve in curves])
-    phases = np.array([curve.peak_angle for curve in curves])
-    work = np.array([(curve.pressure * volume_rate).sum() for curve in curves])
-    assert (np.diff(peaks) > 0.0).all()
-    assert (np.diff(phases) > 0.0).all()
-    assert (np.diff(work) > 0.0).all()
-    for curve in curves[::20]:
-        assert turns(curve) == 1
-    np.testing.assert_array_equal(rows.peak(loads), peaks)
-
-
 def test_distant_peaks_still_make_one_hump():
     early = diagram(1.0, peak=60.0, at=-5.0, sharpness=300.0)
     late = diagram(1.0, peak=60.0, at=30.0, sharpness=300.0)
@@ -350,16 +264,6 @@ def test_distant_peaks_still_make_one_hump():
     assert middle.peak_angle == pytest.approx(12.5 * DEGREE, abs=0.05 * DEGREE)
     assert middle(middle.peak_angle) == pytest.approx(60.0 * BAR, rel=1e-3)
     assert turns(middle) == 1
-
-
-def test_away_from_the_combustion_only_pressure_is_blended():
-    one = diagram(1.0, at=0.0, base=1.0)
-    two = diagram(1.0, at=20.0, base=2.0)
-    blend = family_from_diagrams([0.0, 1.0], [one, two]).at(0.5)
-    far = (blend.angle < -41 * DEGREE) | (blend.angle > 91 * DEGREE)  # of the peak at 10
-    np.testing.assert_allclose(
-        blend.pressure[far], np.sqrt(one.pressure[far] * two.pressure[far]), rtol=1e-12
-    )
 
 
 def test_rows_do_not_depend_on_what_else_is_asked_for():

@@ -7,22 +7,13 @@ import pytest
 
 from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.firing_orders import (
-    BOXER_ORDERS,
     CUSTOMARY_ORDERS,
     IN_LINE_ORDERS,
     TWO_STROKE_IN_LINE_ORDERS,
     in_line_order_by_rule,
     two_stroke_in_line_order_by_rule,
 )
-from engine_dyn.geometry.layouts import (
-    arrangement_from_text,
-    boxer,
-    in_line,
-    parallel_twin,
-    radial,
-    vee,
-    w_engine,
-)
+from engine_dyn.geometry.layouts import arrangement_from_text, radial, vee, w_engine
 
 TURN = 2.0 * math.pi
 CYCLE = 2.0 * TURN
@@ -37,19 +28,6 @@ def throws_of(engine: Arrangement) -> list[float]:
     return in_degrees([throw.angle for throw in engine.throws])
 
 
-# --- tables of orders ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("table", [IN_LINE_ORDERS, TWO_STROKE_IN_LINE_ORDERS])
-def test_in_line_orders_name_each_cylinder_once(table: dict[int, tuple]) -> None:  # type: ignore[type-arg]
-    assert list(table) == list(range(1, len(table) + 1))
-    for count, known in table.items():
-        for entry in known:
-            assert sorted(entry.order) == list(range(1, count + 1))
-            assert entry.order[0] == 1
-            assert entry.source
-
-
 def test_rules_give_orders_of_practice() -> None:
     for count in (1, 2, 5, 7):
         assert in_line_order_by_rule(count) == CUSTOMARY_ORDERS[count]
@@ -59,68 +37,6 @@ def test_rules_give_orders_of_practice() -> None:
     for count in (4, 5):
         first, *rest = TWO_STROKE_IN_LINE_ORDERS[count][0].order
         assert two_stroke_in_line_order_by_rule(count) == (first, *reversed(rest))
-
-
-@pytest.mark.parametrize("count", [4, 6, 8])
-def test_four_stroke_cranks_are_mirrored(count: int) -> None:
-    for known in IN_LINE_ORDERS[count]:
-        angles = throws_of(in_line(count, known.order))
-        if known.order == (1, 3, 6, 8, 4, 2, 7, 5):  # each half is mirrored in itself
-            assert angles[:4] == angles[3::-1]
-            assert angles[4:] == angles[:3:-1]
-        else:
-            assert angles == angles[::-1]
-    for more in (10, 12):
-        angles = throws_of(in_line(more, in_line_order_by_rule(more)))
-        assert angles == angles[::-1]
-
-
-# --- in-line and twins --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("period", [CYCLE, TURN])
-@pytest.mark.parametrize("count", range(1, 13))
-def test_in_line_engines_fire_evenly(count: int, period: float) -> None:
-    known = count in (IN_LINE_ORDERS if period == CYCLE else TWO_STROKE_IN_LINE_ORDERS)
-    engine = in_line(count, None if known else in_line_order_by_rule(count), period)
-    assert engine.is_even
-    assert engine.symmetry() == count
-    np.testing.assert_allclose(engine.firing_intervals, period / count, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("crank", "intervals", "throw"),
-    [
-        (180, [180.0, 540.0], 180.0),
-        (270, [270.0, 450.0], 90.0),  # Yamaha TRX 850, Triumph 270 degree twins
-        (360, [360.0, 360.0], 0.0),
-    ],
-)
-def test_cranks_of_parallel_twins(crank: int, intervals: list[float], throw: float) -> None:
-    engine = parallel_twin(crank * DEGREE)
-    assert in_degrees(engine.firing_intervals) == intervals
-    assert throws_of(engine)[-1] == throw
-    assert engine.is_even == (crank == 360)
-    assert engine.symmetry() == (2 if crank == 360 else 1)
-
-
-# --- V engines ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "intervals"),
-    [
-        ("V2 45", [405.0, 315.0]),  # Harley-Davidson
-        ("V2 90", [450.0, 270.0]),  # Ducati: 270 and 450
-        ("V6 90 shared-pin 1-6-5-4-3-2", [150.0, 90.0] * 3),  # Buick, odd firing
-        ("V10 90 1-10-9-4-3-6-5-8-7-2", [54.0, 90.0] * 5),  # Dodge Viper
-    ],
-)
-def test_uneven_v_engines(text: str, intervals: list[float]) -> None:
-    engine = arrangement_from_text(text)
-    assert in_degrees(engine.firing_intervals) == intervals
-    assert not engine.is_even
-    assert engine.symmetry() == len(intervals) // 2
 
 
 @pytest.mark.parametrize("count", range(2, 17, 2))
@@ -138,27 +54,6 @@ def test_split_pins_fire_any_order_evenly_at_any_angle(count: int) -> None:
     shared = vee(count, min(CYCLE / count, math.pi), "shared", order, "banks")
     assert len(shared.throws) == count // 2
     assert shared.is_even == (count > 2)
-
-
-def test_the_second_cylinder_of_a_pair_fires_an_interval_after_the_first() -> None:
-    """V6 with six pins: 120 degrees less the bank angle apart, in the sense of the manuals.
-
-    OM642 (service manual of the 2007 Sprinter): "the 48 degree throw angle plus the 72 degree
-    cylinder block angle" make 120 degrees; Buick 3800: pins 30 degrees apart. Split in the other
-    sense both pistons of a pair of a 60 degree V6 reach dead centre together, which nobody builds.
-    """
-    for bank_angle in (60.0, 72.0, 90.0, 120.0):
-        engine = arrangement_from_text(f"V6 {bank_angle:g} split-pin")
-        for place in range(3):
-            one, other = (
-                cylinder
-                for cylinder in engine.cylinders
-                if engine.throws[cylinder.throw].position == place
-            )
-            apart = math.remainder(other.firing_angle - one.firing_angle, CYCLE) / DEGREE
-            pins = engine.throws[other.throw].angle - engine.throws[one.throw].angle
-            assert apart == pytest.approx(120.0)
-            assert math.remainder(pins, TURN) / DEGREE == pytest.approx(bank_angle - 120.0)
 
 
 def test_two_stroke_v_engines() -> None:
@@ -190,37 +85,6 @@ def test_w_engines() -> None:
     assert split.is_even
 
 
-# --- boxer and radial ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("count", BOXER_ORDERS)
-def test_known_orders_of_boxers(count: int) -> None:
-    for known in BOXER_ORDERS[count]:
-        assert boxer(count, known.order, known.numbering).firing_order == known.order
-
-
-def add_or_subtract(count: int, up: int) -> tuple[int, ...]:
-    """The rule of mechanics, FAA-H-8083-32: add `up` or subtract the rest."""
-    order = [1]
-    while len(order) < count:
-        order.append(order[-1] + up if order[-1] + up <= count else order[-1] + up - count)
-    return tuple(order)
-
-
-def test_radial_engines() -> None:
-    assert radial(5).firing_order == (1, 3, 5, 2, 4)
-    assert radial(9).firing_order == (1, 3, 5, 7, 9, 2, 4, 6, 8)
-    assert radial(14, 2).firing_order == add_or_subtract(14, 9)
-    assert radial(18, 2).firing_order == add_or_subtract(18, 11)
-    for engine, throws in ((radial(7), 1), (radial(14, 2), 2), (radial(6, period=TURN), 1)):
-        assert engine.is_even
-        assert engine.symmetry() == len(engine.cylinders)
-        assert len(engine.throws) == throws
-
-
-# --- text ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("text", "order"),
     [
@@ -239,7 +103,6 @@ def test_radial_engines() -> None:
         ("W3 60,0,-60 1-3-2", (1, 3, 2)),
         ("V6 60 split-pin alternate 1-4-3-6-5-2", (1, 4, 3, 6, 5, 2)),
         ("boxer 4 alternate 1-3-2-4", (1, 3, 2, 4)),
-        ("radial 14 two-row", add_or_subtract(14, 9)),
         ("parallel twin 270", (1, 2)),
     ],
 )

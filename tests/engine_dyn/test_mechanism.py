@@ -9,7 +9,7 @@ import pytest
 from engine_dyn.forces import mechanism
 from engine_dyn.forces import torque as forces
 from engine_dyn.geometry import kinematic_series, masses, slider_crank
-from engine_dyn.geometry.cylinders import EQUAL, cylinders_of, even_cylinders
+from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from oracle.rigid_bodies import Bodies
 
@@ -29,16 +29,9 @@ def test_components_are_those_of_one_force(ratio: float, offset: float) -> None:
     beta = slider_crank.rod_angle(PHI, ratio, offset)
     assert tangential == pytest.approx(np.sin(theta + beta) / np.cos(beta), abs=1e-13)
     assert radial == pytest.approx(np.cos(theta + beta) / np.cos(beta), abs=1e-13)
-
-
-@pytest.mark.parametrize(("ratio", "offset"), CASES)
-def test_thrust_times_height_is_the_torque(ratio: float, offset: float) -> None:
-    # H above the crank's axis, all over r; P acts along the line of the pin, e beside the axis.
-    theta = PHI + slider_crank.dead_centres(ratio, offset).top
-    beta = slider_crank.rod_angle(PHI, ratio, offset)
+    # N H = T r: H above the crank's axis; P acts along the line of the pin, e beside the axis.
     height = np.cos(theta) + np.cos(beta) / ratio
-    moment = mechanism.thrust_ratio(PHI, ratio, offset) * height + offset
-    assert moment == pytest.approx(slider_crank.velocity(PHI, ratio, offset), abs=1e-12)
+    assert thrust * height + offset == pytest.approx(tangential, abs=1e-12)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.2, -0.3])
@@ -99,22 +92,28 @@ def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
             assert error(ratio[i], excess[i], mass, radius, offset) == found[i]
 
 
+UNEQUAL = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 0.9, 1.2)}
+
+
 @pytest.mark.parametrize(
-    "text", ["in-line 4", "V6 60 split-pin", "boxer 4", "V8 cross-plane", "radial 5"]
-)
-def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
+    ("text", "factors"),
+    [("in-line 4", {}), ("V6 60 split-pin", {}), ("boxer 4", {}), ("V8 cross-plane", {}),
+     ("radial 5", {}), ("in-line 3", UNEQUAL)],
+)  # fmt: skip
+def test_gravity_torque_is_the_slope_of_the_height(text: str, factors: dict[str, Any]) -> None:
     # Power of the weights is -G dy/dt; per unit crank speed, by differences of the masses' heights.
-    engine = cylinders_of(arrangement_from_text(text))
+    engine = cylinders_of(arrangement_from_text(text)).with_factors(**factors)
     count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
     piston, turning = 1.3, 2.1
 
     def height(phi: Any) -> Any:
         total: Any = 0.0
         for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
-            angle = phi + member.phase
-            theta = angle + slider_crank.dead_centres(ratio, offset).top
-            down = slider_crank.position(angle, ratio, offset)
-            total = total - piston * down * np.cos(bank) + turning * np.cos(theta + bank)
+            angle, own = phi + member.phase, member.radius_factor
+            crank = angle + slider_crank.dead_centres(own * ratio, offset / own).top + bank
+            down = own * slider_crank.position(angle, own * ratio, offset / own)
+            total = total - member.mass_factor * piston * down * np.cos(bank)
+            total = total + turning * own * np.cos(crank)
         return radius * total
 
     step = 1e-5
@@ -123,17 +122,6 @@ def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
         PHI, ratio, piston, turning, radius, count, {count: engine}, offset
     )
     assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
-
-
-def test_gravity_torque_as_printed_and_corrected() -> None:
-    # Rakopoulos notes, exact form: the second term is G_r sin(phi), not G_l sin(phi).
-    one = {1: even_cylinders(1, 4.0 * np.pi)}
-    found = mechanism.gravity_torque(PHI, 0.3, 2.0, 5.0, 0.1, 1, one)
-    velocity = slider_crank.velocity(PHI, 0.3)
-    right = mechanism.GRAVITY * 0.1 * (2.0 * velocity + 5.0 * np.sin(PHI))
-    printed = mechanism.GRAVITY * 0.1 * (2.0 * velocity + 2.0 * np.sin(PHI))
-    assert found == pytest.approx(right, abs=1e-12)
-    assert np.abs(found - printed).max() > 2.0
 
 
 def test_v_engines_stand_upright_and_boxers_lie_flat() -> None:
@@ -160,13 +148,3 @@ def test_inertia_pressure_is_the_amplitude_of_the_inertia_force() -> None:
         coefficient, mass / (area * stroke), stroke * speed / math.pi
     )
     assert pressures == pytest.approx(-found, rel=1e-9, abs=1e-6)
-
-
-def test_members_of_unequal_engines() -> None:
-    engine = even_cylinders(4, 4.0 * np.pi).with_factors(mass_factor=(1.1, 1.0, 1.0, 1.0))
-    found = mechanism.of_cylinder(
-        lambda member: member.mass_factor, np.array([1, 4]),
-        {1: even_cylinders(1, 4.0 * np.pi), 4: engine},
-    )  # fmt: skip
-    assert found.tolist() == [1.0, 1.1]
-    assert EQUAL.mass_factor == 1.0

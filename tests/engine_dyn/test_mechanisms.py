@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.speed.mechanisms import (
-    BATCH,
-    GENERAL,
-    Tally,
-    counted,
-    tally_in_use,
-)
+from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, counted, tally_in_use
 
 INERTIA = np.linspace(1.0, 3.0, 200)
 

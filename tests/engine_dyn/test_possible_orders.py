@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import engine_dyn
-from engine_dyn import status
 from engine_dyn.forces import harmonics
-from engine_dyn.geometry.arrangement import FOUR_STROKE, TURN, TWO_STROKE, Arrangement
+from engine_dyn.geometry.arrangement import TURN, TWO_STROKE, Arrangement
 from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text, in_line
 from engine_dyn.geometry.possible_orders import (
@@ -119,15 +117,6 @@ def test_other_end_and_other_way_are_among_the_orders_and_their_own_inverse(text
             assert again.firing_order == one.arrangement.firing_order
 
 
-def test_turning_the_other_way_in_line_reads_the_order_backwards() -> None:
-    turned = turning_other_way(in_line(6))
-    assert turned is not None
-    assert turned.firing_order == (1, 4, 2, 6, 3, 5)
-    other = numbered_from_other_end(in_line(6))  # 6-2-4-1-5-3, beginning at 1
-    assert other is not None
-    assert other.firing_order == (1, 5, 3, 6, 2, 4)
-
-
 def vector_sums(made: Arrangement, weights: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Phase vector sums in real arithmetic, from the order and the firing angles alone."""
     angles = np.array(made.firing_angles)
@@ -167,22 +156,6 @@ def test_phase_vector_sums_of_all_orders(text: str, throws: int) -> None:
         assert_allclose(np.abs(backwards), expected, atol=1e-12)
 
 
-def test_half_orders_of_the_six_by_its_closed_form() -> None:
-    """Pistons in step fire a turn apart: half orders have their amplitudes' differences left."""
-    mode = eigenvector(6)
-    found = harmonics.first_mode_phase_vectors(ORDERS, 6, {6: cylinders_of(in_line(6))})
-    firing = {cylinder: step * math.radians(120.0) for step, cylinder in
-              enumerate((1, 5, 3, 6, 2, 4))}  # fmt: skip
-    pairs = [(1, 6), (2, 5), (3, 4)]
-    for nu, size in zip(ORDERS, np.abs(found), strict=True):
-        sign = -1.0 if nu % 1.0 else 1.0
-        left = [mode[a - 1] + sign * mode[b - 1] for a, b in pairs]
-        total = sum(
-            part * np.exp(-1j * nu * firing[a]) for part, (a, _) in zip(left, pairs, strict=True)
-        )
-        assert_allclose(size, abs(total), atol=1e-12)
-
-
 def test_orders_of_practice_are_found() -> None:
     known = known_order_of(arrangement_from_text("in-line 6"))
     assert known is not None
@@ -202,19 +175,3 @@ def test_orders_of_practice_are_found() -> None:
 def test_words_that_are_no_crank() -> None:
     with pytest.raises(ValueError, match=r"^crank = 'mine': must be one of own, either-hand, any"):
         possible_orders(in_line(4), "mine")
-
-
-def test_a_diagram_that_is_none_is_told_in_one_line() -> None:
-    with pytest.raises(
-        ValueError, match=r"^diagram = 3: must be a Diagram, as returned by diagram_from"
-    ):
-        engine_dyn.periodic_speed(
-            3, bore=0.1, stroke=0.1, crank_ratio=0.3, reciprocating_mass=1.0, inertia=1.0,
-            speed=100.0,
-        )  # type: ignore[arg-type]  # fmt: skip
-
-
-def test_outcomes_with_numbers_have_one_owner() -> None:
-    codes = range(len(status.MEANINGS))
-    assert list(status.WITH_NUMBERS) == [code for code in codes if status.has_numbers(code)]
-    assert FOUR_STROKE == 2.0 * TURN

@@ -107,13 +107,6 @@ def test_the_diagram_is_the_curve() -> None:
         model.diagram(7.0)
 
 
-def test_levels() -> None:
-    model = cycle(suction_loss=0.0, delivery_loss=0.0)
-    bottom = float(dead_centres(0.2, 0.25).bottom)
-    for angle, level in ((0.0, 30.0), (8.0 * DEGREE, 2.0), (bottom, 2.0), (-1.0, 30.0)):
-        assert float(model.pressure_and_slope(angle)[0]) == pytest.approx(level * BAR, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

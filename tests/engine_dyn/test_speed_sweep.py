@@ -8,20 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.speed.results import SCALAR_NAMES
-from engine_dyn.status import (
-    CONVERGED,
-    MEANINGS,
-    STALLED,
-    TOLERANCE_NOT_MET,
-    has_numbers,
-)
+from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
 from oracle import golden, solution
 from oracle.designs import table
 from oracle.solution import Design
@@ -197,15 +190,6 @@ def test_broadcasting_and_scalars(inputs: dict[str, Any]) -> None:
     assert set(dispatch.solve(wanted=(), **inputs)) == {"status"}
 
 
-def test_progress_counts_designs(inputs: dict[str, Any]) -> None:
-    done: list[int] = []
-    solve(inputs, inertia=np.linspace(0.5, 5.0, 1000), progress=done.append, wanted=("delta",))
-    assert sum(done) == 1000
-
-
-# --- physics ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("model", ["constant", "variable"])
 @pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
 @pytest.mark.parametrize("count", [1, 3, 7])
@@ -213,25 +197,17 @@ def test_energy_balance_of_the_trace(
     design: Design, inputs: dict[str, Any], count: int, exponent: float, model: str
 ) -> None:
     """d(Theta(phi) omega^2/2)/dphi is gas less friction less load, with torques of the oracle."""
-    engine = replace(design, cylinders=count, load_exponent=exponent)
+    engine = replace(design, cylinders=count, load_exponent=exponent, inertia_model=model)
     inputs = inputs_of(engine, family_of(engine))
     # A fine spectral grid: the speed has no kinks.
     phi = np.arange(2880) * (CYCLE / 2880)
-    found = dispatch.solve(
-        **{**inputs, "inertia_model": model}, wanted=("load_factor", *CURVES), crank_angle=phi
-    )
+    found = dispatch.solve(wanted=("load_factor", *CURVES), crank_angle=phi, **inputs)
     omega = found["omega"]
     surplus = inputs["mean_torque"] - inputs["offset"]
     load = inputs["offset"] + surplus * (omega / engine.omega_n) ** exponent * found["load_factor"]
-    if model == "constant":
-        theta: Any = engine.inertia
-        torque = solution.total_torque(engine, phi)
-    else:
-        squares = sum(velocity(phi - i * CYCLE / count, engine.crank_ratio) ** 2
-                      for i in range(count))  # fmt: skip
-        moment = engine.reciprocating_mass * (0.5 * engine.stroke) ** 2
-        theta = engine.inertia + moment * (squares - np.mean(squares))
-        torque = solution.gas_torque(engine, phi) - engine.friction_torque
+    problem, _ = solution.problem_of(engine)
+    theta = engine.inertia * problem.inertia_ratio(phi)
+    torque = problem.torque(phi)
     order = np.fft.rfftfreq(phi.size, 1.0 / phi.size) * 2.0 * np.pi / CYCLE
     energy = 0.5 * theta * omega**2
     slope = np.fft.irfft(1j * order * np.fft.rfft(energy), phi.size)
@@ -259,9 +235,6 @@ def test_counts_that_do_not_divide_the_cycle(count: int, model: str) -> None:
     found = dispatch.solve(wanted=SCALAR_NAMES, **inputs_of(design, family_of(design)))
     for name in ("delta", "omega_max", "omega_min", "omega_mean"):
         assert float(found[name]) == pytest.approx(getattr(exact, name), rel=1e-7)
-
-
-# --- error and refinement -----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [n for n in items() if n.startswith(("strong", "all but"))])
@@ -315,8 +288,6 @@ def test_near_stall_the_outcomes_are_in_order(design: Design, inputs: dict[str, 
             assert last - first <= 40
             assert (status[last + 1 :] == STALLED).all()
 
-
-# --- anything at all ----------------------------------------------------------------------------
 
 WIDE = st.floats(-9.0, 9.0).map(lambda power: 10.0**power)
 

@@ -30,23 +30,38 @@ def inputs(cylinders: int = 1, **changes: Any) -> dict[str, Any]:
     return {**inputs_of(design, family_of(design, 1.0)), "inertia": INERTIA, **changes}
 
 
-@pytest.mark.parametrize("cylinders", [1, 4, 7])
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", INERTIA_MODELS)
-def test_curves_are_those_of_a_finer_solution(cylinders: int, exponent: float, model: str) -> None:
+FINER = {"method": "newton", "finer": 4, "tolerance": 1e-9, "general": True}
+
+UNEQUAL = [{"pressure_factor": (1.0, 0.0, 1.1)}, {"mass_factor": (1.2, 1.0, 0.9)}, {}]
+
+
+@pytest.mark.parametrize(
+    ("cylinders", "factors", "offset", "exponent", "model"),
+    [
+        *((count, {}, 0.0, exponent, model) for count in (1, 4, 7)
+          for exponent in (0.0, 1.0, 1.6, 2.0) for model in INERTIA_MODELS),
+        *((3, factors, offset, 1.6, "variable") for factors in UNEQUAL for offset in (0.0, 0.3)),
+    ],
+)  # fmt: skip
+def test_curves_are_those_of_a_finer_solution(
+    cylinders: int, factors: dict[str, Any], offset: float, exponent: float, model: str
+) -> None:
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model)
-    found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
-    exact = dispatch.solve(
-        wanted=("delta", *CURVES), crank_angle=ANGLES, method="newton", finer=4, tolerance=1e-9,
-        general=True, **arguments,
-    )  # fmt: skip
+    plain = cylinders != 3
+    if not plain:
+        engine = even_cylinders(cylinders, CYCLE).with_factors(**factors)
+        arguments |= {"offset_ratio": offset, "cylinders_by_count": {cylinders: engine}}
+    wanted = {"wanted": ("delta", *CURVES), "crank_angle": ANGLES}
+    found = dispatch.solve(**wanted, **arguments)
+    exact = dispatch.solve(**wanted, **FINER, **arguments)
     # Beyond that, exponent 1 reaches 1.3e-9 at delta 0.1: the coarse level's own error.
     usual = found["delta"] < 0.05
-    assert usual.sum() > 10 and (found["status"][usual] == CONVERGED).all()
-    np.testing.assert_allclose(found["omega"][usual], exact["omega"][usual], rtol=1e-9)
+    assert usual.sum() > 4 and (found["status"][usual] == CONVERGED).all()
+    limit = 1e-9 if plain else 1e-8
+    np.testing.assert_allclose(found["omega"][usual], exact["omega"][usual], rtol=limit)
     rates, known = found["angular_acceleration"][usual], exact["angular_acceleration"][usual]
     # Seven cylinders: these angles lie between the nodes of the finer solution.
-    share = 1e-7 if cylinders < 7 else 2e-6
+    share = 1e-7 if plain and cylinders < 7 else 2e-6
     assert (np.abs(rates - known) <= share * np.ptp(known, axis=1, keepdims=True)).all()
 
 
@@ -65,27 +80,6 @@ def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: 
     np.testing.assert_allclose(found["omega"], exact.omega(ANGLES), rtol=1e-8)
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.3])
-@pytest.mark.parametrize("factors", [{"pressure_factor": (1.0, 0.0, 1.1)},
-                                     {"mass_factor": (1.2, 1.0, 0.9)}, {}])  # fmt: skip
-def test_curves_of_any_engine(factors: dict[str, Any], offset: float) -> None:
-    """Offset, misfire and mass spread in lanes, against the general method with finer tables."""
-    engine = even_cylinders(3, CYCLE).with_factors(**factors)
-    arguments = inputs(
-        3, exponent=1.6, inertia_model="variable", inertia=INERTIA[12::4], offset_ratio=offset,
-        cylinders_by_count={3: engine},
-    )  # fmt: skip
-    found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
-    exact = dispatch.solve(
-        wanted=("delta", *CURVES), crank_angle=ANGLES, method="newton", finer=4, tolerance=1e-9,
-        general=True, **arguments,
-    )  # fmt: skip
-    assert (found["status"] == CONVERGED).all()
-    np.testing.assert_allclose(found["omega"], exact["omega"], rtol=1e-8)
-    rates, known = found["angular_acceleration"], exact["angular_acceleration"]
-    assert (np.abs(rates - known) <= 2e-6 * np.ptp(known, axis=1, keepdims=True)).all()
-
-
 @pytest.mark.parametrize("cylinders", [1, 4])
 def test_scalars_do_not_know_of_curves(cylinders: int) -> None:
     arguments = inputs(
@@ -99,32 +93,6 @@ def test_scalars_do_not_know_of_curves(cylinders: int) -> None:
         for name in (*SCALARS, "status"):
             np.testing.assert_array_equal(both[name], alone[name], err_msg=name)
         assert {*SCALARS, *wanted, "status"} == set(both)
-
-
-def test_one_curve_is_the_same_with_the_other() -> None:
-    both = dispatch.solve(wanted=CURVES, crank_angle=ANGLES, **inputs(4))
-    for name in CURVES:
-        alone = dispatch.solve(wanted=(name,), crank_angle=ANGLES, **inputs(4))
-        np.testing.assert_array_equal(alone[name], both[name])
-
-
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", INERTIA_MODELS)
-@pytest.mark.parametrize("cylinders", [1, 4])
-def test_extremes_of_the_curve(cylinders: int, exponent: float, model: str) -> None:
-    phi = np.linspace(0.0, 4.0 * np.pi, 14400, endpoint=False)
-    arguments = inputs(cylinders, exponent=exponent, inertia_model=model, inertia=INERTIA[8::4])
-    found = dispatch.solve(
-        wanted=("omega_max", "omega_min", "omega_mean", "omega"), crank_angle=phi, **arguments
-    )
-    omega = found["omega"]
-    span = found["omega_max"] - found["omega_min"]
-    # Samples of a twentieth of a degree.
-    for sampled, known in ((omega.max(1), "omega_max"), (omega.min(1), "omega_min")):
-        assert (np.abs(sampled - found[known]) <= 1e-6 * span).all()
-    assert (omega.max(1) <= found["omega_max"] + 1e-8 * span).all()
-    assert (omega.min(1) >= found["omega_min"] - 1e-8 * span).all()
-    np.testing.assert_allclose(omega.mean(1), found["omega_mean"], rtol=1e-9)
 
 
 @pytest.mark.parametrize("cylinders", [1, 4, 7])

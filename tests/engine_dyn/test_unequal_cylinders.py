@@ -127,18 +127,6 @@ def test_agrees_with_an_independent_solution(name: str) -> None:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", [n for n, d in DESIGNS.items() if d.closure == "power_mean"])
-def test_repeated_cycles_come_to_the_same_speed(name: str) -> None:
-    """A whole cycle marched from a start by the thesis's method."""
-    design = DESIGNS[name]
-    exact = solved(design)
-    # The thesis's method is of first order; what it sees of the torque is what counts.
-    start = float(solved(design, crank_angle=[-np.pi]).omega[0])
-    thesis = solved(design, method="thesis", passes=1, start_speed=start)
-    assert thesis.delta == pytest.approx(exact.delta, rel=3e-2)
-
-
-@pytest.mark.compiled
 @pytest.mark.parametrize("name", DESIGNS)
 def test_energy_balance_and_torque(name: str) -> None:
     """Mean, extremes and swing of the torque curve against sums over cylinders."""
@@ -218,9 +206,6 @@ def cylinders(design: Design) -> Cylinders:
     return Cylinders(CYCLE, tuple(members))
 
 
-# --- what repeats -------------------------------------------------------------------------------
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("text", ["in-line 4", "in-line 5", "V8 cross-plane", "boxer 6"])
 @pytest.mark.parametrize("model", ["constant", "variable"])
@@ -267,22 +252,6 @@ def test_representatives() -> None:
     assert cylinders_of(arranged("V8 cross-plane")).along_shaft == ((0, 1), (2, 3), (4, 5), (6, 7))
 
 
-@pytest.mark.parametrize(
-    ("factors", "message"),
-    [
-        ({"pressure_factor": (1.0,)}, "pressure_factor: 1 values for 4 cylinders"),
-        ({"mass_factor": (1.0, 1.0, 1.0, -0.1)}, "mass_factor, value 4 = -0.1: must be a number"),
-        ({"pressure_factor": (1.0, 1.0, math.nan, 1.0)}, "pressure_factor, value 3 = nan"),
-    ],
-)
-def test_factors_that_are_none(factors: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        even_cylinders(4, CYCLE).with_factors(**factors)
-
-
-# --- crank radius -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("offset", [-0.02, 0.0, 0.001, 0.05])
 def test_crank_radius_of_ratio_makes_the_stroke(offset: float) -> None:
     radius = crank_radius_of_ratio(0.18, 0.3, offset)
@@ -292,15 +261,6 @@ def test_crank_radius_of_ratio_makes_the_stroke(offset: float) -> None:
     assert crank_radius(0.18, radius / 0.3, offset) == pytest.approx(radius, rel=1e-14)
     if offset == 0.0:
         assert radius == 0.5 * 0.18
-
-
-@pytest.mark.parametrize("offset", [0.3, -0.3, 0.211, math.nan])
-def test_a_crank_that_cannot_turn(offset: float) -> None:
-    with pytest.raises(ValueError, match="the crank cannot turn"):
-        crank_radius_of_ratio(0.18, 0.3, offset)
-
-
-# --- motored pressure ---------------------------------------------------------------------------
 
 
 def test_constructed_motored_diagram() -> None:

@@ -230,20 +230,6 @@ def test_thresholds_are_those_of_the_normal_distribution() -> None:
     assert np.all((found.probability > 0.5) & (found.probability < 1.0))
 
 
-def test_weights_are_of_least_variance() -> None:
-    """Any other unbiased weights are worse: here the estimator of other errors."""
-    cycle = mean_cycle(0.0)
-    one, other = (
-        work_estimator(cycle, WHEEL, GAP, noise) for noise in (NOISE, WheelNoise(0.0, 0.0, 0.0002))
-    )
-    for place in range(4):
-        covariance = NOISE.covariance(WHEEL, int(one.first[place]), one.weights.shape[1])
-        ours, theirs = (np.sqrt(e.weights[place] @ covariance @ e.weights[place])
-                        for e in (one, other))  # fmt: skip
-        assert ours == pytest.approx(one.noise[place], rel=1e-9)
-        assert theirs > 1.05 * ours
-
-
 def test_bad_input() -> None:
     cycle = mean_cycle(0.0)
     with pytest.raises(ValueError, match="passage at least 1e-05"):

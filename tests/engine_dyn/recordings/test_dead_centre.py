@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from engine_dyn.pressure.first_law import FourStrokeCycle
 from engine_dyn.recordings.compression_fit import fitted_shift, lines_of
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import (
@@ -24,7 +23,6 @@ from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.units import BAR
 from sweeps.reading.engine_files import catalogue, load_engine
 from tests.support import recorded_engine as engine
-from tests.support.cycles import CASES, built
 
 DEGREE = engine.DEGREE
 
@@ -77,22 +75,6 @@ def test_shifts_are_found_in_the_catalogue_and_large_ones_told(
     assert found.suspected == (abs(shift) > 4.0)
 
 
-@pytest.mark.parametrize("name", [n for n in CASES if "motored" not in n])
-@pytest.mark.parametrize("shift", [-6.0, -2.0, 0.0, 2.0, 6.0])
-def test_modelled_cycles(name: str, shift: float) -> None:
-    kind, values, wall = CASES[name]
-    from tests.support.cycles import WALL
-
-    cycle = built(kind, {**values, **WALL[wall]})
-    geometry = CylinderGeometry(
-        0.1, 0.12, values["crank_ratio"], values["compression_ratio"],
-        values.get("offset_ratio", 0.0) * 0.05,
-    )  # fmt: skip
-    found = dead_centre_of_fired(recorded(cycle.diagram(1.0), shift), geometry)
-    assert abs(found.shift / DEGREE - shift) < 1.0
-    assert found.suspected == (abs(shift) > 4.0)
-
-
 @pytest.mark.parametrize("shift", [-6.0, -2.0, 0.0, 2.0, 6.0])
 def test_a_cycle_that_is_none_of_the_package(shift: float) -> None:
     found = dead_centre_of_fired(engine.cycles(0.5, shift=shift), engine.GEOMETRY)
@@ -119,15 +101,6 @@ def test_without_a_compression_ratio(shift: float) -> None:
     assert abs(found.shift - shift * DEGREE) < 2.0 * found.shift_uncertainty
     ratio = 1.0 + 11.0 * math.exp(-found.clearance)
     assert ratio == pytest.approx(engine.RATIO, rel=0.1)
-
-
-def spark(shift: float) -> tuple[RecordedCycles, CylinderGeometry]:
-    kind, values, _ = CASES["spark, adiabatic"]
-    from tests.support.cycles import WALL
-
-    cycle: FourStrokeCycle = built(kind, {**values, **WALL["woschni"], "intake_pressure": 0.6,
-                                          "combustion_start": -28.0})  # fmt: skip
-    return recorded(cycle.diagram(1.0), shift), CylinderGeometry(0.1, 0.12, 0.28, 10.0)
 
 
 def test_imep_of_a_tenth_of_a_degree() -> None:
@@ -161,7 +134,6 @@ def test_motored_cycles_measure_the_shift(shift: float, loss: float) -> None:
 
 def test_fired_cycles_do_not_look_motored() -> None:
     assert not looks_motored(engine.cycles(1.0, heat=300.0))
-    assert not looks_motored(spark(0.0)[0])
 
 
 def test_peaks_of_single_motored_cycles() -> None:

@@ -28,13 +28,6 @@ def test_volume_is_that_of_the_triangle() -> None:
     np.testing.assert_allclose(engine.GEOMETRY.volume_slope(angle), slope, atol=1e-10)
 
 
-def test_an_offset_keeps_stroke_and_ratio() -> None:
-    geometry = CylinderGeometry(0.1, 0.12, 0.3, 10.0, pin_offset=0.012)
-    volumes = geometry.volume(np.linspace(0.0, 2.0 * math.pi, 100001))
-    assert volumes.max() / volumes.min() == pytest.approx(10.0, rel=1e-8)
-    assert np.ptp(volumes) == pytest.approx(geometry.swept_volume, rel=1e-8)
-
-
 def smooth_pressure(angle: np.ndarray) -> np.ndarray:
     """A closed curve with a peak, of which no formula for the work is needed."""
     return 1e5 * (

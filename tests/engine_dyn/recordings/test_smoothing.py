@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
-from engine_dyn.recordings.smoothing import noise, shifted, smooth, thinned, without_delay
+from engine_dyn.recordings.smoothing import noise, shifted, smooth, without_delay
 from tests.support import recorded_engine as engine
 
 DEGREE = engine.DEGREE
@@ -85,13 +85,6 @@ def test_delay_and_lag_are_taken_out() -> None:
     found = without_delay(wrong, speed, delay, lag)
     np.testing.assert_allclose(found.pressure[1], recorded.pressure[1], atol=50.0)
     assert np.abs(wrong.pressure[1] - recorded.pressure[1]).max() > 1e4
-
-
-def test_thinning() -> None:
-    recorded = engine.cycles(0.5)
-    assert thinned(recorded, 4).angle[1] - recorded.angle[0] == pytest.approx(2 * DEGREE)
-    with pytest.raises(ValueError, match="36 samples"):
-        thinned(recorded, 100)
 
 
 def test_refusals() -> None:

@@ -10,7 +10,6 @@ from engine_dyn.recordings.measured_speed import (
     cycles_of_turns,
     find_gap_angle,
     fluctuation,
-    likeness,
     orders_of_samples,
     speed_over_angle,
 )
@@ -69,19 +68,6 @@ def test_half_orders_do_not_know_of_errors() -> None:
     without, _ = orders_without_wheel(perfect.reshape(2, -1), WHEEL)
     assert np.std(with_errors) > 0.01
     assert np.max(np.abs(with_errors - without)) < 0.03 * np.std(with_errors)
-
-
-def test_whole_orders_and_errors_are_one() -> None:
-    """A speed with another order 2 and a wheel with other errors give the same raw speed."""
-    model = speed_through_wheel(ANGLE, ENGINE.speed(ANGLE), WHEEL, GAP, CYCLE).reshape(2, -1)
-    middle = GAP + WHEEL.angle + 0.5 * WHEEL.width
-    other = model * np.exp(0.01 * np.cos(2.0 * middle + 0.5))
-    raw = raw_cycles().mean(axis=0).reshape(2, -1)
-    one, two = (tooth_errors(raw, speed, WHEEL) for speed in (model, other))
-    assert np.std(one.error - two.error) > 0.005
-    shown = [np.log(speed) - np.log1p(f.error) for speed, f in ((model, one), (other, two))]
-    shown = [curve - curve.mean() for curve in shown]
-    assert np.max(np.abs(shown[0] - shown[1])) < 1e-12
 
 
 def test_a_coasting_run_gives_the_errors() -> None:
@@ -170,15 +156,6 @@ def test_orders_of_means_between_teeth_are_those_of_the_speed() -> None:
         assert size == pytest.approx(expected[0], abs=1e-9)
         if expected[0]:
             assert angle == pytest.approx(expected[1], abs=1e-9)
-
-
-def test_likeness_of_curves() -> None:
-    x = np.linspace(0.0, 2.0 * np.pi, 100, endpoint=False)
-    one = 100.0 + np.sin(x)
-    assert likeness(one, 7.0 * one) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-15))
-    correlation, rms = likeness(one, 100.0 + np.cos(x))
-    assert correlation == pytest.approx(0.0, abs=1e-12)
-    assert rms == pytest.approx(0.01, rel=1e-9)
 
 
 def test_cycles_skip_lost_turns() -> None:
