@@ -321,6 +321,17 @@ def test_energy_balance_of_the_closed_cycle(name: str) -> None:
     assert float(found.hottest) >= hot
 
 
+def test_woschni_loss_has_the_usual_size() -> None:
+    """A quarter to a tenth of the heat goes to the walls, more where the engine turns slowly."""
+    shares = []
+    for speed in (600.0, 1800.0, 5400.0):
+        model = case("spark, woschni", speed=speed)
+        found = tabulate(FourStrokeCycle, si(model))
+        shares.append(float(found.wall_loss / found.heat))
+    assert shares == sorted(shares, reverse=True)
+    assert 0.08 < shares[1] < 0.25
+
+
 def test_no_factor_on_woschni_is_no_wall() -> None:
     model = case("spark, woschni", wall_factor=0.0)
     np.testing.assert_allclose(model.points()[1], case("spark, adiabatic").points()[1], rtol=1e-12)

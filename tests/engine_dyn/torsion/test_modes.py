@@ -4,11 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from engine_dyn.torsion.dampers import pendulum
-from engine_dyn.torsion.modes import critical_speeds, natural_modes, zero_crossings
-from engine_dyn.torsion.system import shaft_system
+from engine_dyn.torsion.modes import (
+    _solved,
+    critical_speeds,
+    modal_damping,
+    natural_modes,
+    zero_crossings,
+)
+from engine_dyn.torsion.system import matrices, shaft_system
 from tests.support.shafts import DIESEL
+
+
+def test_modes_of_the_diesel() -> None:
+    """Frequencies, shapes and modal inertias by scipy's generalised eigenproblem."""
+    made = shaft_system(**DIESEL)
+    inertia, stiffness, *_ = matrices(made)
+    squares, vectors = eigh(stiffness, np.diag(inertia))
+    vectors = (vectors / vectors[0]).T
+    modes = natural_modes(made)
+    np.testing.assert_allclose(modes.omega, np.sqrt(squares[1:]), rtol=1e-12)
+    np.testing.assert_allclose(modes.frequency[:3], [216.58361, 592.74048, 984.92296], rtol=1e-7)
+    np.testing.assert_allclose(modes.shape, vectors[1:], rtol=1e-8)
+    np.testing.assert_allclose(
+        modes.modal_inertia, [vector**2 @ inertia for vector in vectors[1:]], rtol=1e-8
+    )
 
 
 def test_shapes_fulfil_the_equations_and_are_orthogonal() -> None:
@@ -76,6 +98,14 @@ def test_what_turns_freely_is_left_out() -> None:
     np.testing.assert_allclose(ringed.shape[0, 1, 3], 0.0, atol=1e-12)
 
 
+def test_reversed_numbering_mirrors() -> None:
+    made = shaft_system(DIESEL["inertia"], DIESEL["stiffness"])
+    turned = shaft_system(DIESEL["inertia"][::-1], DIESEL["stiffness"][::-1])
+    one, other = natural_modes(made), natural_modes(turned, unit=8)
+    np.testing.assert_allclose(one.omega, other.omega, rtol=1e-12)
+    np.testing.assert_allclose(one.shape, other.shape[:, ::-1], rtol=1e-7, atol=1e-9)
+
+
 def test_critical_speeds_are_frequencies_over_orders() -> None:
     made = shaft_system(**DIESEL)
     found = critical_speeds(made, [0.5, 6.0])
@@ -110,7 +140,26 @@ def test_critical_speeds_with_a_pendulum(order: float) -> None:
         np.testing.assert_allclose(found * 3.0, held, rtol=1e-8)
 
 
+def test_damping_ratio_is_half_the_loss_factor_plus_viscous_parts() -> None:
+    made = shaft_system(**DIESEL)
+    modes = natural_modes(made)
+    discs = np.array(DIESEL["disc_damping"])
+    expected = 0.0175 + (modes.shape**2 @ discs) / (2.0 * modes.omega * modes.modal_inertia)
+    np.testing.assert_allclose(modal_damping(made, modes), expected, rtol=1e-9)
+
+
 @pytest.mark.parametrize("orders", [[0.0], [1.0, -0.5], [np.nan]])
 def test_orders_are_above_zero(orders: list[float]) -> None:
     with pytest.raises(ValueError, match="orders"):
         critical_speeds(shaft_system([1.0, 1.0], 1.0), orders)
+
+
+def test_the_disc_of_unit_amplitude_exists() -> None:
+    with pytest.raises(ValueError, match="unit = 2: must be a disc, from 0 to 1"):
+        natural_modes(shaft_system([1.0, 1.0], 1.0), unit=2)
+
+
+def test_systems_without_a_solution_do_not_stop_the_others() -> None:
+    matrix = np.array([np.eye(2), np.zeros((2, 2))])
+    found = _solved(matrix, np.array([2.0 * np.eye(2), np.eye(2)]))
+    np.testing.assert_array_equal(found, [2.0 * np.eye(2), np.zeros((2, 2))])

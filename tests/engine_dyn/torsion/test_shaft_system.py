@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.torsion import system as systems
+from engine_dyn.torsion.modes import natural_modes
 from engine_dyn.torsion.system import mean_torques, shaft_system
 from tests.support.shafts import DIESEL
 
@@ -87,6 +88,14 @@ def test_gears_refer_by_the_square_of_the_ratio() -> None:
     }.items():
         np.testing.assert_allclose(getattr(geared, name), np.array(expected).T, err_msg=name)
     assert geared.shape == (3,)
+
+
+def test_a_gear_of_ratio_one_is_no_gear() -> None:
+    plain = shaft_system([1.0, 2.0, 3.0], [40.0, 50.0])
+    geared = shaft_system(
+        [1.0, 0.5, 1.5, 3.0], [40.0, 50.0], [(0, 1), (2, 3)], meshes=[(2, 1)], ratios=1.0
+    )
+    np.testing.assert_allclose(natural_modes(geared).omega, natural_modes(plain).omega, rtol=1e-14)
 
 
 def test_mean_torques_by_hand() -> None:
