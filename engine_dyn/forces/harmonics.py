@@ -39,6 +39,7 @@ __all__ = [
     "gas_part",
     "gravity_harmonics",
     "inertia_harmonics",
+    "of_curve",
     "of_engine",
     "of_first",
     "of_first_mode",
@@ -233,6 +234,22 @@ def gravity_harmonics(
         return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
 
     return GRAVITY * crank_radius * _by_count(summed, orders, cylinders, by_count)
+
+
+def of_curve(curve: Any, angle: Floats, order: Floats) -> Any:
+    """Harmonics M_nu of a curve, M = mean + sum of Re M_nu exp(i nu phi), shape (..., order).
+
+    `curve` has equal steps of its period along the last axis, at the angles `angle` [rad]; the
+    orders belong to that period and lie below half of the samples.
+
+    Examples
+    --------
+    >>> angle = np.arange(0.0, 2.0 * np.pi, np.pi / 8)
+    >>> of_curve(3.0 * np.sin(2.0 * angle), angle, np.array([1.0, 2.0])).round(6)
+    array([ 0.+0.j, -0.-3.j])
+    """
+    waves = np.exp(-1j * np.multiply.outer(order, angle)) * (2.0 / angle.size)
+    return np.einsum("...a,oa->...o", np.asarray(curve, dtype=float), waves)
 
 
 def phase_of(harmonics: Any) -> Any:

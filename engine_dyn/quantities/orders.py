@@ -156,8 +156,16 @@ def _complex_torques(scope: str) -> list[Node]:
             names[1], "N m", f"harmonics of the inertia torque, {whose}",
             (inertia, "reciprocating_mass", "double_radius", "speed"), masses_torque,
         ),
-        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total),
+        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total,
+                  when="by_pressure"),
     ]  # fmt: skip
+
+
+def _of_given_torque(*, torque: Any, crank_angle: Any, order: Any) -> Any:
+    # The axis of orders, of length 1 here, stands before that of the crank angle.
+    return harmonics.of_curve(
+        np.asarray(torque)[..., 0, :], np.ravel(crank_angle), np.ravel(order)
+    )  # fmt: skip
 
 
 _HARMONICS = (
@@ -186,6 +194,11 @@ _HARMONICS = (
     ),
     *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),
     *(node for scope in _SCOPES for node in _complex_torques(scope)),
+    _harmonic(
+        "torque_harmonics", "N m", "harmonics of the torque, all cylinders",
+        ("torque", "crank_angle", "order"), _of_given_torque, when="by_torque",
+        removes=("crank_angle",),
+    ),
     _gravity("", False),
     _gravity("cylinder_", True),
 )  # fmt: skip

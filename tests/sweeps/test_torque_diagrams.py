@@ -107,6 +107,15 @@ def test_areas_give_the_swing_of_their_levels(tmp_path: Path, crossings: str) ->
     np.testing.assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
 
 
+def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
+    closed = "mean = 9.0\nharmonics = [{order = 0.5, cosine = 4}, {order = 3, sine = -8}]"
+    found = posed(tmp_path, closed, ["torque_order", "torque_phase"])
+    amplitude, phase = (found[name].sel(order=[0.5, 1.0, 3.0]) for name in found.data_vars
+                        if name != "status")  # fmt: skip
+    np.testing.assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
+    np.testing.assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("name", "text", "more"),
     [
@@ -190,6 +199,7 @@ def test_no_torque(tmp_path: Path, diagram: str, message: str) -> None:
         ({"set": {"load_table": {"mean": 1}}}, "load_table: harmonics: missing"),
         ({"set": {"load_table": {"mean": 1, "harmonics": [], "angle": "shaft"}}}, "angle"),
         ({"set": {"torque_factor": -1}}, "torque_factor = -1"),
+        ({"solver": {"method": "thesis"}}, "method = 'thesis': supports only the load law"),
     ],
 )
 def test_scene_that_does_not_fit(tmp_path: Path, scene: dict[str, Any], message: str) -> None:

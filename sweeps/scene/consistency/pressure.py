@@ -45,7 +45,17 @@ def check_diagram_count(scene: Scene, name: str) -> None:
 
 
 def check_motored(scene: Scene, name: str) -> None:
-    """Check that a pressure without combustion is known where a cylinder needs one."""
+    """Check that a pressure without combustion is known where a cylinder needs one.
+
+    An engine whose torque is given has no pressure at all.
+    """
+    if scene.engine.torque is not None:
+        if scene.indicator is not None:
+            raise SceneError(
+                f"{name}: [indicator]: not allowed: engine {scene.engine.name} gives its torque in "
+                "place of a pressure"
+            )
+        return
     engines = extreme_cylinders(scene, name)
     factors = {factor for engine in engines for factor in engine.pressure_factors}
     silent = scene.given.get("misfire")
