@@ -157,7 +157,7 @@ def _complex_torques(scope: str) -> list[Node]:
             (inertia, "reciprocating_mass", "double_radius", "speed"), masses_torque,
         ),
         _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total,
-                  when="by_pressure"),
+                  when="" if scope else "by_pressure"),
     ]  # fmt: skip
 
 
