@@ -149,7 +149,26 @@ PARAMETERS: tuple[Node, ...] = (
         source="Norton, Design of Machinery: offset slider-crank", unless_given=0.0,
     ),
     parameter(
-        "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
+        "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1",
+        when="given_speed",
+    ),
+    *(
+        parameter(
+            "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0,
+            source="Kakaitsas table 4.1", when=when, needs=("speed_found",),
+            make=lambda speed_found: speed_found,
+        )
+        for when in ("speed_of_largest", "speed_of_smallest")
+    ),
+    parameter(
+        "largest_speed", "n_{max}", "rpm",
+        "largest crank speed over the cycle, in place of the nominal one, of an engine whose "
+        "torque is given", si=RPM, low=0.0, source="this project",
+    ),
+    parameter(
+        "smallest_speed", "n_{min}", "rpm",
+        "smallest crank speed over the cycle, in place of the nominal one, of an engine whose "
+        "torque is given", si=RPM, low=0.0, source="this project",
     ),
     parameter(
         "load", "L", "percent", "engine load",

@@ -19,6 +19,9 @@ from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
 __all__ = ["AT_START", "NODES", "OF_TORQUE", "kernel_inputs", "without_cylinders"]
 
+MOST_STEPS, SPEED_FOUND = 40, 1e-12
+"""Most solutions of a search for the nominal speed, and its relative error."""
+
 AT_START = "omega_start"
 """Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
 
@@ -86,6 +89,28 @@ def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
 
 def _search_given_torque(period: float, **needs: Any) -> dict[str, Any]:
     return _search(**without_cylinders(period), **needs)
+
+
+def _speed_search(key: str, extreme: str) -> Any:
+    """Return what finds the nominal speed with which an extreme of the speed has a given value."""
+
+    def make(period: float, **needs: Any) -> dict[str, Any]:
+        target = np.asarray(needs.pop(key))
+        del needs["wanted"], needs["progress"]
+        wanted_delta, speed = needs.pop("wanted_delta", None), target
+        for _ in range(MOST_STEPS):
+            given = {**without_cylinders(period), **needs, "speed": speed}
+            if wanted_delta is not None:
+                found = _search(**given, wanted_delta=wanted_delta)
+                given["inertia"] = found["inertia_required"]
+            ratio = target / _solve(**given, wanted=[extreme])[extreme]
+            ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution then tells what failed
+            speed = speed * ratio
+            if np.abs(ratio - 1.0).max() <= SPEED_FOUND:
+                break
+        return {"speed_found": speed}
+
+    return make
 
 
 def _search(**needs: Any) -> dict[str, Any]:
@@ -157,6 +182,24 @@ def _inertia_search(solution: Node) -> Node:
     )  # fmt: skip
 
 
+def _speed_searches(solution: Node) -> tuple[Node, ...]:
+    """Return the stages that find the nominal speed from an extreme, beside one that solves."""
+    kept = tuple(n for n in solution.needs if n not in ("speed", "inertia", "crank_angle"))
+    return tuple(
+        replace(
+            solution, name="speed_search", long_name=f"nominal speed from the {key}",
+            gives=("speed_found",), make=_speed_search(key, extreme), can_fail=False,
+            needs=(*kept, beside, key), when=f"{solution.when} {word} {choice}",
+            source="this project",
+        )
+        for key, extreme, word in (
+            ("largest_speed", "omega_max", "speed_of_largest"),
+            ("smallest_speed", "omega_min", "speed_of_smallest"),
+        )
+        for beside, choice in (("inertia", "given_inertia"), ("wanted_delta", "wanted_delta"))
+    )  # fmt: skip
+
+
 def _result(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
     return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
 
@@ -169,6 +212,16 @@ _SOLUTIONS = tuple(
 NODES: tuple[Node, ...] = (
     *_SOLUTIONS,
     *(_inertia_search(solution) for solution in _SOLUTIONS),
+    *(
+        search
+        for solution in _SOLUTIONS
+        if "by_torque" in solution.when and "motor" not in solution.when
+        for search in _speed_searches(solution)
+    ),
+    Node(
+        "speed_found", "", "rad s-1", "nominal speed that an extreme belongs to", public=False,
+        needs=("speed_search",),
+    ),
     *(_result(*row) for row in RESULTS),
     *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
     _result(

@@ -88,6 +88,11 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "characteristic": "it follows from a speed characteristic",
     },
     {
+        "given_speed": "the nominal speed is given",
+        "speed_of_largest": "it follows from the largest speed over the cycle",
+        "speed_of_smallest": "it follows from the smallest speed over the cycle",
+    },
+    {
         "given_inertia": "the moment of inertia, or its parts, are given",
         "wanted_delta": "it follows from a wanted coefficient of speed fluctuation",
     },

@@ -15,6 +15,8 @@ __all__ = ["exclusive_pair"]
 
 _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),
+    ("speed", ("largest_speed", "smallest_speed"), "the nominal speed follows; give one of them"),
+    ("largest_speed", ("smallest_speed",), "each determines the nominal speed; give one of them"),
     (
         "wanted_delta",
         ("inertia", "flywheel_inertia"),

@@ -20,6 +20,10 @@ from sweeps.scene.values import GivenValues
 __all__ = ["variant_words"]
 
 
+OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_smallest"}
+"""Keys in place of the nominal speed, and their words."""
+
+
 def variant_words(
     values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
     driven: DrivenMachine, follows: bool,
@@ -62,6 +66,7 @@ def variant_words(
         "steady_load" if driven.over_angle is None else "angle_load",
         "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
         "characteristic" if follows else "given_load",
+        _speed_word(values),
         *_inertia_words(values),
         *_shaft_words(values),
         "load_inertia" if values.nonzero("load_inertia") else "no_load_inertia",
@@ -83,6 +88,16 @@ def _cylinder_words(values: GivenValues, engines: Sequence[Cylinders]) -> tuple[
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",
     )
+
+
+def _speed_word(values: GivenValues) -> str:
+    for gives in (values.gives, values.engine_gives):
+        for key, word in OF_EXTREMES.items():
+            if gives(key):
+                return word
+        if gives("speed"):
+            break
+    return "given_speed"
 
 
 def _inertia_words(values: GivenValues) -> tuple[str, ...]:

@@ -45,15 +45,18 @@ def test_a_word_that_does_not_exist_is_refused() -> None:
         Node("imep", "p_i", "bar", "indicated mean effective pressure", when="equal centered")
 
 
+OF_EXTREMES = "speed_of_largest", "speed_of_smallest"
+
 NO_SCENES = (
     *({law, "with_driver"} for law in LOAD_LAWS), {"motor", "no_driver"},
     {"equal", "unequal_throws"},
+    *({other, word} for other in ("by_pressure", "motor", "with_driver") for word in OF_EXTREMES),
 )  # fmt: skip
 """Words that no scene has together."""
 
 ONLY_THEN = {
     "diagram_scale": {"characteristic"}, "inertia_beyond_gear": set(),
-    "recorded_cycle": {"over_cycles"},
+    "recorded_cycle": {"over_cycles"}, "speed_search": set(OF_EXTREMES),
     "shape_at_nominal": {law.name for law in LAWS} - {"power_law"},
 }  # fmt: skip
 """Names that nothing needs unless a scene has one of these words."""

@@ -148,6 +148,23 @@ def test_factor_is_an_axis_and_the_inertia_follows(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.inertia_energy_swing, [450.0, 900.0], rtol=5e-5)
 
 
+@pytest.mark.parametrize(("key", "extreme"), [("largest_speed", "omega_max"),
+                                              ("smallest_speed", "omega_min")])  # fmt: skip
+@pytest.mark.parametrize("more", [{"inertia": 20.0}, {"wanted_delta": 0.2}])
+def test_an_extreme_in_place_of_the_nominal_speed(
+    tmp_path: Path, key: str, extreme: str, more: dict[str, float]
+) -> None:
+    found = posed(
+        tmp_path, CLOSED, [extreme, "delta", "brake_power"], set={key: 400.0, **more},
+        axes={"load_exponent": [0, 2]},
+    )  # fmt: skip
+    np.testing.assert_allclose(found[extreme], 400.0 * np.pi / 30.0, rtol=1e-9)
+    assert (found.status == 0).all()
+    assert (found.brake_power / 25e3 != pytest.approx(400.0 * np.pi / 30.0, rel=0.01)).all()
+    if "wanted_delta" in more:
+        np.testing.assert_allclose(found.delta, 0.2, rtol=1e-6)
+
+
 def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:
     file = tmp_path / "bare.toml"
     file.write_text('cycle = "two-stroke"\n[values]\ncylinders = 1\n')
@@ -199,6 +216,7 @@ def test_no_torque(tmp_path: Path, diagram: str, message: str) -> None:
         ({"set": {"load_table": {"mean": 1}}}, "load_table: harmonics: missing"),
         ({"set": {"load_table": {"mean": 1, "harmonics": [], "angle": "shaft"}}}, "angle"),
         ({"set": {"torque_factor": -1}}, "torque_factor = -1"),
+        ({"set": {"largest_speed": 400, "smallest_speed": 300}}, "has both|give one of them"),
         ({"solver": {"method": "thesis"}}, "method = 'thesis': supports only the load law"),
     ],
 )

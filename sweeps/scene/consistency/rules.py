@@ -35,6 +35,12 @@ _EXCLUSIONS = (
         "not allowed: engine {engine} has no diagrams",
     ),
     Exclusion(
+        ("largest_speed", "smallest_speed"),
+        lambda scene: scene.engine.torque is None or scene.driven.has_driver,
+        "not allowed: only for a [[diagram]] of kind 'torque' without a driver; give speed, on "
+        "which the torque of engine {engine} depends",
+    ),
+    Exclusion(
         CYCLE_KEYS, lambda scene: scene.engine.cycles is None,
         "not allowed: engine {engine} has diagrams that are not modelled by the first law; all "
         "[[diagram]] must be 'first_law' or 'two_stroke'",
