@@ -17,7 +17,7 @@ from sweeps.scene.driven import motor_of_slip
 from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.values import GivenValues
 
-__all__ = ["variant_words"]
+__all__ = ["OF_EXTREMES", "variant_words"]
 
 
 OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_smallest"}

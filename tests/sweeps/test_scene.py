@@ -26,6 +26,7 @@ from sweeps.errors import SceneError
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES
+from sweeps.scene.variants import OF_EXTREMES
 from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import NOT_OF_AN_ENGINE, refusal
 from tests.support.shafts import shaft_with
@@ -190,6 +191,11 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             raw = scene(set={key: value, "cylinders": MOST_CYLINDERS})
         elif key in OF_SHAFT or key.startswith("load_damping"):
             raw = scene(set={key: value}, shaft=shaft_with(key))
+        elif key in OF_EXTREMES:  # of an engine whose torque is given
+            (tmp_path / "torque.toml").write_text(
+                '[values]\ninertia = 1\n[[diagram]]\nkind = "torque"\nmean = 9\nharmonics = []'
+            )
+            raw = scene(engine=str(tmp_path / "torque.toml"), set={key: value})
         elif key == "recorded_cycle":
             (tmp_path / "run.csv").write_text(
                 "crank_angle_deg,pressure_bar,cycle_1_bar\n"
