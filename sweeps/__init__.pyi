@@ -17,7 +17,7 @@ from .optimising.optimise import optimise as optimise
 from .planning.plan import Plan as Plan
 from .planning.plan import plan as plan
 from .presenting.report.page import report as report
-from .reading.laboratory.pressure import read_pressure as read_pressure
+from .reading.pressure_recordings import read_pressure as read_pressure
 from .running.in_memory import run as run
 from .running.streaming import stream as stream
 from .scene.model import Scene as Scene

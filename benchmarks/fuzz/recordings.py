@@ -16,8 +16,8 @@ from benchmarks.fuzz.changes import changed, cut_up
 from benchmarks.fuzz.checking import read_hostile
 from benchmarks.fuzz.sandbox import names, sandbox
 from benchmarks.fuzz.texts import in_scene
-from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.pressure_options import ImportOptions
+from sweeps.reading.pressure_recordings import read_pressure
 
 __all__ = ["check_measured_speed", "check_recording", "measured_speeds", "recordings"]
 

@@ -72,7 +72,7 @@ def import_(
     """
     if output.exists() and raw.exists() and output.samefile(raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
-    from sweeps.reading.laboratory.pressure import read_pressure
+    from sweeps.reading.pressure_recordings import read_pressure
 
     chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
     found = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})

@@ -193,7 +193,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             raw = scene(set={key: value}, shaft=shaft_with(key))
         elif key in OF_EXTREMES:  # of an engine whose torque is given
             (tmp_path / "torque.toml").write_text(
-                '[values]\ninertia = 1\n[[diagram]]\nkind = "torque"\nmean = 9\nharmonics = []'
+                "[values]\ninertia = 1\nload_exponent = 1\nload_offset = 0\n[[diagram]]\n"
+                'kind = "torque"\nmean = 9\nharmonics = []'
             )
             raw = scene(engine=str(tmp_path / "torque.toml"), set={key: value})
         elif key == "recorded_cycle":

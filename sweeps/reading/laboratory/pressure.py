@@ -11,13 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.engine import Engine
-from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
@@ -33,9 +31,8 @@ from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.checks import a_path, check_companions, check_structure, mentioned, plain
+from sweeps.checks import check_companions, mentioned
 from sweeps.errors import SceneError, counted, one_line
-from sweeps.reading.engine_measures import EngineMeasures, measures_of, read_engine_measures
 from sweeps.reading.laboratory.columns import Signals, signals_of
 from sweeps.reading.laboratory.cycles_of_signals import (
     crank_angles,
@@ -45,9 +42,9 @@ from sweeps.reading.laboratory.cycles_of_signals import (
 )
 from sweeps.reading.laboratory.encoder_angles import with_encoder_angles
 from sweeps.reading.laboratory.imported_pressure import ImportedPressure, values_on
-from sweeps.reading.laboratory.pressure_options import COMPANIONS, ImportOptions, PressureOptions
+from sweeps.reading.laboratory.measures import EngineMeasures, measures_of
+from sweeps.reading.laboratory.pressure_options import COMPANIONS, PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
-from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import (
     angle_factor,
     counts_before,
@@ -58,7 +55,7 @@ from sweeps.reading.laboratory.units import (
 from sweeps.reading.laboratory.work_loops import with_loop_angles
 from sweeps.reading.silenced_warnings import BRAKE_TORQUE, STATED_UNIT
 
-__all__ = ["imported", "read_pressure"]
+__all__ = ["imported"]
 
 USUAL_CRANK_RATIO = 0.28
 """Where no engine says it; works depend on it by some percent."""
@@ -73,63 +70,6 @@ MOTORED = (-0.12, -5.0)
 """Work over its absolute area, and angle [degree] of the largest pressure: where both are more, a
 cycle that takes work is a motored one. A fired one that is reversed takes more, or has its largest
 pressure earlier."""
-
-
-def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
-    """Read recorded cylinder pressure from a laboratory's file.
-
-    Parameters
-    ----------
-    path : str or Path
-        Of a format that docs/laboratory_files.md lists.
-    **options
-        The keys of `engine-dyn import` and of [indicator], with underscores: `angle_column`,
-        `pressure_column`, `unit`, `shift` [degree], `average`, `pegging`, `smoothing`,
-        `angle_step` [degree] and others, see docs/laboratory_files.md; `engine`, a name of the
-        catalogue or the path of an engine file (with or without diagrams), or an `Engine`;
-        `two_stroke`.
-
-    Returns
-    -------
-    ImportedPressure
-        Cycles of each cylinder [rad, Pa], the diagram, what was done, and what the checks say.
-
-    Raises
-    ------
-    SceneError
-        In one line that names file, place and what would be accepted.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import sweeps
-    >>> computed = sweeps.run(engine="ntua", output={"quantities": ["pressure"]})
-    >>> table = np.column_stack([computed.crank_angle, computed.pressure * 100])
-    >>> np.savetxt("run12.csv", table, delimiter=";", header="angle [deg];p [kPa]", comments="")
-    >>> recorded = sweeps.read_pressure("run12.csv", engine="ntua")
-    >>> recorded.write("pressure.csv")
-    >>> with open("pressure.csv") as file:
-    ...     "crank_angle_deg,pressure_bar" in file.read()
-    True
-    """
-    path = a_path(path, "path")
-    given = dict(options)
-    engine = given.pop("engine", None)
-    known = measures_of(engine) if isinstance(engine, Engine) else None
-    if engine is not None and known is None:
-        given["engine"] = str(engine)
-    chosen = check_structure(ImportOptions, plain(given, str(path)), str(path))
-    if chosen.engine is not None:
-        known = read_engine_measures(chosen.engine)
-    two_stroke = chosen.two_stroke or (known is not None and known.period == TWO_STROKE)
-    label = str(path)
-    return imported(
-        read_recording(Path(path), label, chosen),
-        Path(path).name,
-        chosen,
-        TWO_STROKE if two_stroke else FOUR_STROKE,
-        known,
-    )
 
 
 def imported(

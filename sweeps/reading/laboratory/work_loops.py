@@ -17,9 +17,9 @@ from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import CUBIC_CENTIMETRE, DEGREE
 from sweeps.errors import SceneError, counted, one_line, shown
-from sweeps.reading.engine_measures import EngineMeasures
 from sweeps.reading.laboratory.columns import named_column, wanted_pressures
 from sweeps.reading.laboratory.cycles_of_signals import LONGEST
+from sweeps.reading.laboratory.measures import EngineMeasures
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from sweeps.errors import SceneError
-from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import pressure_unit
+from sweeps.reading.pressure_recordings import read_pressure
 from tests.support.laboratory import rows, samples
 
 ANGLE, PRESSURE = samples(-360.0)

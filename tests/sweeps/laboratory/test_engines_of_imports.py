@@ -7,8 +7,7 @@ import pytest
 
 import sweeps
 from sweeps.reading.engine_files import load_engine
-from sweeps.reading.engine_measures import read_engine_measures
-from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.pressure_recordings import read_engine_measures, read_pressure
 from tests.support import recorded_engine as engine
 from tests.support.laboratory import avl, four_cylinders, imep, own, rows, samples
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.pressure_recordings import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, imep, rows
 

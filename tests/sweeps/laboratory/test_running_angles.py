@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sweeps.reading.laboratory.imported_pressure import ImportedPressure
-from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.pressure_recordings import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, imep, rows
 

@@ -8,9 +8,9 @@ import pytest
 import sweeps
 from sweeps.reading.laboratory import text_tables
 from sweeps.reading.laboratory.evaluation import evaluated
-from sweeps.reading.laboratory.pressure import read_pressure
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import SUFFIXES
+from sweeps.reading.pressure_recordings import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, four_cylinders, imep, rows, samples
 

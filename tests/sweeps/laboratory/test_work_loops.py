@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import sweeps
 from engine_dyn.geometry import slider_crank
 from sweeps.reading.engine_files import load_engine
-from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.pressure_recordings import read_pressure
 
 NAMES = "volume_cm3,pressure_bar\n"
 CATALOGUE = Path(sweeps.__file__).parent / "catalogue" / "engines"
