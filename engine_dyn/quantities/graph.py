@@ -21,6 +21,7 @@ from engine_dyn.quantities import (
     flywheels,
     friction,
     friction_components,
+    generator,
     loads,
     mechanism_forces,
     orders,
@@ -62,6 +63,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
     *shaft_numbers.PARAMETERS,
+    *generator.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -80,6 +82,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *orders.NODES,
     *bearing_loads.NODES,
     *torsion.NODES,
+    *generator.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """

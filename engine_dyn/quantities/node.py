@@ -90,6 +90,9 @@ class Node:
     of_shaft : tuple of str
         Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
         `make` takes those that there are by their names, `disc_inertia_1` and so on.
+    beside : tuple of str
+        Quantities that archives also hold where this node is computed, because results of theirs
+        are warned of.
 
     Raises
     ------
@@ -125,6 +128,7 @@ class Node:
     width: int = 8
     threaded: bool = False
     of_shaft: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)

@@ -30,6 +30,8 @@ SOURCES: Mapping[str, str] = {
     "book's public companions give them, not compared page by page",
     "Kloss": "M. Kloss on torque and slip of induction motors, usually dated 1908; the formula as "
     "textbooks of electrical machines give it",
+    "Kundur": "P. Kundur, Power System Stability and Control, McGraw-Hill, 1994; example 12.2, a "
+    "generator on an infinite bus, as others reprint its numbers",
     "Mosakowski": "R. Mosakowski, Zależności na parametry kinematyczne mechanizmu korbowego w "
     "nowym ujęciu (New form of relations for calculating kinematic parameters of crank mechanism), "
     "Gdańsk University of Technology, Department of Internal Combustion Engines and Compressors; "

@@ -12,6 +12,7 @@ import numpy as np
 
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.time_over_angle import time_harmonics
 from engine_dyn.types import Booleans, Floats
 
 __all__ = [
@@ -76,15 +77,10 @@ def speed_between(angle: Floats, speed: Floats, edges: Floats, period: float) ->
 
 def _time_at(angle: Floats, speed: Floats, at: Floats, period: float) -> Floats:
     """Integral of 1/omega to some angles [s], exact for what the samples of 1/omega resolve."""
-    samples = angle.size
-    terms = np.fft.rfft(1.0 / speed) / samples
-    order = np.arange(terms.shape[-1])
-    if samples % 2 == 0:
-        terms[..., -1] = 0.0  # of the highest order, the samples do not tell the phase
-    phase = 2.0 * np.pi / period * order[1:]
-    wave = np.exp(1j * phase * (np.reshape(at, (-1, 1)) - angle[0]))
-    swing = 2.0 * np.einsum("...k,nk->...n", terms[..., 1:] / (1j * phase), wave).real
-    return np.asarray(swing + terms[..., :1].real * (np.ravel(at) - angle[0]))
+    mean, terms, rate = time_harmonics(speed, period)
+    since = np.ravel(at) - angle[0]
+    swing = 2.0 * np.einsum("...k,nk->...n", terms, np.exp(1j * rate * since[:, None])).real
+    return np.asarray(swing + mean[..., None] * since)
 
 
 def speed_through_wheel(

@@ -254,6 +254,10 @@ def make_plan(scene: Scene) -> Plan:
         if stage.node.can_fail and outcome not in outputs:
             outputs.append(outcome)
             found.visit(outcome)
+        for name in stage.node.beside:
+            if name not in outputs:
+                outputs.append(name)
+                found.visit(name)
     named: dict[str, Value | Stage] = {**leaves, **found.stages}
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
     used = _used(scene, leaves, found.used)
@@ -304,8 +308,8 @@ def _plan_of_several(scene: Scene) -> Plan:
     sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
     stages = _stages_of_several(scene, plans, sizes)
     outputs = [name for name in scene.quantities if name in stages]
-    if any("status" in made.outputs for made in plans):
-        outputs += [] if "status" in outputs else ["status"]
+    kept = [STATUS, *(name for node in stages.values() for name in node.node.beside)]
+    outputs += [n for n in kept if n not in outputs and any(n in made.outputs for made in plans)]
     names = {name: None for made in plans for name in made.leaves}
     leaves = {name: next(p.leaves[name] for p in plans if name in p.leaves) for name in names}
     return Plan(

@@ -37,6 +37,11 @@ _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
         ("throw_mass", "throw_radius"),
         "both determine the mass of a crank throw at the crank radius; give one of them",
     ),
+    (
+        "synchronising_torque",
+        ("synchronising_power",),
+        "both determine the synchronising torque; give one of them",
+    ),
     ("inertia", INERTIA_PARTS, "give the inertia as a whole or in parts"),
     *(
         (key, other.keys, "each defines the load over speed; give one law")

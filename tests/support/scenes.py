@@ -54,6 +54,8 @@ NOT_OF_AN_ENGINE: dict[str, Any] = {
         "rated_power": 20e3, "rated_speed": 1500, "given_energy_swing": 400.0,
         "given_energy_fluctuation": 0.3,
         "rod_inertia": 0.1, **BEARINGS, **VALVES,
+        "pole_pairs": 2, "angle_deviation_limit": 3.0, "synchronising_power": 60e3,
+        "interval_begin": -20.0, "interval_end": 40.0,
     },
     "characteristic": {"kind": "diesel"},
     "shaft": complete_shaft(1),

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from engine_dyn.engine import Engine
+from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     ALONG_SHAFT,
@@ -127,6 +129,12 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' needs a shaft: a table [shaft] "
                     "with discs and shafts, or shaft = its name or file"
                 )
+            if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs a four-stroke engine; a "
+                    "two-stroke engine has compression_duration and expansion_duration, and "
+                    "interval_duration"
+                )
             if need in _OF_PARTS and not _parts_known(words):
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
@@ -147,7 +155,7 @@ def check_needs(scene: Scene, name: str) -> None:
             if node.make is None and (need in PARAMETERS or need == "family"):
                 missing.setdefault(need, []).append(quantity)
                 continue
-            waiting += node.needs
+            waiting += (*node.needs, *node.beside)
             along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
         if along_shaft:
             check_throws(scene, quantity, name)

@@ -1,0 +1,326 @@
+"""Nodes of a generator: the angle over the cycle, the grid that holds it, and times in the cycle.
+
+See `engine_dyn.time_over_angle` and `engine_dyn.grid`. Angles are those of the crank; those of the
+generator's voltage are its pole pairs times as large, and times the ratio of a gear between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn import grid, time_over_angle
+from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.units import DEGREE
+
+__all__ = ["INTERVAL", "NODES", "OF_FOUR_STROKES", "PARAMETERS"]
+
+KUNDUR = "Kundur, example 12.2"
+DEVIATION = "this project: angle less the mean speed times the time"
+SWING = "Newton's law, rigid rotor on a spring"
+
+OF_CURVE, OF_SUM = 2048, 12288
+"""Bytes beside a harmonic of a curve of 720 points, and beside a half range of a sum of orders."""
+
+INTERVAL = ("interval_begin", "interval_end")
+_ANGLES: dict[str, Any] = {
+    "si": DEGREE, "low": -720.0, "high": 720.0, "low_included": True, "high_included": True
+}  # fmt: skip
+
+PARAMETERS: tuple[Node, ...] = (
+    parameter(
+        "pole_pairs", "p", "1", "pairs of poles of the generator", "this project", whole=True,
+        low=1.0, low_included=True,
+    ),
+    parameter(
+        "angle_deviation_limit", r"\theta_{lim}", "degree",
+        "largest allowed deviation of the angle to either side, electrical", "this project",
+        si=DEGREE, low=0.0,
+    ),
+    parameter(
+        "synchronising_torque", "c_s", "N m rad-1",
+        "synchronising torque of the generator at its own shaft, per radian of its shaft; by "
+        "default from synchronising_power", KUNDUR, low=0.0,
+        needs=("synchronising_power", "pole_pairs", "speed", "gear_ratio"),
+        make=lambda synchronising_power, pole_pairs, speed, gear_ratio: grid.torque_from_power(
+            synchronising_power, pole_pairs, gear_ratio * speed
+        ),
+    ),
+    parameter(
+        "synchronising_power", "P_s", "W rad-1",
+        "synchronising power of the generator per electrical radian, in place of "
+        "synchronising_torque", KUNDUR, low=0.0,
+    ),
+    parameter(
+        "damping_torque", "d_s", "N m s rad-1",
+        "damping torque of the generator at its own shaft, per deviation of its speed", KUNDUR,
+        low=0.0, low_included=True, unless_given=0.0,
+    ),
+    parameter(
+        "resonance_band", "b", "1",
+        "distance from the natural order against the grid, over it, within which an excited order "
+        "is warned of", "this project", low=0.0, high=1.0, high_included=True, unless_given=0.2,
+    ),
+    parameter(
+        INTERVAL[0], r"\varphi_a", "degree", "crank angle at which an interval begins",
+        "this project", **_ANGLES,
+    ),
+    parameter(
+        INTERVAL[1], r"\varphi_b", "degree",
+        "crank angle at which an interval ends, the next time that it is reached", "this project",
+        **_ANGLES,
+    ),
+)  # fmt: skip
+
+
+def _electrical(of: Node) -> Node:
+    """The same of the generator's voltage: pole pairs and gear ratio times as large."""
+
+    def make(*, pole_pairs: Any, gear_ratio: Any, **needs: Any) -> Any:
+        return pole_pairs * gear_ratio * needs[of.name]
+
+    stem = "grid_angle" if of.name.startswith("grid_angle") else "angle_deviation"
+    return Node(
+        of.name.replace(stem, f"{stem}_electrical"), f"p {of.symbol}", of.unit,
+        of.long_name.replace("angle of", "electrical angle of", 1), of.source,
+        needs=(of.name, "pole_pairs", "gear_ratio"), make=make, si=of.si, kind=of.kind,
+    )  # fmt: skip
+
+
+# --- angle of the shaft that runs alone -----------------------------------------------------------
+
+
+def _extreme(which: int) -> Callable[..., Any]:
+    def make(*, angle_deviation: Any, omega: Any, period: float) -> Any:
+        slope = 1.0 - period / time_over_angle.cycle_time(omega, period)[..., None] / omega
+        step = period / np.shape(omega)[-1]
+        return time_over_angle.extremes(angle_deviation, slope, step)[which]
+
+    return make
+
+
+def _deviation_order(*, angle_deviation: Any, omega: Any, crank_angle: Any, order: Any) -> Any:
+    # The axis of orders, of length 1 here, stands before that of the crank angle.
+    curve, speed = np.asarray(angle_deviation)[..., 0, :], np.asarray(omega)[..., 0, :]
+    return np.abs(
+        time_over_angle.deviation_harmonics(curve, speed, np.ravel(crank_angle), np.ravel(order))
+    )
+
+
+_TEXT = "angle of the shaft against uniform rotation"
+
+
+def _deviation(ending: str, symbol: str, text: str, needs: tuple[str, ...],
+               make: Callable[..., Any], **more: Any) -> Node:  # fmt: skip
+    return Node(f"angle_deviation{ending}", symbol, "degree", text, DEVIATION, needs=needs,
+                make=make, si=DEGREE, **more)  # fmt: skip
+
+
+_OF_DEVIATION = ("angle_deviation", "omega", "period")
+
+_DEVIATIONS = (
+    _deviation(
+        "", r"\theta", f"{_TEXT}, positive where it is ahead", ("omega", "period"),
+        lambda omega, period: time_over_angle.angle_deviation(omega, period), kind="curve",
+    ),
+    _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme(1),
+               removes=("crank_angle",)),
+    _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme(0),
+               removes=("crank_angle",)),
+    _deviation(
+        "_largest", r"|\theta|_{max}", f"largest {_TEXT}, to either side",
+        ("angle_deviation_max", "angle_deviation_min"),
+        lambda angle_deviation_max, angle_deviation_min: np.maximum(
+            angle_deviation_max, -angle_deviation_min
+        ),
+    ),
+    _deviation(
+        "_half_range", r"\hat\theta", f"{_TEXT}, half of its range over the cycle",
+        ("angle_deviation_max", "angle_deviation_min"),
+        lambda angle_deviation_max, angle_deviation_min: 0.5
+        * (angle_deviation_max - angle_deviation_min),
+    ),
+    _deviation(
+        "_order", r"\theta_\nu", f"amplitude of the orders of the {_TEXT}, over the time",
+        ("angle_deviation", "omega", "crank_angle", "order"), _deviation_order,
+        removes=("crank_angle",), width=OF_CURVE,
+    ),
+)  # fmt: skip
+
+# --- against the grid -----------------------------------------------------------------------------
+
+
+def _grid_curve(of: str) -> Callable[..., Any]:
+    def make(*, order: Any, crank_angle: Any, **needs: Any) -> Any:
+        harmonics = np.asarray(needs[of])[..., 0]  # before the axis of the crank angle
+        return grid.sum_of_orders(harmonics, np.ravel(order), np.ravel(crank_angle))
+
+    return make
+
+
+def _half_range(of: str) -> Callable[..., Any]:
+    return lambda *, order, period, **needs: grid.half_range(needs[of], np.ravel(order), period)
+
+
+def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: str) -> list[Node]:
+    """Curve, amplitudes and half range of the orders of something."""
+    of = f"{what}_harmonics"
+    amplitude = f"amplitude of the orders of the {text}"
+    return [
+        Node(what, symbol, unit, text, SWING, kind="curve", si=si,
+             needs=(of, "order", "crank_angle"), removes=("order",), make=_grid_curve(of)),
+        Node(f"{what}_order", of_orders, unit, amplitude, SWING,
+             needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),
+        Node(f"{what}_half_range", rf"\hat{{{symbol}}}", unit,
+             f"{text}, half of its range over the cycle", SWING, needs=(of, "order", "period"),
+             removes=("order",), si=si, make=_half_range(of), width=OF_SUM),
+    ]  # fmt: skip
+
+
+_ROTOR = ("order", "speed", "inertia", "grid_stiffness", "grid_damping")
+_ANGLE = _swing(
+    "grid_angle", r"\theta_g", r"\theta_{g,\nu}", "degree", DEGREE,
+    "angle of the rigid rotor against the grid, from its mean",
+)  # fmt: skip
+
+_GRID = (
+    hidden(
+        "grid_stiffness", "N m rad-1", "synchronising torque at the crank",
+        ("synchronising_torque", "gear_ratio"),
+        lambda synchronising_torque, gear_ratio: gear_ratio**2 * synchronising_torque,
+    ),
+    hidden(
+        "grid_damping", "N m s rad-1", "damping torque at the crank",
+        ("damping_torque", "gear_ratio"),
+        lambda damping_torque, gear_ratio: gear_ratio**2 * damping_torque,
+    ),
+    Node(
+        "electrical_frequency", "f", "Hz", "frequency of the generator's voltage at nominal speed",
+        "this project", needs=("pole_pairs", "gear_ratio", "speed"),
+        make=lambda pole_pairs, gear_ratio, speed: pole_pairs * gear_ratio * speed / (2.0 * np.pi),
+    ),
+    Node(
+        "grid_natural_frequency", "f_0", "Hz",
+        "natural frequency of the rigid rotor against the grid, without damping", KUNDUR,
+        needs=("inertia", "grid_stiffness"),
+        make=lambda inertia, grid_stiffness: grid.natural_frequency(inertia, grid_stiffness)
+        / (2.0 * np.pi),
+    ),
+    Node(
+        "grid_natural_order", r"\nu_0", "1",
+        "natural frequency of the rigid rotor against the grid, as an order", KUNDUR,
+        needs=("grid_natural_frequency", "speed"),
+        make=lambda grid_natural_frequency, speed: 2.0 * np.pi * grid_natural_frequency / speed,
+    ),
+    Node(
+        "grid_damping_ratio", r"\zeta_0", "1",
+        "damping ratio of the rigid rotor against the grid", KUNDUR,
+        needs=("inertia", "grid_stiffness", "grid_damping"),
+        make=lambda inertia, grid_stiffness, grid_damping: grid.damping_ratio(
+            inertia, grid_stiffness, grid_damping
+        ),
+    ),
+    Node(
+        "grid_amplification", r"V_\nu", "1",
+        "amplitude of an order of the angle against the grid over that of the free rotor", SWING,
+        needs=_ROTOR, make=lambda order, speed, inertia, grid_stiffness, grid_damping:
+        grid.amplification(order, speed, inertia, grid_stiffness, grid_damping),
+    ),
+    Node(
+        "grid_nearest_order", r"\nu_e", "1",
+        "excited order that is nearest to the natural order against the grid", "this project",
+        needs=("grid_natural_order", "order", "torque_harmonics"), removes=("order",),
+        make=lambda grid_natural_order, order, torque_harmonics: grid.nearest_order(
+            order, grid_natural_order, torque_harmonics
+        ),
+    ),
+    Node(
+        "grid_resonance_nearness", r"b/|\nu_e/\nu_0-1|", "1",
+        "resonance_band over the distance of the nearest excited order from the natural order "
+        "against the grid, above 1 within the band", "this project",
+        needs=("resonance_band", "grid_nearest_order", "grid_natural_order"),
+        make=lambda resonance_band, grid_nearest_order, grid_natural_order: grid.nearness(
+            resonance_band, grid_nearest_order, grid_natural_order
+        ),
+    ),
+    hidden(
+        "grid_angle_harmonics", "rad", "harmonics of the angle against the grid",
+        ("torque_harmonics", *_ROTOR),
+        lambda torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping:
+        grid.angle_harmonics(
+            torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping
+        ), width=16, beside=("grid_resonance_nearness",),
+    ),
+    hidden(
+        "grid_power_harmonics", "W", "harmonics of the power to the grid",
+        ("grid_angle_harmonics", "order", "speed", "grid_stiffness", "grid_damping"),
+        lambda grid_angle_harmonics, order, speed, grid_stiffness, grid_damping:
+        grid.power_harmonics(grid_angle_harmonics, order, speed, grid_stiffness, grid_damping),
+        width=16,
+    ),
+    *_ANGLE,
+    *(_electrical(node) for node in _ANGLE),
+    *_swing(
+        "grid_power", r"\Delta P", r"\Delta P_\nu", "W", 1.0, "power to the grid, from its mean"
+    ),
+)  # fmt: skip
+
+# --- times ----------------------------------------------------------------------------------------
+
+
+def _duration(begin: float, end: float) -> Callable[..., Any]:
+    return lambda omega, crank_angle, period: time_over_angle.duration(
+        omega, np.ravel(crank_angle)[0], begin, end, period
+    )
+
+
+_TIME: dict[str, Any] = {"removes": ("crank_angle",)}
+
+_STROKES = {
+    "intake": (-2.0 * np.pi, -np.pi), "compression": (-np.pi, 0.0), "expansion": (0.0, np.pi),
+    "exhaust": (np.pi, 2.0 * np.pi),
+}  # fmt: skip
+
+OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
+"""What a two-stroke engine has no half turn for."""
+
+_DURATIONS = (
+    Node(
+        "cycle_time", "T", "s", "duration of a cycle", DEVIATION, needs=("omega", "period"),
+        make=lambda omega, period: time_over_angle.cycle_time(omega, period), **_TIME,
+    ),
+    *(
+        Node(
+            f"{stroke}_duration", f"t_{{{stroke}}}", "s",
+            f"duration of the {stroke} of cylinder 1, crank angle {begin / DEGREE:.0f} to "
+            f"{end / DEGREE:.0f} degree", DEVIATION, needs=("omega", "crank_angle", "period"),
+            make=_duration(begin, end), **_TIME,
+        )
+        for stroke, (begin, end) in _STROKES.items()
+    ),
+    Node(
+        "interval_duration", "t_{ab}", "s",
+        "duration from interval_begin to interval_end", DEVIATION,
+        needs=("omega", "crank_angle", "period", *INTERVAL),
+        make=lambda omega, crank_angle, period, interval_begin, interval_end:
+        time_over_angle.duration(
+            omega, np.ravel(crank_angle)[0], interval_begin, interval_end, period
+        ), **_TIME,
+    ),
+)  # fmt: skip
+
+NODES: tuple[Node, ...] = (
+    *_DEVIATIONS,
+    *(_electrical(node) for node in _DEVIATIONS),
+    Node(
+        "angle_deviation_over_limit", r"p|\theta|_{max}/\theta_{lim}", "1",
+        "largest electrical angle to either side over its limit, above 1 where it is exceeded",
+        DEVIATION, needs=("angle_deviation_electrical_largest", "angle_deviation_limit"),
+        make=lambda angle_deviation_electrical_largest, angle_deviation_limit:
+        angle_deviation_electrical_largest / angle_deviation_limit,
+    ),
+    *_GRID,
+    *_DURATIONS,
+)  # fmt: skip

@@ -1,0 +1,147 @@
+r"""Time over the crank angle of a speed that repeats, and the deviation from uniform rotation.
+
+With the speed omega over the crank angle phi, and Omega = 2 pi k/T where a cycle of k turns takes
+the time T:
+
+    t(phi) = integral of dphi/omega              theta(phi) = phi - Omega t(phi) - mean,
+
+where the mean over the time is subtracted. The speed is known at equal steps of one cycle; the
+integral is exact for what these samples of 1/omega resolve.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.types import Complexes, Floats
+
+__all__ = [
+    "angle_deviation",
+    "cycle_time",
+    "deviation_harmonics",
+    "duration",
+    "extremes",
+    "time_harmonics",
+]
+
+
+def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats]:
+    """Time over the angle, t = mean (phi - phi_0) + 2 Re sum_k T_k exp(i rate_k (phi - phi_0)).
+
+    Parameters
+    ----------
+    speed : ndarray, shape (..., samples)
+        [rad/s] at equal steps of one cycle from phi_0, its end left out.
+    period : float
+        Angle of the cycle [rad].
+
+    Returns
+    -------
+    mean : ndarray, shape (...)
+        Mean of 1/omega [s/rad].
+    terms : ndarray, shape (..., samples // 2)
+        T_k [s].
+    rate : ndarray, shape (samples // 2,)
+        Periods of each per radian, times 2 pi.
+    """
+    speed = np.asarray(speed, dtype=float)
+    samples = speed.shape[-1]
+    slowness = np.fft.rfft(1.0 / speed) / samples
+    if samples % 2 == 0:
+        slowness[..., -1] = 0.0  # of the highest order, the samples do not tell the phase
+    rate = 2.0 * np.pi / period * np.arange(1, slowness.shape[-1])
+    return slowness[..., 0].real, slowness[..., 1:] / (1j * rate), rate
+
+
+def cycle_time(speed: Any, period: float) -> Any:
+    """Duration of a cycle [s]; parameters as of `time_harmonics`."""
+    return period * _mean(1.0 / np.asarray(speed))
+
+
+def duration(speed: Any, first: float, begin: Any, end: Any, period: float) -> Any:
+    """Time from one crank angle to the next time that another is reached [s].
+
+    Parameters
+    ----------
+    speed, period
+        As of `time_harmonics`.
+    first : float
+        Angle of the first sample [rad].
+    begin, end : array_like, shape (..., 1) or ()
+        [rad]; where they are the same angle, the time is that of a whole cycle.
+    """
+    mean, terms, rate = time_harmonics(speed, period)
+    width = period - np.mod(np.asarray(begin) - end, period)
+    ends = np.exp(1j * rate * (begin + width - first)) - np.exp(1j * rate * (begin - first))
+    swing = 2.0 * np.sum(np.ascontiguousarray((terms * ends).real), axis=-1)
+    return mean * (width[..., 0] if width.ndim else width) + swing
+
+
+def angle_deviation(speed: Any, period: float) -> Floats:
+    """Deviation of the angle from uniform rotation [rad], at the samples of the speed.
+
+    Parameters as of `time_harmonics`. It is positive where the shaft is ahead.
+    """
+    mean, terms, _ = time_harmonics(speed, period)
+    samples = np.shape(speed)[-1]
+    padded = np.concatenate([np.zeros((*terms.shape[:-1], 1)), terms], axis=-1)
+    time = np.fft.irfft(padded * samples, n=samples)
+    deviation = -time / mean[..., None]
+    return np.asarray(deviation - _mean(deviation / speed)[..., None] / mean[..., None])
+
+
+def extremes(curve: Any, slope: Any, step: float) -> tuple[Floats, Floats]:
+    """Least and largest value of a periodic curve, between its points too.
+
+    Parameters
+    ----------
+    curve, slope : ndarray, shape (..., points)
+        Values at equal steps of one cycle, and their slope over the angle. Between two points lies
+        the cubic that has both values and both slopes.
+    step : float
+        [rad].
+    """
+    return -_largest(-np.asarray(curve), -np.asarray(slope), step), _largest(curve, slope, step)
+
+
+def _largest(curve: Any, slope: Any, step: float) -> Floats:
+    """The largest value: at x = a/(sqrt(b^2 - 3 a c) - b) of a x + b x^2 + c x^3, 0 < x < 1."""
+    values, first = np.asarray(curve), step * np.asarray(slope)
+    last = np.roll(first, -1, axis=-1)
+    change = np.roll(values, -1, axis=-1) - values
+    square, cube = 3.0 * change - 2.0 * first - last, first + last - 2.0 * change
+    inside = (first > 0.0) & (last < 0.0)
+    root = np.sqrt(np.where(inside, square**2 - 3.0 * first * cube, 1.0))
+    place = np.where(inside, first / np.where(inside, root - square, 1.0), 0.0)
+    tops = values + place * (first + place * (square + place * cube))
+    return np.asarray(np.max(tops, axis=-1))
+
+
+def deviation_harmonics(deviation: Any, speed: Any, angle: Any, orders: Floats) -> Complexes:
+    """Harmonics over the time, theta_nu of sum_nu Re theta_nu exp(i nu Omega t) [rad].
+
+    Parameters
+    ----------
+    deviation, speed : ndarray, shape (..., samples)
+        As of `angle_deviation`.
+    angle : ndarray, shape (samples,)
+        Crank angles [rad].
+    orders : ndarray, shape (orders,)
+        nu, periods per turn.
+
+    Returns
+    -------
+    ndarray, shape (..., orders)
+    """
+    slowness = 1.0 / np.asarray(speed)
+    weighted = deviation * slowness / _mean(slowness)[..., None]
+    uniform = angle - np.asarray(deviation)  # Omega t
+    found = [2.0 * _mean(weighted * np.exp(-1j * order * uniform)) for order in orders]
+    return np.stack(found, axis=-1)
+
+
+def _mean(curve: Any) -> Any:
+    """Mean along the last axis; in this order of memory, other rows do not change its bits."""
+    return np.ascontiguousarray(curve).mean(axis=-1)
