@@ -19,16 +19,10 @@ from engine_dyn.loads.driven_machine import (
     REVOLUTION,
     TorqueOverAngle,
     torque_of_harmonics,
-    torque_over_angle,
 )
 from engine_dyn.units import DEGREE
 from sweeps.checks import Strict, check_structure, mentioned
-from sweeps.errors import SceneError, one_line, shown
-from sweeps.reading.laboratory.columns import named_column
-from sweeps.reading.laboratory.recorded_columns import Recording
-from sweeps.reading.laboratory.recording import read_recording
-from sweeps.reading.laboratory.units import angle_factor, is_angle_unit, unit_of_name
-from sweeps.reading.numbers_with_units import number_with_unit
+from sweeps.errors import SceneError
 from sweeps.reading.referred_files import referred
 
 __all__ = ["Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram"]
@@ -38,11 +32,6 @@ LOBE = 36
 
 BALANCE = 1e-3
 """Part of the largest area by which the areas of a cycle may fail to add up to zero."""
-
-_TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
-                 "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
-                 "kgfm": "kgf m"}  # fmt: skip
-"""Spellings of units of torque, in lower case, that pint reads otherwise."""
 
 
 class Harmonic(Strict):
@@ -126,7 +115,14 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
     try:
         if given.file is not None:
-            return _of_file(given, where, folder)
+            # Readers of recordings, which engines without such a file need not load.
+            from sweeps.reading.torque_files import torque_of_file
+
+            path = referred(folder, given.file, f"{where} file")
+            return torque_of_file(
+                path, f"{where} {given.file}", given.angle_column, given.torque_column,
+                given.torque_unit,
+            )  # fmt: skip
         if given.harmonics is not None:
             return harmonics_of(given.harmonics, float(given.mean or 0.0))
         return _of_areas(given)
@@ -179,46 +175,3 @@ def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     torque = mean + (height * np.sin(math.pi * part) ** 2).reshape(-1)
     slope = (height * math.pi / width * np.sin(2.0 * math.pi * part)).reshape(-1)
     return TorqueOverAngle(angle, torque, slope, revolutions * REVOLUTION)
-
-
-def _of_file(given: TorqueDiagram, where: str, folder: Path) -> TorqueOverAngle:
-    """Torque through the points of a laboratory's file, in its own units."""
-    path = referred(folder, str(given.file), f"{where} file")
-    recording = read_recording(path, f"{where} {given.file}")
-    angle = _column(recording, given.angle_column, "angle_column", 0)
-    torque = _column(recording, given.torque_column, "torque_column", 1)
-    unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
-    size = angle_factor(unit, recording.where(angle)) * DEGREE
-    return torque_over_angle(
-        size * recording.numbers(angle), _newton_metres(recording, torque, given.torque_unit)
-    )
-
-
-def _column(recording: Recording, wanted: str | int | None, key: str, place: int) -> str:
-    """Column of the angle or the torque: the one that is named, or that of two in its place."""
-    if wanted is not None:
-        return named_column(recording, wanted, key)
-    names = list(recording.columns)
-    if len(names) != 2:
-        listed = one_line(", ".join(names), 200)
-        raise SceneError(f"{recording.label}: columns {listed}: {key} must say which one")
-    of_angle = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
-    return names[place] if of_angle != [False, True] else names[1 - place]
-
-
-def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
-    """Values of a column of torque [N m]; its unit is given, stated, or at the end of its name."""
-    text = given or recording.columns[name].unit
-    if not text and "_" in name:
-        text = name.rsplit("_", 1)[1]
-    where = f"{recording.where(name)}, torque_unit"
-    if not text:
-        raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
-    plain = text.strip().strip("[]()").strip()
-    unit = _TORQUE_UNITS.get(plain.lower(), plain)
-    try:
-        return recording.numbers(name) * number_with_unit(f"1 {unit}", where, "N m")
-    except SceneError as error:
-        if "pint" in str(error):
-            raise
-        raise SceneError(f"{where} = {shown(text)}: must be a unit of torque, as 'kN m'") from None

@@ -1,0 +1,84 @@
+"""The engine's torque over the crank angle from a file of a laboratory, in any of its units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from engine_dyn.loads.driven_machine import TorqueOverAngle, torque_over_angle
+from engine_dyn.units import DEGREE
+from sweeps.errors import SceneError, one_line, shown
+from sweeps.reading.laboratory.columns import named_column
+from sweeps.reading.laboratory.recorded_columns import Recording
+from sweeps.reading.laboratory.recording import read_recording
+from sweeps.reading.laboratory.units import angle_factor, is_angle_unit, unit_of_name
+from sweeps.reading.numbers_with_units import number_with_unit
+
+__all__ = ["torque_of_file"]
+
+_TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
+                 "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
+                 "kgfm": "kgf m"}  # fmt: skip
+"""Spellings of units of torque, in lower case, that pint reads otherwise."""
+
+
+def torque_of_file(
+    path: Path, label: str, angle_column: str | int | None, torque_column: str | int | None,
+    torque_unit: str | None,
+) -> TorqueOverAngle:  # fmt: skip
+    """Torque through the points of a laboratory's file, in its own units.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    label : str
+        The file as messages call it.
+    angle_column, torque_column : str or int, optional
+        Names or numbers of columns, which a file of more than two needs.
+    torque_unit : str, optional
+        Where the file does not state it.
+
+    Raises
+    ------
+    SceneError, ValueError
+        For a file that is none, columns that are not told, and what is no torque.
+    """
+    recording = read_recording(path, label)
+    angle = _column(recording, angle_column, "angle_column", 0)
+    torque = _column(recording, torque_column, "torque_column", 1)
+    unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
+    size = angle_factor(unit, recording.where(angle)) * DEGREE
+    return torque_over_angle(
+        size * recording.numbers(angle), _newton_metres(recording, torque, torque_unit)
+    )
+
+
+def _column(recording: Recording, wanted: str | int | None, key: str, place: int) -> str:
+    """Column of the angle or the torque: the one that is named, or that of two in its place."""
+    if wanted is not None:
+        return named_column(recording, wanted, key)
+    names = list(recording.columns)
+    if len(names) != 2:
+        listed = one_line(", ".join(names), 200)
+        raise SceneError(f"{recording.label}: columns {listed}: {key} must say which one")
+    of_angle = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
+    return names[place] if of_angle != [False, True] else names[1 - place]
+
+
+def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
+    """Values of a column of torque [N m]; its unit is given, stated, or at the end of its name."""
+    text = given or recording.columns[name].unit
+    if not text and "_" in name:
+        text = name.rsplit("_", 1)[1]
+    where = f"{recording.where(name)}, torque_unit"
+    if not text:
+        raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
+    plain = text.strip().strip("[]()").strip()
+    unit = _TORQUE_UNITS.get(plain.lower(), plain)
+    try:
+        return recording.numbers(name) * number_with_unit(f"1 {unit}", where, "N m")
+    except SceneError as error:
+        if "pint" in str(error):
+            raise
+        raise SceneError(f"{where} = {shown(text)}: must be a unit of torque, as 'kN m'") from None
