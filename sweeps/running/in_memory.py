@@ -7,7 +7,6 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -268,7 +267,7 @@ def _results_of(plan: Plan, stage: Stage) -> tuple[str, ...]:
 def _part_of(values: Mapping[str, Value], block: Block) -> dict[str, Value]:
     """The part of all values that lies in a block."""
     return {
-        name: replace(value, data=value.data[index_of(value.dims, block)]) if value.dims else value
+        name: value._replace(data=value.data[index_of(value.dims, block)]) if value.dims else value
         for name, value in values.items()
     }
 
@@ -279,7 +278,7 @@ def _read_only(value: Value) -> Value:
         return value
     data = value.data.view()
     data.flags.writeable = False
-    return replace(value, data=data)
+    return value._replace(data=data)
 
 
 def _dims_taken(plan: Plan, stage: Stage) -> tuple[str, ...]:
