@@ -287,7 +287,7 @@ class DrivenMachine:
         """Whether there is nothing but a + k omega^alpha."""
         return self.power_law and self.torques == (None, None)
 
-    @property
+    @cached_property
     def form(self) -> Form:
         """Form of the law over speed, as kernels take it."""
         curve, table = self.over_speed, np.zeros((3, 0))

@@ -22,11 +22,13 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 
 __all__ = [
+    "MOST_CORNERS",
     "Implausible",
     "ImplausibleWarning",
     "implausible",
     "judged",
     "judged_diagrams",
+    "outside",
 ]
 
 AT_ONCE = 1 << 18
@@ -230,7 +232,6 @@ def judged(
     base: Mapping[str, Any],
     measured: Callable[[Mapping[str, Any]], Any],
     units: Mapping[str, tuple[str, float]],
-    ends: dict[str, tuple[float, float]] | None = None,
 ) -> Implausible | None:
     """Compare one measure with its range; None where it is inside.
 
@@ -245,18 +246,13 @@ def judged(
         The measure [SI] of such a mapping.
     units : mapping
         Unit of each parameter as the person writes it, and its SI value.
-    ends : dict, optional
-        Smallest and largest value of each array, kept from one measure to the next.
     """
-    ends = {} if ends is None else ends
     arrays = {n: v for n, v in base.items() if isinstance(v, np.ndarray) and v.size > 1}
     if arrays and len(arrays) <= MOST_CORNERS:
-        for name, values in arrays.items():
-            if name not in ends:
-                ends[name] = float(values.min()), float(values.max())
-        corners = np.array(list(itertools.product(*(ends[n] for n in arrays))), dtype=float).T
+        ends = [(float(values.min()), float(values.max())) for values in arrays.values()]
+        corners = np.array(list(itertools.product(*ends)), dtype=float).T
         span = measured({**base, **dict(zip(arrays, corners, strict=True))})
-        if not _outside(check, span).any():
+        if not outside(check, span).any():
             return None
     count, of, point = 0, 1, dict(base)
     place: tuple[int, ...] = ()
@@ -269,7 +265,7 @@ def judged(
             for name, values in base.items()
         }
     else:
-        if not _outside(check, measured(base)):
+        if not outside(check, measured(base)):
             return None
         count = 1
     point = {n: float(np.asarray(v).reshape(-1)[0]) if _is_number(v) else v
@@ -288,7 +284,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number | np.ndarray)
 
 
-def _outside(check: Check, measure: Any) -> Any:
+def outside(check: Check, measure: Any) -> Any:
     """Whether a measure [SI] is outside the range; NaN is not."""
     low, high = check.edges
     bad = (measure < low) | (measure > high)
@@ -316,7 +312,7 @@ def _worst(
         }
         with np.errstate(all="ignore"):
             measure = np.asarray(measured(some), dtype=float)
-        bad = _outside(check, measure)
+        bad = outside(check, measure)
         if not bad.any():
             continue
         extent = tuple(s.stop - s.start for s in piece)
@@ -401,7 +397,7 @@ def _fit(
     """How far a measure is from the middle of its range; None where it is outside."""
     with np.errstate(all="ignore"):
         measure = np.asarray(measured(point), dtype=float).reshape(-1)
-    if not np.isfinite(measure).all() or _outside(check, measure).any():
+    if not np.isfinite(measure).all() or outside(check, measure).any():
         return None
     return float(_distance(check, measure)[0])
 
@@ -471,7 +467,7 @@ def judged_diagrams(
         if check.name in silenced:
             continue
         measure = np.asarray(check.measure(*(facts[need] for need in check.needs)), dtype=float)
-        bad = _outside(check, measure)
+        bad = outside(check, measure)
         if not bad.any():
             continue
         place = int(np.argmax(np.where(bad, _distance(check, measure), -math.inf)))

@@ -1,4 +1,4 @@
-"""Arrays that broadcast against each other: their shape, codes, and what is not known."""
+"""Arrays that broadcast against each other: codes of words, and what is not known."""
 
 from __future__ import annotations
 
@@ -10,12 +10,7 @@ from engine_dyn.speed.results import CURVE_NAMES
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Booleans, Integers
 
-__all__ = ["codes", "discard", "shape_of", "take_unknown"]
-
-
-def shape_of(*values: Any) -> tuple[int, ...]:
-    """Shape that values broadcast to; most values are plain numbers, which are skipped."""
-    return np.broadcast_shapes(*(np.shape(v) for v in values if not isinstance(v, float)))
+__all__ = ["codes", "discard", "take_unknown"]
 
 
 def codes(names: tuple[str, ...], value: Any) -> Integers:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,13 +70,13 @@ class Inputs:
     shape: tuple[int, ...]
 
     @classmethod
-    def of(cls, inputs: Mapping[str, Any], shape: tuple[int, ...]) -> Inputs:
-        """Give all inputs as many axes as `shape` has."""
-        axes = len(shape)
-        arrays = {name: np.array(one, copy=None, ndmin=axes) for name, one in inputs.items()}
+    def of(cls, inputs: Mapping[str, Any]) -> Inputs:
+        """Give all inputs as many axes as the shape has that they broadcast to."""
+        shape = np.broadcast_shapes(*map(np.shape, inputs.values()))
+        arrays = {n: np.array(one, copy=None, ndmin=len(shape)) for n, one in inputs.items()}
         return cls(arrays, shape)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of designs."""
         return math.prod(self.shape)
@@ -101,6 +102,8 @@ class Chosen:
     def take(self, name: str) -> npt.NDArray[Any]:
         """Values of an input, shape (designs,), or (1,) where all have the same."""
         array = self.inputs.arrays[name]
+        if array.size == 1:
+            return array.reshape(1)
         if array.size == self.inputs.size:
             return array.reshape(-1)[self.places]
         return np.asarray(array.reshape(-1)[self.places_in(array.shape)])

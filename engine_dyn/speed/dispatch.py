@@ -8,7 +8,6 @@ that a design gets depends on the others.
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole
 from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.in_blocks import solve_in_blocks
-from engine_dyn.speed.broadcasting import codes, discard, shape_of, take_unknown
+from engine_dyn.speed.broadcasting import codes, discard, take_unknown
 from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
@@ -30,7 +29,7 @@ from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
-from engine_dyn.speed.pieces import Progress, run_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
@@ -166,27 +165,29 @@ def solve(
         "method": codes(METHOD_NAMES, method),
         "inertia_model": codes(INERTIA_MODELS, inertia_model),
     }
-    unknown, shape = take_unknown(inputs), shape_of(*inputs.values())
+    unknown, designs = take_unknown(inputs), Inputs.of(inputs)
     _check_methods(np.unique(inputs["method"]), driven)
     compared = [name for name in COMPARED if "delta_error" in wanted and name not in wanted]
     angles = NOWHERE
     if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
         angles = np.asarray(crank_angle, dtype=float)
-    results, found = _results_for(math.prod(shape), (*wanted, *compared), angles.size)
+    results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
     grouping = Grouping(
-        Inputs.of(inputs, shape), family, cylinders_by_count, driven, float(tolerance),
+        designs, family, cylinders_by_count, driven, float(tolerance),
         ("cylinders", "method", "inertia_model"),
     )  # fmt: skip
     sweep = Sweep(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
     )  # fmt: skip
-    run_on_threads(sweep.pieces(), partial(_solve_piece, sweep), sweep.threads, progress)
+    for done in map_on_threads(partial(_solve_piece, sweep), sweep.pieces(), sweep.threads):
+        if progress:
+            progress(done)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
     shaped = {
-        name: array.reshape((*shape, *array.shape[1:]))
+        name: array.reshape((*designs.shape, *array.shape[1:]))
         for name, array in found.items()
         if name not in compared
     }
@@ -237,7 +238,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     for finer in (FINER, FINEST):
         if missed.size:
             again = replace(sweep, finer=finer, general=True, alone=True)
-            run_on_threads(again.pieces(missed), partial(_solve_piece, again), sweep.threads)
+            list(map_on_threads(partial(_solve_piece, again), again.pieces(missed), sweep.threads))
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -260,14 +261,17 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
     pieces = second.pieces(None if known.all() else np.flatnonzero(known))
-    run_on_threads(pieces, partial(_solve_piece, second), sweep.threads)
+    list(map_on_threads(partial(_solve_piece, second), pieces, sweep.threads))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
-def _solve_piece(sweep: Sweep, piece: Piece) -> None:
-    """Solve designs by the batch solver, and what it leaves, or all, by the general one."""
+def _solve_piece(sweep: Sweep, piece: Piece) -> int:
+    """Solve designs by the batch solver, and what it leaves, or all, by the general one.
+
+    Returns the number of designs.
+    """
     results, tolerance, form = sweep.results, sweep.grouping.tolerance, sweep.grouping.driven.form
-    code, model = (int(piece.chosen.take(name)[0]) for name in ("method", "inertia_model"))
+    _, code, model = piece.key
     in_batch = METHODS[code].in_batch and not sweep.general
     for call in piece.calls():
         columns = call.columns
@@ -294,3 +298,4 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> None:
         rest = np.flatnonzero(left)
         if rest.size:
             solve_one_by_one(rest, task, columns, designs, results, last=sweep.finer >= FINEST)
+    return piece.size

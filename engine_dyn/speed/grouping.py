@@ -68,10 +68,12 @@ class Call:
 class Piece:
     """Designs of a group; their columns are made by the thread that solves them.
 
-    `finer` is the factor on the number of nodes with which those of `source` were chosen.
+    `key` has the values of `Grouping.keys`; `finer` is the factor on the number of nodes with which
+    those of `source` were chosen.
     """
 
     grouping: Grouping
+    key: tuple[int, ...]
     chosen: Chosen
     source: Source
     finer: int
@@ -138,7 +140,7 @@ class Grouping:
         for begin in range(0, every, SLAB):
             slab = np.arange(begin, min(begin + SLAB, every))
             every_one = Chosen(self.inputs, slab if places is None else places[slab])
-            for chosen, source in self._groups(every_one, finer, alone):
+            for key, chosen, source in self._groups(every_one, finer, alone):
                 # In a grid, designs that have a work table in common come to lie side by side.
                 if 1 < math.prod(common) <= self.inputs.size // LANES:
                     chosen = chosen.subset(_order(chosen.places_in(common)))
@@ -151,27 +153,27 @@ class Grouping:
                 # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
                 whole = size <= FEW and rows <= MOST_PARTS
                 for some in np.array_split(chosen.places, 1 if whole else 2 * pairs):
-                    yield Piece(self, Chosen(self.inputs, some), source, finer)
+                    yield Piece(self, key, Chosen(self.inputs, some), source, finer)
 
-    def _groups(self, chosen: Chosen, finer: int, alone: bool) -> Iterator[tuple[Chosen, Source]]:
-        """Designs that have cylinders, method, model, box and repeats of the load in common."""
+    def _groups(
+        self, chosen: Chosen, finer: int, alone: bool
+    ) -> Iterator[tuple[tuple[int, ...], Chosen, Source]]:
+        """Designs that have keys, box and repeats of the load in common; their cylinders first."""
         family, torques = self.family, self.driven.torques
         cycles = cycles_of(self.driven.over_angle, family.period)
         fewest = finer * FEWEST_NODES * max(1, round(family.period / FOUR_STROKE))
         keys = [*(chosen.take(name) for name in self.keys), self._repeats(chosen)]
-        for same in _split(chosen, keys):
-            count = int(same.take("cylinders")[0])
+        for (count, *others, repeats), same in _split(chosen, keys):
             cylinders = (self.cylinders_by_count or {}).get(count)
             cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
-            times = math.gcd(cylinders.symmetry, int(self._repeats(same)[0]))
+            times = math.gcd(cylinders.symmetry, repeats)
             nodes = nodes_of(times, fewest, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
-            for alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
-                ratio, offset = (alike.take(name)[:1] for name in CRANK)
-                number = int(boxes_of(ratio, offset, radius, alone)[0])
-                box = box_of(number, float(ratio[0]), float(offset[0]), radius)
-                yield alike, Source(family, cylinders, box, nodes, torques)
+            for (number,), alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
+                own_ratio, own_offset = (float(alike.take(name)[0]) for name in CRANK)
+                box = box_of(number, own_ratio, own_offset, radius)
+                yield (count, *others), alike, Source(family, cylinders, box, nodes, torques)
 
     def _repeats(self, chosen: Chosen) -> Integers:
         """How often each design's load repeats in the cycle, or in several cycles, see `cycles_of`.
@@ -184,19 +186,22 @@ class Grouping:
         return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
 
 
-def _split(chosen: Chosen, keys: Sequence[npt.NDArray[Any]]) -> Iterator[Chosen]:
+def _split(
+    chosen: Chosen, keys: Sequence[npt.NDArray[Any]]
+) -> Iterator[tuple[tuple[int, ...], Chosen]]:
     """Designs whose keys, whole numbers, are the same; keys of size 1 are those of all."""
     number = np.zeros(1, dtype=np.int64)
     for key in keys:
-        low = int(key.min())
-        number = number * (int(key.max()) - low + 1) + (key - low)
+        if key.size > 1:
+            low = int(key.min())
+            number = number * (int(key.max()) - low + 1) + (key - low)
     if (number == number[0]).all():
-        yield chosen
+        yield tuple(int(key[0]) for key in keys), chosen
         return
     order = _order(number)
     edges = np.flatnonzero(np.diff(number[order])) + 1
     for part in np.split(order, edges):
-        yield chosen.subset(part)
+        yield tuple(int(key[part[0] if key.size > 1 else 0]) for key in keys), chosen.subset(part)
 
 
 def _order(number: Integers) -> Integers:

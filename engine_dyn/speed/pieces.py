@@ -1,43 +1,44 @@
 """Pieces of work on threads.
 
 Kernels release the interpreter's lock, so a pool of threads distributes the designs of a sweep over
-the processors. It reports progress and can be stopped by Ctrl-C.
+the processors. It can be stopped by Ctrl-C.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import chain, islice
-from typing import Any
+from typing import TypeVar
 
-__all__ = ["Progress", "run_on_threads"]
+__all__ = ["Progress", "map_on_threads"]
 
 Progress = Callable[[int], None]
 
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 
-def run_on_threads(
-    jobs: Iterator[Any], do: Callable[[Any], None], threads: int, progress: Progress | None = None
-) -> None:
-    """Do all jobs, on so many threads at most; `progress` is told the `size` of each.
+
+def map_on_threads(
+    do: Callable[[Job], Result], jobs: Iterable[Job], threads: int
+) -> Iterator[Result]:
+    """Results of jobs, on so many threads at most, in the order in which they are done.
 
     Jobs are made in the calling thread, while others are done already.
     """
-    first = list(islice(jobs, 2))
-    all_jobs = chain(first, jobs)
+    rest = iter(jobs)
+    first = list(islice(rest, 2))
+    all_jobs = chain(first, rest)
     if threads == 1 or len(first) < 2:  # a pool costs some 200 us
-        for job in all_jobs:
-            do(job)
-            if progress:
-                progress(job.size)
-        return
+        return map(do, all_jobs)
+    return _on_pool(do, all_jobs, threads)
+
+
+def _on_pool(do: Callable[[Job], Result], jobs: Iterable[Job], threads: int) -> Iterator[Result]:
     with ThreadPoolExecutor(threads) as pool:
         try:
-            sizes = {pool.submit(do, job): job.size for job in all_jobs}
-            for done in as_completed(sizes):
-                done.result()
-                if progress:
-                    progress(sizes[done])
+            for done in as_completed([pool.submit(do, job) for job in jobs]):
+                yield done.result()
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

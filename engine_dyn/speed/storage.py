@@ -30,6 +30,8 @@ class Angles(NamedTuple):
 
 def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
     """Where angles [rad] lie among nodes of this width [rad]."""
+    if not angles.size:  # no curve is wanted
+        return Angles(np.zeros(0, dtype=np.int64), np.zeros((0, STENCIL)))
     place = np.mod(angles, width * nodes) / width
     # Without what rounding leaves: angles a period apart have the same place.
     place = np.rint(place * PLACES) / PLACES

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,12 +12,12 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.broadcasting import discard, shape_of, take_unknown
+from engine_dyn.speed.broadcasting import discard, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, add_row, fill_motion, make_motion, part_of
 from engine_dyn.speed.grouping import Grouping, Piece
-from engine_dyn.speed.pieces import Progress, run_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.maxima import largest, max_between, max_near
@@ -48,14 +47,13 @@ def torque_extremes(
     inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs, "inertia": 1.0}
     inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
     inputs["cylinders"] = np.asarray(cylinders, dtype=np.int64)
-    unknown, shape = take_unknown(inputs), shape_of(*inputs.values())
+    unknown, whole = take_unknown(inputs), Inputs.of(inputs)
     high, low, swing = results = [
-        np.empty(math.prod(shape) if name in wanted else 0) for name in TORQUE_NAMES
+        np.empty(whole.size if name in wanted else 0) for name in TORQUE_NAMES
     ]
-    whole = Inputs.of(inputs, shape)
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance, ("cylinders",))
 
-    def solve(piece: Piece) -> None:
+    def solve(piece: Piece) -> int:
         for call in piece.calls():
             designs, motion = call.designs(), make_motion(call.columns.fine.shape[1])
             chosen, count = call.piece.chosen, call.piece.size
@@ -69,10 +67,13 @@ def torque_extremes(
                 of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
                 _extremes(count, call.columns, alone, friction, high, low, motion.dw)
+        return piece.size
 
-    run_on_threads(grouping.pieces(None, 1), solve, threads or os.cpu_count() or 1, progress)
+    for done in map_on_threads(solve, grouping.pieces(None, 1), threads or os.cpu_count() or 1):
+        if progress:
+            progress(done)
     found = zip(TORQUE_NAMES, results, strict=True)
-    return discard({n: array.reshape(shape) for n, array in found if n in wanted}, unknown)
+    return discard({n: array.reshape(whole.shape) for n, array in found if n in wanted}, unknown)
 
 
 @inlined

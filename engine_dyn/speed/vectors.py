@@ -27,16 +27,7 @@ from numba.extending import (
     unbox,
 )
 
-__all__ = [
-    "LANES",
-    "Rows",
-    "any_of",
-    "new_rows",
-    "read",
-    "rows_of",
-    "where",
-    "write",
-]
+__all__ = ["LANES", "Rows", "any_of", "new_rows", "read", "rows_of", "where", "write"]
 
 LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""

@@ -30,7 +30,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
-from engine_dyn.speed.pieces import Progress, run_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
@@ -125,15 +125,6 @@ class _Found(NamedTuple):
     doubtful: Integers
 
 
-class _Piece(NamedTuple):
-    begin: int
-    end: int
-
-    @property
-    def size(self) -> int:
-        return self.end - self.begin
-
-
 def forced_response(
     system: ShaftSystem,
     orders: Any,
@@ -217,12 +208,14 @@ def forced_response(
     )
     which, none = np.arange(count), np.empty((0, system.parent.size, 2, orders))
 
-    def solve(piece: _Piece) -> None:
-        some = which[piece.begin : piece.end]
+    def solve(some: Integers) -> int:
         _respond(some, none, tree, cases, signals, table, found)
+        return some.size
 
-    pieces = (_Piece(i, min(i + AT_ONCE, count)) for i in range(0, count, AT_ONCE))
-    run_on_threads(pieces, solve, threads or os.cpu_count() or 1, progress)
+    pieces = (which[i : i + AT_ONCE] for i in range(0, count, AT_ONCE))
+    for done in map_on_threads(solve, pieces, threads or os.cpu_count() or 1):
+        if progress:
+            progress(done)
     status = np.full(count, CONVERGED, dtype=np.int8)
     for case in np.flatnonzero(found.doubtful):
         known, resonant = _with_pivoting(tree, cases, int(case))

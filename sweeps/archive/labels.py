@@ -255,9 +255,9 @@ def dataset_of(labels: Labels, data: Mapping[str, Any]) -> xr.Dataset:
         if v.data is not None
     }
     dataset = xr.Dataset(variables, coords=coordinates)
-    for variable in dataset.variables:
-        if variable in dataset.coords or dataset[variable].dtype.kind != "f":
-            dataset[variable].encoding["_FillValue"] = None
+    for name, variable in dataset.variables.items():
+        if name in dataset.coords or variable.dtype.kind != "f":
+            variable.encoding["_FillValue"] = None
     dataset.attrs = dict(labels.attributes)
     return dataset
 

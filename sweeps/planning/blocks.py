@@ -128,10 +128,10 @@ def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
 
 def intermediate_bytes(plan: Plan) -> float:
     """Bytes of the intermediate arrays, at most."""
-    lengths = block_lengths(plan)
-    if lengths:
-        return passing_bytes(plan, {**_lengths(plan), **lengths})
-    return _intermediate(plan, _lengths(plan))
+    whole = _intermediate(plan, _lengths(plan))
+    if whole <= LIMIT:
+        return whole
+    return passing_bytes(plan, {**_lengths(plan), **lengths_within(plan, LIMIT)})
 
 
 def _lengths(plan: Plan) -> dict[str, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import psutil
 
 from sweeps.errors import SceneError, size_text
-from sweeps.planning.blocks import intermediate_bytes
+from sweeps.planning.blocks import LIMIT, intermediate_bytes
 from sweeps.planning.plan import Plan
 
 __all__ = ["check_memory", "memory_bytes"]
@@ -24,7 +24,10 @@ def check_memory(plan: Plan) -> None:
     SceneError
         With the size and what is free.
     """
-    need, free = memory_bytes(plan), psutil.virtual_memory().available
+    need = memory_bytes(plan)
+    if need <= LIMIT:  # as much as a block may take: not worth asking
+        return
+    free = psutil.virtual_memory().available
     if need > 0.9 * free:
         raise SceneError(
             f"{plan.name}: {plan.designs} designs need {size_text(need)} of memory, "

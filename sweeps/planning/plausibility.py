@@ -7,13 +7,19 @@ be outside.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from engine_dyn.plausibility.judgement import Implausible, judged, judged_diagrams
+from engine_dyn.plausibility.judgement import (
+    MOST_CORNERS,
+    Implausible,
+    judged,
+    judged_diagrams,
+    outside,
+)
 from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
@@ -29,6 +35,10 @@ __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
 
 _SOLVED = ("inertia_required", "load")
 """What takes a solution where it is not given: measures that need it are left out."""
+
+MOST_AXES = 30
+"""Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
+most, older ones 32."""
 
 WARNING = "warning: "
 """How the header of an imported diagram begins what the checks of its recording say."""
@@ -76,19 +86,19 @@ def _lines(plan: Plan) -> list[str]:
         used.update(plan.scene.cycle_keys)
     lines = _of_diagrams(plan, off) if "family" in used else []
     given = _Given(plan)
-    ends: dict[str, tuple[float, float]] = {}
     wrong: set[str] = set()
     for check in CHECKS:
         if check.name in off or used.isdisjoint(check.blames):
             continue
-        base = given.base(check)
-        if base is None or not wrong.isdisjoint(base):
+        names = given.behind(check.needs)
+        if names is None or not wrong.isdisjoint(names) or given.inside(check, names):
             continue
+        base = given.base(names)
 
         def measured(values: Mapping[str, Any], check: Check = check) -> Any:
             return given.measure(check, values)
 
-        found = judged(check, base, measured, _UNITS, ends)
+        found = judged(check, base, measured, _UNITS)
         if found is not None:
             wrong.add(found.key)
             lines.append(found.text(_places(plan, found, base)))
@@ -105,39 +115,75 @@ class _Given:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
+        self._names: dict[str, tuple[str, ...] | None] = {}
+        self._ends: dict[str, Any] = {}
+        self._axes = 0
 
-    def base(self, check: Check) -> dict[str, Any] | None:
-        """Numbers and columns, in the units of files, that a measure follows from.
+    def behind(self, needs: Iterable[str]) -> tuple[str, ...] | None:
+        """Names of the given numbers that nodes follow from.
 
-        They are shaped to broadcast over the axes of the scene. None where it needs what the plan
-        does not have, or what takes more than formulas.
+        None where one of them needs what the plan does not have, or what takes more than formulas.
         """
         names: dict[str, None] = {}
-        for need in check.needs:
-            if not self._find(need, names):
+        for need in needs:
+            if need not in self._names:
+                self._names[need] = self._behind_one(need)
+            found = self._names[need]
+            if found is None:
                 return None
+            names |= dict.fromkeys(found)
+        return tuple(names)
+
+    def _behind_one(self, name: str) -> tuple[str, ...] | None:
+        leaf = self.plan.leaves.get(name)
+        if leaf is not None:
+            if name in PARAMETERS:
+                return (name,)
+            return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
+        if name in _SOLVED:
+            return None
+        node = self.plan.scene.node(name)
+        if node.make is None or node.kind == "stage" or node.threaded or node.adds:
+            return None
+        return self.behind(node.needs)
+
+    def inside(self, check: Check, names: Sequence[str]) -> bool:
+        """Whether a measure is inside its range for all designs, as their ends tell.
+
+        False is not certain: see `judged`. Each number that varies has an axis of its own, with its
+        smallest and its largest value: what several measures follow from is computed once.
+        """
+        leaves = self.plan.leaves
+        if sum(bool(leaves[name].dims) for name in names) > MOST_CORNERS:
+            return False
+        for name in names:
+            leaf = leaves[name]
+            if name in self._ends:
+                continue
+            if not leaf.dims:
+                self._ends[name] = leaf.si
+            elif self._axes == MOST_AXES:
+                return False
+            else:
+                ends = np.array([leaf.data.min(), leaf.data.max()]) * leaf.unit
+                self._ends[name] = ends.reshape(2, *(1,) * self._axes)
+                self._axes += 1
+        return not np.any(outside(check, self._measured(check, self._ends)))
+
+    def base(self, names: Iterable[str]) -> dict[str, Any]:
+        """Numbers and columns, in the units of files, shaped to broadcast over the scene's axes."""
         return {name: self._shaped(name) for name in names}
 
     def measure(self, check: Check, values: Mapping[str, Any]) -> Any:
         """The measure [SI] for some of these numbers."""
         si = {name: values[name] * self.plan.leaves[name].unit for name in values}
-        return check.measure(*(self._value(need, si) for need in check.needs))
+        return self._measured(check, si)
 
-    def _find(self, name: str, names: dict[str, None]) -> bool:
-        """Collect the given numbers behind a name; False where it takes more than formulas."""
-        leaf = self.plan.leaves.get(name)
-        if leaf is not None:
-            if name in PARAMETERS:
-                names[name] = None
-            return name in PARAMETERS or not (leaf.dims or isinstance(leaf.data, CycleTable))
-        if name in _SOLVED:
-            return False
-        node = self.plan.scene.node(name)
-        if node.make is None or node.kind == "stage" or node.threaded or node.adds:
-            return False
-        return all(self._find(need, names) for need in node.needs)
+    def _measured(self, check: Check, si: dict[str, Any]) -> Any:
+        return check.measure(*[self._value(need, si) for need in check.needs])
 
     def _value(self, name: str, si: dict[str, Any]) -> Any:
+        """Value of a node, in SI units, which it is added to."""
         if name in si:
             return si[name]
         leaf = self.plan.leaves.get(name)

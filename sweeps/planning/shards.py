@@ -54,7 +54,7 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
         for name, value in leaves.items():
             if axis in value.dims:
                 data = np.take(value.data, places, axis=value.dims.index(axis))
-                leaves[name] = replace(value, data=data)
+                leaves[name] = value._replace(data=data)
     return replace(
         plan,
         scene=_scene_of(plan, axis, places),

@@ -13,6 +13,7 @@ for every value that the sources do not give; `[[source]]` with the citations.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -128,13 +129,12 @@ def load_engine(
     SceneError
         For an unknown name, a file that is no engine, values outside their range, missing values.
     """
-    known = catalogue()
     text = str(name_or_path)
     own = ENGINES / f"{text}.toml"
     if kept(own):
         return _read_engine(own, f"engine {text}")
-    if text in known:
-        engine, files = _of_catalogue(known[text], known[text].stat().st_mtime_ns)
+    if f"{text}.toml" in os.listdir(ENGINES):
+        engine, files = _of_catalogue(own, own.stat().st_mtime_ns)
         add_files_read(files)
         return engine
     return _read_engine(*engine_path(text, base, where))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
 import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -182,10 +180,20 @@ class Computation:
             [Computation(other, lengths, threads=threads) for other in variation.plans]
             for variation in plan.variations
         ]
-        of_stages = [stage for stage in plan.stages if stage.node.name not in plan.afterwards]
-        self.once = tuple(s for s in of_stages if not lengths.keys() & set(s.dims))
-        self.each = tuple(s for s in of_stages if lengths.keys() & set(s.dims))
-        self.common: dict[str, Value] | None = None
+        # The others are results of kernels, which their stages give, and variables of variations.
+        self.stages = [stage for stage in plan.stages if stage.node.make is not None]
+        self.uses = Counter(need for stage in self.stages for need in stage.node.needs)
+        given = [(name, value) for name, value in plan.leaves.items() if name in self.uses]
+        # Columns stay in the units of files until a stage takes them.
+        self.known = {name: v if v.dims else Value(v.si) for name, v in given}
+        self.varying = [s for s in self.stages if not lengths.keys().isdisjoint(s.dims)]
+        self.common: set[str] = set()
+        if lengths or all_in_each:  # what no block changes is needed in all of them
+            self.known = {name: _read_only(value) for name, value in self.known.items()}
+            once = [stage for stage in self.stages if stage not in self.varying]
+            again = {need for stage in self.varying for need in stage.node.needs}
+            self.common.update(*(_results_of(plan, stage) for stage in once))
+            self.common &= again.union(plan.outputs)
         family = plan.leaves["family"].data
         if isinstance(family, CycleTable):
             family.use_threads(threads)
@@ -205,53 +213,25 @@ class Computation:
         if self.plan.parts:
             each = [engine.results for engine in self.engines]
             return side_by_side(self.plan, block, each)
-        if not (self.each or self.all_in_each):  # there is one block
-            here = self._computed(self.once, self.plan.leaves, {})
-        else:
-            if self.common is None:
-                common = self._computed(self.once, self.plan.leaves, {})
-                self.common = {name: _read_only(value) for name, value in common.items()}
-            here = self._computed(self.each, self.common, block)
-        found: Results = {}
-        for name, dims in self.dims.items():
-            if self.all_in_each or belongs(block, dims):
-                array = _filled(here.pop(name).si, dims, shape_in(self.plan, dims, block))
-                found[name] = array if array.flags.writeable else array.copy()
-        for variation, others in zip(self.plan.variations, self.varied, strict=True):
-            combine = _COMBINE[variation.dimension]
-            found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
-        return found
-
-    def _computed(
-        self, stages: tuple[Stage, ...], given: Mapping[str, Value], block: Block
-    ) -> dict[str, Value]:
-        """Values of some stages for one block, and the given values that are still needed."""
-        values = {
-            name: replace(value, data=value.data[index_of(value.dims, block)])
-            if value.dims
-            else value
-            for name, value in given.items()
-        }
-        waiting = Counter(
-            itertools.chain.from_iterable(stage.node.needs for stage in self.plan.stages)
-        )
-        for stage in stages:
+        values = dict(self.known) if not block else _part_of(self.known, block)
+        uses = self.uses.copy()
+        for stage in self.stages:
             node = stage.node
-            if node.make is None:  # a result of a kernel, which its stage has given
-                continue
-            needs = {name: values[name] for name in node.needs}
+            assert node.make is not None
+            taken = _dims_taken(self.plan, stage)
+            arguments = {
+                name: _aligned(values[name], taken, name)
+                if values[name].dims
+                else values[name].data
+                for name in node.needs
+            }
             if node.kind == "stage":
                 wanted = self.plan.wanted(stage)
                 bundle = node.make(
-                    **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
-                    wanted=wanted,
-                    threads=self.threads,
-                    progress=self.bars.of(stage),
+                    **arguments, wanted=wanted, threads=self.threads, progress=self.bars.of(stage)
                 )
                 values |= {name: Value(bundle[name], self.plan.dims(name)) for name in wanted}
             else:
-                before = _dims_of_needs(self.plan, stage)
-                arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
                 if node.threaded:
                     arguments["threads"] = self.threads
                 try:
@@ -259,12 +239,37 @@ class Computation:
                 except ValueError as error:  # what only the physics can refuse, in its own words
                     raise SceneError(f"{self.plan.name}: {error}") from None
                 values[node.name] = Value(np.asarray(data), stage.dims)
+            kept = (*self.plan.outputs, *self.common)
             for need in node.needs:
-                waiting[need] -= 1
-                # Undivided, values that have served are dropped; blocks need the common ones again.
-                if waiting[need] == 0 and need not in self.plan.outputs and need not in given:
-                    values.pop(need)
-        return values
+                uses[need] -= 1
+                if uses[need] == 0 and need not in self.known and need not in kept:
+                    values.pop(need)  # it has served
+        if self.common:  # this was the first block
+            again = {name: _read_only(values[name]) for name in self.common}
+            values, self.known = values | again, self.known | again
+            self.stages, self.common = self.varying, set()
+        found: Results = {}
+        for name, dims in self.dims.items():
+            if self.all_in_each or belongs(block, dims):
+                array = _filled(values.pop(name).si, dims, shape_in(self.plan, dims, block))
+                found[name] = array if array.flags.writeable else array.copy()
+        for variation, others in zip(self.plan.variations, self.varied, strict=True):
+            combine = _COMBINE[variation.dimension]
+            found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
+        return found
+
+
+def _results_of(plan: Plan, stage: Stage) -> tuple[str, ...]:
+    """Names of the values that a stage gives."""
+    return plan.wanted(stage) if stage.node.kind == "stage" else (stage.node.name,)
+
+
+def _part_of(values: Mapping[str, Value], block: Block) -> dict[str, Value]:
+    """The part of all values that lies in a block."""
+    return {
+        name: value._replace(data=value.data[index_of(value.dims, block)]) if value.dims else value
+        for name, value in values.items()
+    }
 
 
 def _read_only(value: Value) -> Value:
@@ -273,14 +278,16 @@ def _read_only(value: Value) -> Value:
         return value
     data = value.data.view()
     data.flags.writeable = False
-    return replace(value, data=data)
+    return value._replace(data=data)
 
 
-def _dims_of_needs(plan: Plan, stage: Stage) -> tuple[str, ...]:
+def _dims_taken(plan: Plan, stage: Stage) -> tuple[str, ...]:
     """Dimensions of what a node takes: those it adds it makes itself, those it removes it needs."""
     node = stage.node
-    if not node.removes:
-        return tuple(d for d in stage.dims if d not in node.adds)
+    if node.kind == "stage":
+        return stage.axes
+    if not (node.adds or node.removes):
+        return stage.dims
     found = {*stage.dims, *node.removes} - {*node.adds}
     return tuple(d for d in (*plan.scene.dimensions, *DIMENSIONS) if d in found)
 
@@ -305,10 +312,10 @@ def _filled(
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
 
-    Constants go through as they are, and so do the points that a kernel takes whole: its axes of
-    designs are followed by those of what has such a dimension.
+    The points that a kernel takes whole go through as they are: its axes of designs are followed by
+    those of what has such a dimension.
     """
-    if not value.dims or set(value.dims) <= set(DIMENSIONS) - set(dims):
+    if set(value.dims) <= set(DIMENSIONS) - set(dims):
         return value.si
     whole = tuple(d for d in value.dims if d in DIMENSIONS and d not in dims)
     if not set(value.dims) <= {*dims, *whole}:

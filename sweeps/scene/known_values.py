@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +19,13 @@ REPLACED_BY = {"crank_ratio": "rod_length", "load_damping": "load_damping_factor
 Others give way by the words of a scene: see `_left_in_force`.
 """
 
+BY_CHOICE = frozenset(
+    key for key in PARAMETERS if len({variant.make is None for variant in NODES[key]}) > 1
+)
+"""Parameters that are given or derived, by the words of a scene."""
 
-@dataclass(frozen=True, eq=False)
-class Value:
+
+class Value(NamedTuple):
     """An array, the names of its dimensions, and the SI value of one of its units.
 
     A constant is anything, without dimensions. Given columns stay in the units of files until a
@@ -71,15 +74,12 @@ def _left_in_force(
     (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
     engine's.
     """
-
-    def derived(key: str) -> bool:
-        by_choice = any(variant.make is None for variant in NODES[key])
-        return by_choice and select(key, *words).make is not None
-
+    own = {**values.engine.values, **more}
+    derived = {key for key in BY_CHOICE & own.keys() if select(key, *words).make is not None}
     return {
         key: value
-        for key, value in {**values.engine.values, **more}.items()
-        if not derived(key) and REPLACED_BY.get(key) not in values.given
+        for key, value in own.items()
+        if key not in derived and REPLACED_BY.get(key) not in values.given
     }
 
 

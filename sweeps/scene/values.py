@@ -93,9 +93,11 @@ class GivenValues:
 
     def nonzero(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
-        return bool(self.given_or_own(key, 0.0).values.any())
+        if key in self.given:
+            return bool(self.given[key].values.any())
+        return self.engine.values.get(key, 0.0) != 0.0
 
-    @property
+    @cached_property
     def counts(self) -> list[int]:
         """Numbers of cylinders that the scene has, each once."""
         return [int(count) for count in np.unique(self.given_or_own("cylinders").values)]

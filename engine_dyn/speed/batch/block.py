@@ -7,7 +7,7 @@ whatever lies beside it.
 
 from __future__ import annotations
 
-from itertools import islice
+from itertools import accumulate, islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,21 +18,9 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 
 __all__ = [
-    "HALO",
-    "LEFT",
-    "MANY",
-    "MOST_TERMS",
-    "SETTLED",
-    "SOLVING",
-    "ColumnRows",
-    "Curves",
-    "Lanes",
-    "Scratch",
-    "WorkTable",
-    "make_scratch",
-    "repeat_ends",
-    "column_rows",
-]
+    "HALO", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "ColumnRows", "Curves", "Lanes",
+    "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends",
+]  # fmt: skip
 
 HALO = 4
 """Coarse nodes that are repeated before and behind the period."""
@@ -220,9 +208,10 @@ def make_scratch(columns: Columns) -> Scratch:
     curves = [coarse] * 3 + [coarse + 2 * HALO] * 4
     lanes = [1] * len(Lanes._fields)
     peaks = [2, 2, 1, 1, 2 * kinds + 4]
-    ends = np.cumsum([*table, *curves, *lanes, *peaks, MOST_TERMS])
-    rows: Any = iter(np.split(new_rows(ends[-1]), ends[:-1]))
-    whole = (rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3))
+    ends = list(accumulate([*table, *curves, *lanes, *peaks, MOST_TERMS], initial=0))
+    all_rows = new_rows(ends[-1])
+    rows: Any = iter([all_rows[begin:end] for begin, end in pairwise(ends)])
+    whole = [rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3)]
     of_table = (
         *islice(rows, len(table)), new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine),
         new_rows(kinds, terms), rows_of(weights_between(fine // coarse), STENCIL),
