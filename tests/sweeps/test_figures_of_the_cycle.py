@@ -67,9 +67,6 @@ def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
         return dict(kind(study, names(study.view)))  # type: ignore[operator]
 
 
-# --- turning-moment diagram --------------------------------------------------------------------
-
-
 def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:
     from scipy.integrate import quad
     from scipy.optimize import brentq
@@ -133,9 +130,6 @@ def test_energies_do_not_depend_on_the_unit_of_the_torque() -> None:
     assert "Torque (kN m)" in words(figure)
 
 
-# --- curves by load ----------------------------------------------------------------------------
-
-
 def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
     data = cycle((0.0, 50.0, 100.0))
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
@@ -183,9 +177,6 @@ def test_one_design_has_no_curves_by_load() -> None:
     assert not drawn(load_curves, load_curve_names, study_of(cycle(), {"load": 50.0}))
 
 
-# --- bearings ----------------------------------------------------------------------------------
-
-
 def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     data = bearings()
     study = study_of(data, {})
@@ -215,9 +206,6 @@ def test_pressures_of_bearings_are_drawn_as_their_loads_are() -> None:
     assert len(figure.axes[0].lines) == 4
     assert figure.axes[0].get_ylabel().startswith("Pressure of the bearing")
     assert "main journal 2, the most loaded: largest pressure" in words(figure)
-
-
-# --- friction by component ---------------------------------------------------------------------
 
 
 def friction(axis: str = "speed") -> xr.Dataset:

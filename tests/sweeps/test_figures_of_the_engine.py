@@ -90,9 +90,6 @@ def bars(drawn: Figure, row: int) -> list[tuple[float, float, str]]:
     return sorted(found)
 
 
-# --- strokes -----------------------------------------------------------------------------------
-
-
 def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
     drawn = figure(engine(), "strokes")
     panel = drawn.axes[0]
@@ -143,9 +140,6 @@ def test_one_cylinder_has_no_figure_of_strokes() -> None:
         figure(engine(one), "strokes")
 
 
-# --- crank star --------------------------------------------------------------------------------
-
-
 def test_throws_stand_at_the_cosine_of_their_angle() -> None:
     throws = [0.0, 120.0, 240.0, 240.0]
     drawn = figure(engine(FOUR | {"throws": throws}), "crank_star")
@@ -175,9 +169,6 @@ def test_counterweights_are_drawn_where_the_archive_gives_them() -> None:
     assert len(drawn.axes[0].patches) == len(plain.axes[0].patches) + 8
     assert "counterweights for the fraction 0.5" in words(drawn)
     assert "counterweights" not in words(plain)
-
-
-# --- crank train -------------------------------------------------------------------------------
 
 
 def places(data: xr.Dataset, at: int) -> Any:
@@ -232,9 +223,6 @@ def test_offsets_need_the_rod_angle() -> None:
         SceneError, match="crank_train: not available for this archive; it needs tangential_force"
     ):
         figure(cylinder(pin_offset=0.001), "crank_train")
-
-
-# --- waterfall ---------------------------------------------------------------------------------
 
 
 def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:

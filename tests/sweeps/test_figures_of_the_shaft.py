@@ -115,9 +115,6 @@ def test_without_an_axis_of_speeds_there_is_nothing_over_the_speed() -> None:
     assert not any(stem.endswith("_speed") or stem == "campbell" for stem in found)
 
 
-# --- modes ----------------------------------------------------------------------------------------
-
-
 def test_the_node_of_two_discs_is_where_their_inertias_put_it() -> None:
     # free discs of 2 and 6 kg m2: the shape is 1, -J1/J2; the node is nearer to the larger one
     joined = np.array([True])
@@ -184,9 +181,6 @@ def test_labels_of_many_crossings_lie_apart() -> None:
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
-# --- over the speed -------------------------------------------------------------------------------
-
-
 def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dict) -> None:
     one = drawn["shaft_torque_order_speed"]
     said = words(one)
@@ -242,9 +236,6 @@ def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:
         "no misfire", "misfire of cylinder 2"
     ]  # fmt: skip
     assert [panel.lines[1].get_ydata()[10] for panel in one.axes] == pytest.approx([70.0, 105.0])
-
-
-# --- the cycle ------------------------------------------------------------------------------------
 
 
 def test_orders_sum_to_their_closed_form() -> None:
