@@ -33,9 +33,6 @@ def of_format(path: Path, text: str) -> Path:
     return path
 
 
-# --- what version 0.1 wrote ---------------------------------------------------------------------
-
-
 def test_an_archive_of_version_0_1_is_opened(old: Path) -> None:
     with sweeps.open(old) as archive:
         assert "archive_format" not in archive.attrs
@@ -107,17 +104,6 @@ def test_a_built_in_scene_is_planned_from_an_archive_of_another_place(tmp_path: 
     plan = plan_of(contents)
     assert plan.scene.reference is not None
     assert differences(contents.identity, identity(plan)) == []
-
-
-# --- other formats ------------------------------------------------------------------------------
-
-
-def test_archives_carry_their_format(tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "output": {"quantities": ["mean_piston_speed"]}}
-    assert sweeps.run(scene).attrs["archive_format"] == str(ARCHIVE_FORMAT)
-    sweeps.stream(scene, tmp_path / "out.nc")
-    with sweeps.open(tmp_path / "out.nc") as archive:
-        assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
 
 
 def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:

@@ -23,9 +23,6 @@ pytestmark = pytest.mark.compiled
 RPM = math.pi / 30.0
 
 
-# --- balance --------------------------------------------------------------------------------------
-
-
 def test_forces_on_axes() -> None:
     found = computed(
         ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_force_major"],
@@ -159,9 +156,6 @@ def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None
     assert float(own["shaking_force_max"]) != float(half["shaking_force_max"])
 
 
-# --- flywheel -------------------------------------------------------------------------------------
-
-
 def test_wanted_delta_replaces_the_inertia() -> None:
     found = computed(
         ["inertia_required", "delta", "omega_max", "inertia_energy_swing_error", "inertia_share",
@@ -204,16 +198,10 @@ def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
     in_parts = computed(["delta"], set={**{k: v for k, v in given.items() if k != "wanted_delta"},
                                    "flywheel_inertia": float(added)})  # fmt: skip
     assert float(in_parts["delta"]) == pytest.approx(1 / 300, rel=1e-6)
-
-
-def test_flywheel_of_a_driven_machine() -> None:
-    found = computed(["inertia_required", "delta"], engine="compressor_79x83",
-                axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
-    assert (found["status"] == 0).all()
-    np.testing.assert_allclose(found["delta"], found["wanted_delta"], rtol=1e-6)
-
-
-# --- speed characteristic -------------------------------------------------------------------------
+    driven = computed(["inertia_required", "delta"], engine="compressor_79x83",
+                      axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
+    assert (driven["status"] == 0).all()
+    np.testing.assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["diesel", "propeller"])
@@ -287,9 +275,6 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
     )  # fmt: skip
     assert int(none["status"]) == 4
     assert np.isnan(float(none["inertia_required"]))
-
-
-# --- built-in scenes and their figures ------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -368,6 +353,7 @@ def test_two_opposed_cylinders_of_the_lecture() -> None:
 
 
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
+    """Forces that are nothing get no curve of their vector, and no scale of their own."""
     names = ["reciprocating_force", "shaking_force", "shaking_force_first"]
     files = [path.stem for path in draw(asgari[names], tmp_path)]
     assert files[0] == "shaking_force_over_angle"
@@ -377,12 +363,9 @@ def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
     alone = asgari[["shaking_force"]].isel(design=[0])
     files = [path.stem for path in draw(alone, tmp_path / "one")]
     assert files == ["shaking_force_over_angle", "shaking_force_polar"]
-
-
-def test_figures_of_what_is_balanced(tmp_path: Path) -> None:
-    """Forces that are nothing get no curve of their vector, and no scale of their own."""
     names = ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_moment_max"]
-    files = [path.stem for path in draw(sweeps.run("lecture18_opposed")[names], tmp_path)]
+    opposed = sweeps.run("lecture18_opposed")[names]
+    files = [path.stem for path in draw(opposed, tmp_path / "opposed")]
     assert "shaking_moment_over_angle_speed" in files
     assert not any(stem.startswith("shaking_force") for stem in files)  # 0 N
     assert not any("polar" in stem for stem in files)  # the moment moves along a line

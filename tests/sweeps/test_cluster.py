@@ -558,14 +558,3 @@ def test_resume_on_another_kind_of_machine_is_refused(
         assert f"cannot be resumed, because it belongs to a different run: {key} (" in result
     assert len(Partial.of(output).finished()) == 3
     assert into_archive.run(plan, output, Options(resume=True)).before == 3
-
-
-def test_differences_of_machines_in_words() -> None:
-    one = {"processor": "znver3", "instructions": "avx avx2 fma", "C library": "glibc 2.31"}
-    other = {"processor": "znver4", "instructions": "avx avx512f fma", "C library": "glibc 2.31"}
-    assert provenance.kind_differences(one, one) == []
-    assert provenance.kind_differences(one, other) == [
-        "processor (was znver3, is znver4)",
-        "instructions (without avx2, with avx512f)",
-    ]
-    assert provenance.kind_differences({}, one)[0] == "processor (was not known, is znver3)"

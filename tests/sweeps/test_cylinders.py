@@ -262,23 +262,6 @@ def test_crankshafts_that_are_none(change: dict[str, Any], message: str) -> None
 
 
 @pytest.mark.compiled
-def test_archive_keeps_the_arrangement() -> None:
-    found = run(
-        quantities=("torque_mean",),
-        set={"cylinders": 2, "arrangement": "V2 45", "pressure_factor": [1, 0.9]},
-    )
-    kept = json.loads(found.attrs["arrangement"])
-    assert kept["name"] == "V2 45 shared-pin"
-    assert kept["firing_angles"] == [0.0, 405.0]
-    assert kept["pressure_factor"] == [1.0, 0.9]
-    assert kept["banks"] == [0.0, 45.0]
-    other = run(quantities=("torque_mean",), set={"cylinders": 3})
-    assert json.loads(other.attrs["arrangement"])["name"].startswith("in-line 3")
-    several = run(quantities=("torque_mean",), axes={"cylinders": [2, 3]})
-    assert "arrangement" not in several.attrs
-
-
-@pytest.mark.compiled
 def test_two_stroke_engines(tmp_path: Path) -> None:
     """The cycle is one turn: two cylinders fire evenly 180 degrees apart."""
     angle = np.arange(-180.0, 180.0)
@@ -490,12 +473,6 @@ def test_offset_with_a_given_rod() -> None:
     )
     np.testing.assert_allclose(rod["velocity"], ratio["velocity"], rtol=1e-12, atol=1e-13)
     assert float(rod["imep"]) == pytest.approx(float(ratio["imep"]), rel=1e-12)
-
-
-def test_offset_in_an_engine_file(tmp_path: Path) -> None:
-    body = VALUES.replace("stroke = 0.18", "stroke = 0.18\npin_offset = 0.03")
-    engine = load_engine(written(tmp_path, body + modelled()), Path())
-    assert engine.values["crank_ratio"] == float(crank_radius(0.18, 0.35, 0.03)) / 0.35
 
 
 # --- bad input ----------------------------------------------------------------------------------

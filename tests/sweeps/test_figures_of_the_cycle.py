@@ -112,22 +112,20 @@ def test_a_load_torque_that_does_not_balance_gives_way_to_the_mean() -> None:
     assert "Mean torque" in words(figure)
 
 
-def test_large_energies_are_in_kilojoules() -> None:
-    data = cycle()
-    data["torque"] = data["torque"] * 1000.0
-    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
-    assert "W = 600 kJ" in words(figure)
-    assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
-
-
-def test_energies_do_not_depend_on_the_unit_of_the_torque() -> None:
+@pytest.mark.parametrize(
+    ("factor", "unit", "said"),
+    [(1000.0, "N m", ("W = 600 kJ",)), (0.001, "kN m", ("W = 600 J", "+600", "Torque (kN m)"))],
+)
+def test_energies_have_a_readable_unit_whatever_the_torque_has(
+    factor: float, unit: str, said: tuple[str, ...]
+) -> None:
     data = cycle()
     for name in ("torque", "load_torque"):
-        data[name] = (data[name] / 1000.0).assign_attrs(data[name].attrs, units="kN m")
+        data[name] = (data[name] * factor).assign_attrs(data[name].attrs, units=unit)
     figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
-    assert "W = 600 J" in words(figure)
-    assert "+600" in words(figure)
-    assert "Torque (kN m)" in words(figure)
+    for text in said:
+        assert text in words(figure)
+    assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
 
 
 def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
@@ -171,10 +169,10 @@ def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
 def test_without_loads_another_axis_of_few_values_is_taken() -> None:
     data = cycle().rename(load="inertia")
     assert set(drawn(load_curves, load_curve_names, study_of(data, {}))) == {"inertia_curves"}
-
-
-def test_one_design_has_no_curves_by_load() -> None:
+    # One design has no curves by load, one load no comparison of bearings, two components none.
     assert not drawn(load_curves, load_curve_names, study_of(cycle(), {"load": 50.0}))
+    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
+    assert not friction_names(study_of(friction()[list(COMPONENTS)[:2]], {}).view)
 
 
 def test_of_the_journals_the_most_loaded_is_drawn() -> None:
@@ -190,16 +188,7 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     assert "main journal 2, the most loaded: largest load" in words(figure)
     assert figure.axes[0].get_ylim()[0] == 0.0
     assert figure.axes[0].get_ylim()[1] > 6000.0
-
-
-def test_one_load_alone_is_no_comparison_of_bearings() -> None:
-    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
-
-
-def test_pressures_of_bearings_are_drawn_as_their_loads_are() -> None:
-    data = bearings().rename(
-        {name: str(name).replace("load", "pressure") for name in bearings().data_vars}
-    )
+    data = data.rename({name: str(name).replace("load", "pressure") for name in data.data_vars})
     assert not bearing_load_names(study_of(data, {}).view)
     found = drawn(bearing_pressures, bearing_pressure_names, study_of(data, {}))
     figure = found["bearing_pressures_speed"]
@@ -252,8 +241,3 @@ def test_kinds_are_bars_and_one_design_shows_its_shares() -> None:
     np.testing.assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
     share = 100.0 * widths[0] / sum(widths)
     assert f"0.250, {share:.0f} %" in words(one["friction_components"])
-
-
-def test_two_components_are_no_breakdown() -> None:
-    names = list(COMPONENTS)[:2]
-    assert not friction_names(study_of(friction()[names], {}).view)

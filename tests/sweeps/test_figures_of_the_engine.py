@@ -22,15 +22,11 @@ FOUR = {
     "pressure_factor": [1.0] * 4, "radius_factor": [1.0] * 4,
 }  # fmt: skip
 TWO = FOUR | {
-    "name": "in-line 2",
-    "period": 360.0,
-    "firing_angles": [0.0, 180.0],
-    "throws": [0.0, 180.0],
-    "positions": [0.0, 1.0],
-    "banks": [0.0] * 2,
-    "pressure_factor": [1.0] * 2,
+    "name": "in-line 2", "period": 360.0, "firing_angles": [0.0, 180.0], "throws": [0.0, 180.0],
+    "positions": [0.0, 1.0], "banks": [0.0] * 2, "pressure_factor": [1.0] * 2,
     "radius_factor": [1.0] * 2,
-}
+}  # fmt: skip
+ONE = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
 RATIO, AREA, MASS = 0.3, 0.005, 2.0
 
 
@@ -132,14 +128,6 @@ def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> Non
     assert words(silent).count("power") == 3
 
 
-def test_one_cylinder_has_no_figure_of_strokes() -> None:
-    one = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
-    with pytest.raises(
-        SceneError, match="strokes: not available for this archive; it needs two cylinders or more"
-    ):
-        figure(engine(one), "strokes")
-
-
 def test_throws_stand_at_the_cosine_of_their_angle() -> None:
     throws = [0.0, 120.0, 240.0, 240.0]
     drawn = figure(engine(FOUR | {"throws": throws}), "crank_star")
@@ -154,13 +142,10 @@ def test_throws_stand_at_the_cosine_of_their_angle() -> None:
     assert journals == ["1", "2", "3", "4", "5"]
     star = {t.get_text() for t in drawn.axes[1].texts if t.get_text()}
     assert star == {"1", "2", "3, 4"}
-
-
-def test_rods_on_one_pin_share_a_throw() -> None:
+    # Rods on one pin share a throw.
     vee = FOUR | {"throws": [0.0, 0.0, 180.0, 180.0], "positions": [0.0, 0.0, 1.0, 1.0]}
     side = figure(engine(vee), "crank_star").axes[0]
-    bold = [t.get_text() for t in side.texts if t.get_weight() == "bold"]
-    assert bold == ["1, 2", "3, 4"]
+    assert [t.get_text() for t in side.texts if t.get_weight() == "bold"] == ["1, 2", "3, 4"]
 
 
 def test_counterweights_are_drawn_where_the_archive_gives_them() -> None:
@@ -211,20 +196,6 @@ def test_the_crank_train_stands_at_the_largest_tangential_force() -> None:
     assert f"at {largest + 180.0:g}° crank angle" in words(turned)
 
 
-def test_an_angle_outside_the_cycle_is_refused() -> None:
-    with pytest.raises(SceneError, match="at 400: the crank angle is from -360 to 360 degrees"):
-        figure(cylinder(), "crank_train", options_of(at=400))
-    with pytest.raises(SceneError, match="at 'top': must be a crank angle in degrees"):
-        options_of(at="top")
-
-
-def test_offsets_need_the_rod_angle() -> None:
-    with pytest.raises(
-        SceneError, match="crank_train: not available for this archive; it needs tangential_force"
-    ):
-        figure(cylinder(pin_offset=0.001), "crank_train")
-
-
 def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
     data = engine()
     panel = figure(data, "waterfall").axes[0]
@@ -240,6 +211,19 @@ def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
     assert "2000 N m" in words(figure(data, "waterfall"))
 
 
-def test_two_speeds_are_no_waterfall() -> None:
-    with pytest.raises(SceneError, match="three speeds or more"):
-        figure(engine().isel(speed=[0, 1]), "waterfall")
+@pytest.mark.parametrize(
+    ("data", "kind", "options", "said"),
+    [
+        (engine(ONE), "strokes", {}, "not available for this archive; it needs two cylinders or"),
+        (cylinder(pin_offset=0.001), "crank_train", {},
+         "crank_train: not available for this archive; it needs tangential_force"),
+        (cylinder(), "crank_train", {"at": 400},
+         "at 400: the crank angle is from -360 to 360 degrees"),
+        (cylinder(), "crank_train", {"at": "top"}, "at 'top': must be a crank angle in degrees"),
+        (engine().isel(speed=[0, 1]), "waterfall", {}, "three speeds or more"),
+    ],
+    ids=["one cylinder", "offsets", "outside the cycle", "no angle", "two speeds"],
+)  # fmt: skip
+def test_figures_that_cannot_be(data: xr.Dataset, kind: str, options: Any, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        figure(data, kind, options_of(**options))

@@ -102,24 +102,14 @@ def test_variables_of_the_shaft_get_their_own_figures_alone(drawn: dict) -> None
         "shaft_stress_half_range_speed", "shaft_loss_speed", "shaft_torque_cycle",
         "shaft_torque_order_waterfall",
     }  # fmt: skip
-
-
-def test_nothing_is_written_outside_or_over_the_legend(drawn: dict) -> None:
     for stem, one in drawn.items():
         assert_inside(stem, one)
-
-
-def test_without_an_axis_of_speeds_there_is_nothing_over_the_speed() -> None:
+    # The loss of the ring is a hundredth of that of the flywheel, and left out.
+    assert len(drawn["shaft_loss_speed"].axes) == 1
+    assert "1 of 2 shafts shown" in words(drawn["shaft_loss_speed"])
     found = plates(shaft(), {"speed": 1500.0})
     assert {"mode_shapes", "shaft_torque_cycle"} <= set(found)
     assert not any(stem.endswith("_speed") or stem == "campbell" for stem in found)
-
-
-def test_the_node_of_two_discs_is_where_their_inertias_put_it() -> None:
-    # free discs of 2 and 6 kg m2: the shape is 1, -J1/J2; the node is nearer to the larger one
-    joined = np.array([True])
-    assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
-    assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
 
 
 def test_shapes_are_joined_where_a_shaft_is_and_nodes_are_marked(drawn: dict) -> None:
@@ -128,9 +118,13 @@ def test_shapes_are_joined_where_a_shaft_is_and_nodes_are_marked(drawn: dict) ->
     first, node = panel.lines[:2]
     assert first.get_xdata() == pytest.approx([0.0, 1.0, np.nan, 2.0], nan_ok=True)
     assert first.get_ydata() == pytest.approx([1.0 / 3.0, -0.25 / 3.0, np.nan, 1.0], nan_ok=True)
-    assert node.get_xdata() == pytest.approx([0.8])
+    assert node.get_xdata() == pytest.approx([0.8])  # from 1 to -1/4 on the way to the flywheel
     assert [label.get_text() for label in panel.get_xticklabels()] == list(DISCS)
     assert "mode 1: 75 Hz" in words(drawn["mode_shapes"])
+    # Free discs of 2 and 6 kg m2: the shape is 1, -J1/J2; the node is nearer to the larger one.
+    joined = np.array([True])
+    assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
+    assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
 
 
 def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
@@ -144,13 +138,6 @@ def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
     # 4 n / 60 = 50 + 0.02 n
     (only,) = crossings(speeds, rising, np.array([4.0 / 60.0]))
     assert only[2] == pytest.approx(50.0 / (4.0 / 60.0 - 0.02))
-
-
-def test_labels_go_to_the_largest_that_lie_apart() -> None:
-    assert free_places(np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1]), 0.15) == [
-        1,
-        3,
-    ]
 
 
 def test_marks_are_as_large_as_the_vector_sums(drawn: dict) -> None:
@@ -179,6 +166,9 @@ def test_labels_of_many_crossings_lie_apart() -> None:
     speeds = [int(text.get_text()) for text in panel.texts if float(text.get_text()) > 100.0]
     assert 5 <= len(speeds) < 13 and set(speeds) <= {round(12000.0 / nu) for nu in order}
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    # The largest that lie apart are taken.
+    places, sizes = np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1])
+    assert free_places(places, sizes, 0.15) == [1, 3]
 
 
 def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dict) -> None:
@@ -217,12 +207,6 @@ def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
     heights = barred[0].get_paths()[0].vertices[:, 1]
     assert heights.min() == pytest.approx(50.0) and heights.max() > 100.0
     assert "Limit of the stress" in words(one)
-
-
-def test_small_losses_are_left_out(drawn: dict) -> None:
-    # that of the ring is a hundredth of that of the flywheel
-    assert len(drawn["shaft_loss_speed"].axes) == 1
-    assert "1 of 2 shafts shown" in words(drawn["shaft_loss_speed"])
 
 
 def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:

@@ -21,9 +21,6 @@ def apart(name: str) -> list[str]:
     return [name, f"gas_{name}", f"inertia_{name}"]
 
 
-# Forces -------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("engine", "settings"),
     [("ntua", {}), ("ntua", {"pin_offset": 0.02}), ("marine_80x345", {}), ("v6_96x81", {})],
@@ -79,9 +76,6 @@ def test_parts_by_the_printed_formulas() -> None:
         overturning = found[f"{part}_overturning_moment"].values
         assert np.abs(overturning + 0.09 * tangential).max() < 1e-13 * size
     np.testing.assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
-
-
-# Volume -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
@@ -161,9 +155,6 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
         computed(["cylinder_volume"], str(engine))
 
 
-# Inertia over the angle, speed at the start -------------------------------------------------------
-
-
 @pytest.mark.parametrize("engine", ["ntua", "v6_96x81", "parallel_twin_270"])
 def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     """Theta(phi) omega^2/2 of the solution with variable inertia gains what the torques do."""
@@ -229,9 +220,6 @@ def test_start_speeds_of_the_thesis() -> None:
     assert found["omega_start"].values == pytest.approx([119.038, 124.46], rel=1e-3)
 
 
-# Counterweights -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("engine", "settings"),
     [
@@ -269,9 +257,6 @@ def test_counterweight_of_asgari() -> None:
     none = found.sel(counterweight_fraction=0.0, direction=0)
     orders = none["reciprocating_force_first"] + none["reciprocating_force_second"]
     assert float(np.abs(none["shaking_force"] - orders).max()) < 0.01 * float(np.abs(orders).max())
-
-
-# Figures ------------------------------------------------------------------------------------------
 
 
 def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:

@@ -146,7 +146,13 @@ def test_results_are_looked_at() -> None:
     assert at in line
 
 
-def test_tables_tell_how_many_and_which(tmp_path: Path) -> None:
+def test_only_what_is_asked_for_is_looked_at_and_not_what_is_silenced(tmp_path: Path) -> None:
+    given = {"engine": "ntua", "set": {"inertia": 2e4}}
+    assert told_of({**given, "output": {"quantities": ["imep"]}}) == ()
+    assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
+    for names in (["inertia"], ["all"]):
+        assert told_of({**SCENE, "silenced_warnings": names}) == ()
+    # Of a table it is told how many and which.
     table = tmp_path / "table.csv"
     rows = [f"case {i},{2.0 if i % 100 else 2e4 + i}" for i in range(1, 1001)]
     table.write_text("\n".join(["case,inertia", *rows]))
@@ -154,12 +160,6 @@ def test_tables_tell_how_many_and_which(tmp_path: Path) -> None:
                        "output": {"quantities": ["delta"]}})  # fmt: skip
     assert "10 of 1000 designs, the worst is design 1000 ('case 1000')" in line
     assert "inertia = 21000 kg m2" in line
-
-
-def test_only_what_is_asked_for_is_looked_at() -> None:
-    given = {"engine": "ntua", "set": {"inertia": 2e4}}
-    assert told_of({**given, "output": {"quantities": ["imep"]}}) == ()
-    assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
 
 
 def test_the_engine_is_named_where_the_scene_gives_nothing(tmp_path: Path) -> None:
@@ -171,11 +171,6 @@ def test_the_engine_is_named_where_the_scene_gives_nothing(tmp_path: Path) -> No
     assert "given by engine mine" in line
     file.write_text('silenced_warnings = ["inertia"]\n' + file.read_text())
     assert told_of(scene) == ()
-
-
-@pytest.mark.parametrize("names", [["inertia"], ["all"]])
-def test_warnings_are_silenced_by_their_names(names: list[str]) -> None:
-    assert told_of({**SCENE, "silenced_warnings": names}) == ()
 
 
 @pytest.mark.parametrize(

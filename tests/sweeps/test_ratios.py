@@ -22,14 +22,6 @@ def scene(**tables):
     return {"engine": "ntua", "output": {"quantities": ["inertia_required"]}, **tables}
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [("1/200", 1 / 200), (" 1 / 200 ", 1 / 200), ("0.5/100", 0.005), ("0.02", 0.02), ("3/1", 3.0)],
-)
-def test_read(text, value):
-    assert number_or_ratio(text) == value
-
-
 @pytest.mark.parametrize("text", ["1/0", "1/", "/200", "1/2/3", "x", "", "1_0/2", "1e308/1e-308"])
 def test_refused(text):
     with pytest.raises(ValueError):

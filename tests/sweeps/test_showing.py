@@ -13,7 +13,7 @@ from sweeps.errors import SceneError
 from sweeps.exploring import ranges as reading
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.nearest_values import nearest_notes
-from sweeps.presenting.readable_units import factor, unit_choices
+from sweeps.presenting.readable_units import factor
 from sweeps.presenting.tables import number_text, rows_text
 from tests.support.commands import invoke, ok, refused
 
@@ -122,15 +122,6 @@ def test_factors_of_units() -> None:
         factor("W", "bar")
 
 
-def test_units_that_name_nothing_are_refused() -> None:
-    known = {"delta": "1", "brake_power": "W"}
-    assert unit_choices("power=MW", known) == {"brake_power": "MW"}
-    with pytest.raises(SceneError, match=r"--units speed: no column"):
-        unit_choices("speed=rpm", known)
-    with pytest.raises(SceneError, match="must be NAME=UNIT"):
-        unit_choices("kW", known)
-
-
 def test_the_command(path: Path) -> None:
     told = ok("show", path, "--sort=-delta", "--limit", "5")
     assert "5 of 12 designs" in told and "the same in all" in told
@@ -153,6 +144,8 @@ def test_the_command(path: Path) -> None:
         (("--relative-to", "load=50"), "not a single design"),
         (("--units", "delta=kW"), "cannot be used for a quantity in"),
         (("--units", "foo=kW"), "--units foo: no column"),
+        (("--units", "kW"), "must be NAME=UNIT"),
+        (("--select", "load=20", "--select", "load=50"), "--select load: given twice"),
     ],
 )
 def test_bad_options(path: Path, options: tuple[str, ...], told: str) -> None:
@@ -218,10 +211,6 @@ def test_a_value_between_those_of_an_axis_is_said_to_be_replaced(
     outside = refused(name, path, *options, *slices, "load=5000,inertia=2")
     assert "load = 5000: outside the axis, 20 to 80" in outside
     assert invoke(name, path, *options, *slices, "load=50,inertia=2").stderr == ""
-
-
-def test_nearest_in_python_takes_any_number(archive: xr.Dataset) -> None:
-    assert float(sweeps.nearest(archive, load=5000)["load"]) == 80.0
 
 
 def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
@@ -298,13 +287,3 @@ def test_hints_are_those_of_python(of_bearings: Path, capsys: pytest.CaptureFixt
     told = capsys.readouterr().out
     assert 'select=dict(order=1) shows one of them, quantities="torque_order" all' in told
     assert "--select" not in told
-
-
-def test_an_axis_that_is_selected_twice(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        'engine = "ntua"\n[axes]\nspeed = [900, 1000]\n[output]\nquantities = ["delta"]\n'
-    )
-    ok("run", scene, "-o", tmp_path / "a.nc")
-    said = refused("show", tmp_path / "a.nc", "--select", "speed=900", "--select", "speed=1000")
-    assert "--select speed: given twice" in said

@@ -34,9 +34,6 @@ def lists(data: Any, *names: str) -> list[list[float]]:
     return [data[name].values.tolist() for name in names]
 
 
-# There and back again -----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("rolled", [0, 77, 180, 360, 541])
 def test_from_angle_to_volume_and_back(ntua: Any, tmp_path: Path, rolled: int) -> None:
     """The same points come back: the inverse of the travel is exact, wherever the loop begins."""
@@ -219,9 +216,6 @@ def test_several_loops(ntua: Any, tmp_path: Path) -> None:
     found = read_pressure(path, volume_column=1, engine="ntua", average=True)
     assert found.recorded["pressure_bar"].cycles == 3
     assert found.mean.pressure[0] == pytest.approx(ntua.pressure.values * 1e5, rel=1e-9)
-
-
-# What is refused ----------------------------------------------------------------------------------
 
 
 def loop(folder: Path, travel: Any, pressure: Any, *more: Any, head: str = "x,p_bar") -> Path:

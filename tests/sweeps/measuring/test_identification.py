@@ -96,16 +96,16 @@ def test_predictions_are_near_the_measured_speeds(folder: Path) -> None:
                                rtol=1e-3)  # fmt: skip
 
 
-def test_mass_and_teeth_are_refused_together(folder: Path) -> None:
-    with pytest.raises(SceneError, match="reciprocating_mass, the tooth errors: cannot be"):
-        sweeps.identify(folder / "scene.toml", ["inertia", "reciprocating_mass"], predict=False)
-
-
-def test_pressure_and_inertia_are_known_as_a_ratio(folder: Path) -> None:
-    with pytest.raises(
-        SceneError, match=r"inertia, pressure_factor.*cannot be determined separately"
-    ):
-        sweeps.identify(folder / "scene.toml", ["inertia", "pressure_factor"], predict=False)
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("reciprocating_mass", "reciprocating_mass, the tooth errors: cannot be"),
+        ("pressure_factor", "inertia, pressure_factor.*cannot be determined separately"),
+    ],
+)
+def test_what_cannot_be_told_apart_is_refused(folder: Path, key: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        sweeps.identify(folder / "scene.toml", ["inertia", key], predict=False)
 
 
 def test_command(folder: Path) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
-from sweeps.measuring.measured_doubts import of_heavier_engine, repeats_every_turn
+from sweeps.measuring.measured_doubts import repeats_every_turn
 from tests.support.commands import ok
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
@@ -110,12 +110,6 @@ def test_sound_recordings_are_not_doubted(
     assert (EVENLY in remarks) == (name == FOUR and estimated)
 
 
-def test_large_errors_of_teeth_are_not_doubted_where_half_orders_show(
-    tmp_path: Path, single: xr.Dataset
-) -> None:
-    assert compared(tmp_path, Case(errors=0.02), single).attrs["remarks"].count(HARDLY) == 0
-
-
 def test_a_wrong_gap_angle_is_told(tmp_path: Path, engine: tuple[str, xr.Dataset]) -> None:
     name, true = engine
     remarks = compared(tmp_path, Case(name, gap_angle=120.0), true).attrs["remarks"]
@@ -185,11 +179,6 @@ def test_half_orders() -> None:
         speed = 100 + np.cos(2 * angle) + part * np.cos(1.5 * angle)
         assert repeats_every_turn(speed[None], PERIOD) == expected
     assert repeats_every_turn(speed[None], PERIOD / 2)
-
-
-def test_of_a_heavier_engine_deviations_are_smaller() -> None:
-    speed = np.array([[99.0, 100.0, 101.0]])
-    assert np.allclose(of_heavier_engine(speed, 1.0), [[99.5, 100.0, 100.5]], atol=0.005)
 
 
 def test_the_command_prints_doubts(tmp_path: Path, single: xr.Dataset) -> None:

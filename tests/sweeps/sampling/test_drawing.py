@@ -10,7 +10,6 @@ from scipy import stats
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
-from tests.support.commands import refused
 from tests.support.scenes import refusal
 
 NUMBER = 1 << 12
@@ -38,23 +37,18 @@ def test_values_follow_the_law(law: str, method: str) -> None:
     assert values.min() >= table["low"] and values.max() <= table["high"]
 
 
-def test_whole_numbers_and_choices_are_equally_likely() -> None:
-    drawn = sweeps.sample(
-        {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]},
-        NUMBER,
-    )
-    for key, values in (("cylinders", [3, 4, 5, 6]), ("load", [10, 50, 90])):
-        found, counts = np.unique(drawn[key], return_counts=True)
+def test_whole_numbers_choices_and_words_are_equally_likely() -> None:
+    words = ["V8 90 cross-plane", "in-line 4", "in-line 6"]
+    choices = {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]}
+    numbers = sweeps.sample(choices, NUMBER)
+    of_words = sweeps.sample({"arrangement": words, "inertia": RANGE}, NUMBER)
+    for drawn, values in (
+        (numbers["cylinders"], [3, 4, 5, 6]), (numbers["load"], [10, 50, 90]),
+        (of_words["arrangement"], words),
+    ):  # fmt: skip
+        found, counts = np.unique(drawn, return_counts=True)
         assert found.tolist() == values
         assert np.abs(counts - NUMBER / len(values)).max() <= 2
-
-
-def test_words_are_equally_likely() -> None:
-    words = ["in-line 4", "in-line 6", "V8 90 cross-plane"]
-    drawn = sweeps.sample({"arrangement": words, "inertia": RANGE}, NUMBER)
-    found, counts = np.unique(drawn["arrangement"], return_counts=True)
-    assert found.tolist() == sorted(words)
-    assert np.abs(counts - NUMBER / len(words)).max() <= 2
 
 
 def test_parameters_are_drawn_independently() -> None:
@@ -212,12 +206,3 @@ def test_normal_far_from_its_mean_stays_finite() -> None:
     values = sweeps.sample({"inertia": table}, 64)["inertia"]
     assert all(math.isfinite(v) and 2.0 <= v <= 2.2 for v in values)
     assert values.nunique() == 64
-
-
-def test_the_command_refuses_it_in_one_line(tmp_path: Any) -> None:
-    path = tmp_path / "s.toml"
-    path.write_text(
-        'engine = "ntua"\n[sample]\nnumber = 3\ninertia = { low = 1.0, high = 2.0 }\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
-    assert "number = 3: must be a power of two" in refused("plan", str(path))

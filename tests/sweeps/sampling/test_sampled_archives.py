@@ -222,10 +222,3 @@ def test_an_extended_sample_of_words_is_the_whole_one(
         assert "draws different values of " in refused("extend", grown, "--number", "16")
     extend_sample(grown, 16, Options())
     assert_same(grown, open_archive(whole).load())
-
-
-def test_words_are_described() -> None:
-    from sweeps.presenting.scenes import scene_text
-
-    said = scene_text(read_scene(words()), "words")
-    assert "arrangement: one of in-line 4, V6 60 split-pin 1-4-3-6-2-5, in-line 6" in said

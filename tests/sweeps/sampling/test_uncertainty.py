@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
@@ -94,14 +95,18 @@ def test_bands_are_quantiles_of_a_sample() -> None:
 @compiled
 def test_known_parameters_are_not_drawn() -> None:
     """What the scene gives is known; what no requested quantity depends on is left out."""
-    found = sweeps.run(
-        engine="b112",
-        set={"inertia": 0.095},
-        uncertainty={"number": 32},
-        output={"quantities": ["torque_mean"]},
-    )
-    drawn = set(found.uncertain_parameter.values)
+
+    def of(*quantities: str, **given: float) -> xr.Dataset:
+        return sweeps.run(engine="b112", set=given, uncertainty={"number": 32},
+                          output={"quantities": list(quantities)})  # fmt: skip
+
+    drawn = set(of("torque_mean", inertia=0.095).uncertain_parameter.values)
     assert "inertia" not in drawn and "friction_constant" in drawn and "pressure_factor_1" in drawn
+    # The range of the whole inertia gives way to its parts, which it would replace.
+    found = of("inertia_share", "delta", flywheel_inertia=0.09, auxiliary_inertia=0.0176)
+    assert "inertia" not in found["uncertain_parameter"].values
+    assert float(found["delta_low"]) < float(found["delta"]) < float(found["delta_high"])
+    assert float(found["inertia_share_low"]) == pytest.approx(float(found["inertia_share"]))
 
 
 @compiled
@@ -160,6 +165,7 @@ WRONG: list[tuple[Any, ...]] = [
      "modelled"),
     (scene({"load": {"low": 50.0, "high": 120.0}}, "torque_mean"), "[uncertainty] load = "),
     (scene(RANGES, "omega"), "[uncertainty]: no quantity with one number per design is requested"),
+    ({**scene(RANGES), "engine": ["ntua", "b112"]}, "not allowed with several engines"),
 ]  # fmt: skip
 
 
@@ -181,12 +187,6 @@ def test_ranges_of_engine_files_are_checked(tmp_path: Path) -> None:
     path.write_text('engine = "b112.toml"\n[output]\nquantities = ["delta"]\n')
     said = refused("run", path, "-o", tmp_path / "out.nc", "--uncertainty")
     assert "[uncertainty] friction_constant low = -0.3: must be a finite number" in said
-
-
-def test_several_engines_are_refused() -> None:
-    raw = {**scene(RANGES), "engine": ["ntua", "b112"]}
-    with pytest.raises(SceneError, match="not allowed with several engines"):
-        read_scene(raw)
 
 
 @compiled
