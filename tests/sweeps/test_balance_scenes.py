@@ -58,18 +58,6 @@ def test_forces_on_axes() -> None:
             assert float(here["shaking_force_max"]) == float(gear.force_max())
 
 
-def test_nothing_is_computed_on_an_axis_that_it_does_not_depend_on() -> None:
-    found = computed(
-        ["balance_shaft_required", "unbalanced_mass", "shaking_force_rms"],
-        set={"balance_shaft_radius": 0.03},
-        axes={"inertia": [1, 2], "speed": [1000, 1200], "counterweight_fraction": [0.2, 0.4]},
-    )
-    assert found["balance_shaft_required"].dims == ()
-    assert found["unbalanced_mass"].dims == ("counterweight_fraction",)
-    assert found["shaking_force_rms"].dims == ("speed", "counterweight_fraction")
-    assert found.attrs["axes_without_effect"] == "inertia"
-
-
 def test_counterweights_by_mass_and_by_fraction_agree() -> None:
     by_fraction = computed(
         ["counterweight_required", "shaking_force_max"], engine="b112",

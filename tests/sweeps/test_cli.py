@@ -224,7 +224,9 @@ def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None
     assert {p.suffix for p in folder.iterdir()} == {".svg"}
 
 
-def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
+def test_info_tells_axes_quantities_outcomes_values_and_provenance(
+    archive: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = ok("info", archive, "--provenance")
     for expected in (
         "A small map", "inertia (3): 1.5, 2, 5 [kg m2]", "crank_angle (144)", "delta ",
@@ -235,6 +237,21 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
     assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
     short = ok("info", archive)
     assert "history: " not in short and "--provenance" in short
+    # Info tells values.
+    with sweeps.open(archive) as data:
+        low, high = float(data.delta.min()), float(data.delta.max())
+    rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
+    told = next(line for line in rows if line.startswith("  delta "))
+    assert [float(word) for word in told.split()[1:4:2]] == pytest.approx([low, high], rel=1e-3)
+    monkeypatch.setattr("sweeps.presenting.archives.MOST_READ", 100)
+    text = ok("info", archive)
+    assert "ranges of quantities of more than 100 values" in text
+    rows = [line for line in text.splitlines() if "; over " in line]
+    (curve,) = (line for line in rows if line.startswith("  torque "))
+    found = re.search(r"  not read \[N m\]  +", curve)
+    assert found is not None
+    begin = found.end()
+    assert all(line[begin - 2 : begin] == "  " and line[begin] != " " for line in rows)
 
 
 def test_info_begins_with_engine_version_and_part(tmp_path: Path) -> None:
@@ -251,23 +268,6 @@ def test_info_begins_with_engine_version_and_part(tmp_path: Path) -> None:
         assert lines[1].startswith("  engine ntua: Single-cylinder four-stroke diesel")
         assert lines[3].startswith(computed), head
         assert lines[3].endswith(part) and ("part " in lines[3]) == bool(part)
-
-
-def test_info_tells_values(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with sweeps.open(archive) as data:
-        low, high = float(data.delta.min()), float(data.delta.max())
-    rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
-    told = next(line for line in rows if line.startswith("  delta "))
-    assert [float(word) for word in told.split()[1:4:2]] == pytest.approx([low, high], rel=1e-3)
-    monkeypatch.setattr("sweeps.presenting.archives.MOST_READ", 100)
-    text = ok("info", archive)
-    assert "ranges of quantities of more than 100 values" in text
-    rows = [line for line in text.splitlines() if "; over " in line]
-    (curve,) = (line for line in rows if line.startswith("  torque "))
-    found = re.search(r"  not read \[N m\]  +", curve)
-    assert found is not None
-    begin = found.end()
-    assert all(line[begin - 2 : begin] == "  " and line[begin] != " " for line in rows)
 
 
 def test_info_tells_neutral_values_apart_from_given_ones(tmp_path: Path) -> None:
@@ -453,15 +453,13 @@ def dataset_with(**published: float) -> xr.Dataset:
     )
 
 
-def test_rows_without_an_answer_or_a_percentage() -> None:
+def test_rows_of_published_values() -> None:
     lines = reference_text(dataset_with(mu=1.0)).splitlines()
     assert re.split(r"\s+", lines[2]) == ["a", "0.1", "0.1", "0.00", "%"]
     assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
     assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
     assert "not requested in [output] quantities: mu" in lines[-1]
-
-
-def test_rows_of_further_axes_and_words() -> None:
+    # Rows of further axes and words.
     dataset = xr.Dataset(
         {
             "delta": (("method", "speed"), [[0.1, 0.2], [0.11, 0.21]]),

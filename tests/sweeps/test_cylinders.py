@@ -101,26 +101,6 @@ def test_engines_of_17_to_24_cylinders(count: int, arrangement: Any) -> None:
     assert float(found["delta"]) == pytest.approx(swing, rel=0.02)
 
 
-@pytest.mark.compiled
-def test_curves_of_an_uneven_engine() -> None:
-    """Torque along the shaft ends in the whole engine's; a V engine has two cylinders a throw."""
-    names = ("torque", "gas_torque", "inertia_torque", "omega", "torque_after_throw", "pressure",
-             "inertia_torque_actual", "angular_acceleration", "torque_mean", "friction_torque",
-             "torque_max")  # fmt: skip
-    found = run(
-        quantities=names, set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"}
-    )
-    shaft = found["torque_after_throw"]
-    assert int(np.isfinite(shaft).any("crank_angle").sum()) == 3
-    swing = float(np.ptp(found["torque"].values))
-    np.testing.assert_allclose(shaft[0], found["torque"], atol=1e-10 * swing)
-    assert float(found["torque"].mean()) == pytest.approx(float(found["torque_mean"]), rel=1e-4)
-    assert float(found["torque"].max()) == pytest.approx(float(found["torque_max"]), rel=1e-3)
-    # Three times the same within the cycle.
-    np.testing.assert_allclose(found["omega"][:240], found["omega"][240:480], rtol=1e-12)
-    assert float(np.ptp(found["omega"][:120].values - found["omega"][120:240].values)) > 1e-3
-
-
 def test_engine_file_with_an_arrangement(tmp_path: Path) -> None:
     body = VALUES.replace("cylinders = 2", "cylinders = 8").replace(
         "[values]",
@@ -598,21 +578,6 @@ def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> No
     file.write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
     told = refusal(scene(set={"pressure_factor": [0.0]}, indicator={"file": str(file)}))
     assert re.search(r"\[set\] pressure_factor: .* no compression line", told)
-
-
-@pytest.mark.compiled
-def test_arrangements_with_other_numbers_of_throws() -> None:
-    """Past an arrangement's last throw and journal there is nothing."""
-    found = sweeps.run(
-        {"engine": "ntua", "axes": {"arrangement": ["V4 90", "in-line 4"]},
-         "set": {"cylinders": 4},
-         "output": {"quantities": ["main_journal_load_max", "torque_after_throw"],
-                    "angle_step": 30.0}}
-    )  # fmt: skip
-    known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
-    assert known.values.tolist() == [3, 5]
-    throws = np.isfinite(found["torque_after_throw"]).all("crank_angle").sum("cylinder")
-    assert throws.values.tolist() == [2, 4]
 
 
 # --- parameters of single cylinders ---------------------------------------------------------------

@@ -148,7 +148,7 @@ def test_factors_on_tables() -> None:
 
 
 @compiled
-def test_a_motor_by_its_slip_follows_the_speed() -> None:
+def test_a_motor_by_its_slip_and_behind_a_gear() -> None:
     keys = {**MOTORED, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 90.0}
     slip = run(["delta", "driver_factor"], set={**keys, "motor_slip": 0.04},
                axes={"speed": [800.0, 1200.0]})  # fmt: skip
@@ -157,11 +157,7 @@ def test_a_motor_by_its_slip_follows_the_speed() -> None:
     assert slip["status"].values.tolist() == [0, 0]
     assert fixed["status"].values.tolist() == [2, 0]  # beyond the breakdown
     np.testing.assert_allclose(slip["delta"][1], fixed["delta"][1], rtol=1e-12)
-
-
-@compiled
-def test_a_motor_behind_a_gear() -> None:
-    """Speeds at its shaft are i times the crank's, its torque at the crank is i times its own."""
+    # Speeds at its shaft are i times the crank's, its torque at the crank is i times its own.
     asked = ["delta", "driver_factor", "driver_torque"]
     at_crank = run(asked, set={**MOTORED, **MOTOR})
     own = {

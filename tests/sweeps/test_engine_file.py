@@ -88,16 +88,14 @@ def test_everything_optional(tmp_path: Path) -> None:
         assert 1e6 < plain.family.diagrams[0].peak < 2e7
 
 
-def test_a_scene_may_give_what_the_engine_lacks(tmp_path: Path) -> None:
+def test_what_an_engine_lacks_is_told(tmp_path: Path) -> None:
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta"]}}
     with pytest.raises(SceneError, match=r"'delta' needs inertia .* engine mine does not give"):
         read_scene(scene)
     read_scene({**scene, "set": {"inertia": 2}})
     read_scene({**scene, "output": {"quantities": ["torque"]}})
-
-
-def test_all_that_is_missing_is_told_at_once(tmp_path: Path) -> None:
+    # All that is missing is told at once.
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta", "rotating_mass"]}}
     with pytest.raises(SceneError) as told:

@@ -281,7 +281,7 @@ def test_nothing_is_written_outside_a_figure_or_over_its_data(thesis_plates: dic
         assert_inside(stem, figure)
 
 
-def test_a_line_for_each_value_and_the_nominal_one_named(thesis_plates: dict) -> None:
+def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     figure = thesis_plates["omega_inertia"]
     assert legend_texts(figure) == ["0.5", "2 (nominal)", "5", "12"]
     assert "$Z$ = 1" in words(figure)  # what the other parameters are
@@ -290,9 +290,7 @@ def test_a_line_for_each_value_and_the_nominal_one_named(thesis_plates: dict) ->
     assert "$Z$ = 8" in words(eight)
     rods = legend_texts(thesis_plates["kinematics"])
     assert rods == ["0.25, $m$ = 6.67 kg (nominal)", "0.3333, $m$ = 6.95 kg"]
-
-
-def test_published_values_stand_beside_computed_ones(thesis_plates: dict) -> None:
+    # Published values stand beside computed ones.
     data = thesis_like()
     figure = thesis_plates["delta_inertia"]
     assert legend_texts(figure) == [
@@ -306,9 +304,7 @@ def test_published_values_stand_beside_computed_ones(thesis_plates: dict) -> Non
     assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
     percent = thesis_plates["published"].axes[0].get_lines()[0].get_xdata()
     np.testing.assert_allclose(percent, np.full(14, 100 * (1 / 1.02 - 1)))  # one is not published
-
-
-def test_friction_is_drawn_as_it_acts(thesis_plates: dict) -> None:
+    # Friction is drawn as it acts.
     figure = thesis_plates["torque_components"]
     lines = dict(zip(legend_texts(figure), figure.axes[0].get_lines(), strict=False))
     parts = [line.get_ydata() for line in list(lines.values())[:3]]
@@ -347,7 +343,7 @@ def test_what_is_left_of_figures_and_of_published_values_in_other_units() -> Non
 # ----------------------------------------------------------------------------- curves
 
 
-def test_curves_are_closed_and_the_dead_centres_named() -> None:
+def test_curves_are_closed_or_have_a_gap() -> None:
     data = thesis_like()
     data["status"][:] = 0
     with style():
@@ -365,9 +361,7 @@ def test_curves_are_closed_and_the_dead_centres_named() -> None:
         "\N{MINUS SIGN}360\nTDC", "\N{MINUS SIGN}270", "\N{MINUS SIGN}180\nBDC",
         "\N{MINUS SIGN}90", "0\nfiring TDC", "90", "180\nBDC", "270", "360\nTDC",
     ]  # fmt: skip
-
-
-def test_passes_that_do_not_close_have_a_gap_where_they_start() -> None:
+    # Passes that do not close have a gap where they start.
     with style():
         figure = curve_figure(study_of(thesis_like(), {"design": 0}).view, "omega", None)
     (line,) = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 5]
@@ -423,7 +417,7 @@ def test_one_axis_gives_curves_and_one_value_is_a_slice() -> None:
     assert "$n$ = 1200 rpm" in texts(found["delta_inertia"])
 
 
-def test_two_axes_give_a_map_with_logarithmic_axes() -> None:
+def test_maps_over_two_axes_and_more() -> None:
     data = product(inertia=np.geomspace(0.5, 12, 8), speed=np.linspace(600, 3000, 6))
     found = plates(data)
     panel = found["delta_map_inertia_speed"].axes[0]
@@ -437,9 +431,7 @@ def test_two_axes_give_a_map_with_logarithmic_axes() -> None:
     assert "(rpm)" in said
     assert "Coefficient of speed fluctuation $\\delta$ (–)" in said
     assert {"delta_inertia", "delta_speed"} <= set(found)
-
-
-def test_three_axes_give_at_most_nine_maps() -> None:
+    # Three axes give at most nine maps.
     axes = {"inertia": np.geomspace(0.5, 12, 13), "speed": np.linspace(600, 3000, 12)}
     data = product(**axes, load=np.arange(0, 91, 9))[["delta", "status"]]
     figure = plates(data)["delta_map_inertia_speed_by_load"]
@@ -447,9 +439,7 @@ def test_three_axes_give_at_most_nine_maps() -> None:
     assert len(panels) == 9
     assert panels[0].get_title(loc="left") == "$L$ = 0 %"
     assert "9 of 11 values of load shown" in texts(figure)
-
-
-def test_more_axes_are_cut_and_the_slice_is_stated() -> None:
+    # More axes are cut and the slice is stated.
     axes = {"inertia": np.geomspace(0.5, 12, 5), "speed": np.linspace(600, 3000, 6)}
     data = product({"method": ["thesis", "newton"]}, **axes, load=[0.0, 50.0, 90.0])
     figure = plates(data)["delta_map_inertia_speed_by_method"]
@@ -591,7 +581,7 @@ def test_a_number_of_all_designs_beside_its_published_value() -> None:
 # ----------------------------------------------------------------------------- outcomes
 
 
-def test_designs_without_an_answer_are_hatched_in_maps() -> None:
+def test_designs_without_an_answer() -> None:
     data = product(inertia=[0.5, 1.1, 1.6, 4.0, 12.0], speed=[600.0, 1200, 2000, 3000, 4000])
     found = plates(data)
     figure = found["delta_map_inertia_speed"]
@@ -601,9 +591,7 @@ def test_designs_without_an_answer_are_hatched_in_maps() -> None:
     stalled = int((data.status == status.STALLED).sum())
     said = " ".join(legend_texts(found["status"]))
     assert f"Stalled ({100 * stalled / data.status.size:.3g} %)" in said
-
-
-def test_designs_without_an_answer_are_marked_on_curves() -> None:
+    # Designs without an answer are marked on curves.
     data = product(inertia=[0.2, 0.28, 0.4, 1.0, 4.0, 12.0])
     found = plates(data)
     figure = found["delta_inertia"]
@@ -624,9 +612,7 @@ def test_designs_without_an_answer_are_marked_on_curves() -> None:
     assert legend_texts(found["omega_inertia"])[0] == "0.5: stalled"
     assert "Stalled" in legend_texts(found["delta_load"])
     assert any("stalled" in text for text in legend_texts(found["torque_components_load"]))
-
-
-def test_a_study_in_which_all_failed() -> None:
+    # A study in which all failed.
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))
     data["status"][:] = status.NO_STEADY_STATE
     for name in ("delta", "omega"):
@@ -761,7 +747,7 @@ def described(*texts: str, **factors: tuple[float, ...]) -> xr.Dataset:
     return xr.Dataset(attrs={"arrangement": json.dumps(made[0] if len(made) == 1 else made)})
 
 
-def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
+def test_arrangements_are_drawn_with_their_firing_stars() -> None:
     found = plates(described("V8 cross-plane"))
     assert set(found) == {"arrangement", "crank_star", "strokes"}
     plate = found["arrangement"]
@@ -770,9 +756,7 @@ def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
     assert texts(plate).count("90°") == 8
     for members in ("1, 3, 5, 7", "2, 4, 6, 8", "1, 2", "3, 4", "5, 6", "7, 8"):
         assert members in said
-
-
-def test_each_arrangement_of_an_axis_is_drawn() -> None:
+    # Each arrangement of an axis is drawn.
     found = plates(described("V4 90", "boxer 4", "in-line 4"))
     assert set(found) == {
         f"{kind}_{name}"
@@ -782,9 +766,7 @@ def test_each_arrangement_of_an_axis_is_drawn() -> None:
     assert "intervals" in words(found["arrangement_V4_90_shared-pin"])
     assert "Boxer 4" in words(found["arrangement_boxer_4"])
     assert plates(described("in-line 1")) == {}
-
-
-def test_banks_stand_about_the_middle_and_flat_engines_lie() -> None:
+    # Banks stand about the middle and flat engines lie.
     assert arrangement._middle(np.array([0.0, 0.0, 90.0])) == pytest.approx(45.0)
     assert arrangement._middle(np.array([0.0, 180.0])) == pytest.approx(90.0)
     assert arrangement._middle(np.arange(0.0, 360.0, 40.0)) == 0.0

@@ -87,7 +87,7 @@ def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:
     assert found.swing == pytest.approx(np.ptp(levels), rel=1e-3)
 
 
-def test_the_load_torque_bounds_the_areas_where_it_balances_the_torque() -> None:
+def test_a_load_torque_that_balances_bounds_the_areas_else_the_mean() -> None:
     study = study_of(cycle(), {"load": 100.0})
     figure = drawn(turning_moment, turning_names, study)["turning_moment"]
     torque, resistance = figure.axes[0].lines[:2]
@@ -102,9 +102,7 @@ def test_the_load_torque_bounds_the_areas_where_it_balances_the_torque() -> None
     energy = figure.axes[1].lines[0].get_ydata()
     assert np.ptp(energy) == pytest.approx(600.0, rel=1e-3)
     assert "+600" in words(figure) and "\N{MINUS SIGN}600" in words(figure)
-
-
-def test_a_load_torque_that_does_not_balance_gives_way_to_the_mean() -> None:
+    # A load torque that does not balance gives way to the mean.
     data = cycle()
     data["load_torque"] = data["load_torque"] * 0.5
     figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
@@ -128,7 +126,7 @@ def test_energies_have_a_readable_unit_whatever_the_torque_has(
     assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
 
 
-def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
+def test_curves_by_load() -> None:
     data = cycle((0.0, 50.0, 100.0))
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
     names = ("pressure", "torque", "load_torque", "omega")
@@ -139,9 +137,7 @@ def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
         for line, values in zip(lines, data[name].values, strict=True):
             assert line.get_ydata()[:-1] == pytest.approx(values)
     assert "Curves of the cycle by load" in words(figure)
-
-
-def test_torque_of_the_masses_stands_beside_that_of_the_gas_where_it_is_one_curve() -> None:
+    # Torque of the masses stands beside that of the gas where it is one curve.
     data = cycle((0.0, 50.0, 100.0))
     data["gas_torque"] = data["torque"] * 1.5
     masses = 20.0 * np.sin(2.0 * PHI)
@@ -154,9 +150,7 @@ def test_torque_of_the_masses_stands_beside_that_of_the_gas_where_it_is_one_curv
     data["inertia_torque"] = data["torque"] * 0.1  # another one at each load
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
     assert len([line for line in figure.axes[1].lines if len(line.get_xdata()) > 10]) == 3
-
-
-def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
+    # Speeds far apart are drawn as deviations from their means.
     data = cycle().rename(load="speed")
     data["omega"] = data["omega"] + xr.DataArray([0.0, 100.0], dims="speed")
     panel = drawn(load_curves, load_curve_names, study_of(data, {}))["speed_curves"].axes[-1]
@@ -212,7 +206,7 @@ def friction(axis: str = "speed") -> xr.Dataset:
     )  # fmt: skip
 
 
-def test_components_stand_on_each_other() -> None:
+def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
     data = friction()
     figure = drawn(friction_components, friction_names, study_of(data, {}))[
         "friction_components_speed"
@@ -227,9 +221,7 @@ def test_components_stand_on_each_other() -> None:
     # The legend goes down as the areas do.
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts == ["fmep of the torque", *reversed(COMPONENTS.values())]
-
-
-def test_kinds_are_bars_and_one_design_shows_its_shares() -> None:
+    # Kinds are bars and one design shows its shares.
     data = friction("valve_train")
     found = drawn(friction_components, friction_names, study_of(data, {}))
     panel = found["friction_components_valve_train"].axes[0]

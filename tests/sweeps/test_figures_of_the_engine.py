@@ -86,7 +86,7 @@ def bars(drawn: Figure, row: int) -> list[tuple[float, float, str]]:
     return sorted(found)
 
 
-def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
+def test_strokes_of_cylinders() -> None:
     drawn = figure(engine(), "strokes")
     panel = drawn.axes[0]
     ticks = [label.get_text() for label in panel.get_yticklabels()]
@@ -98,18 +98,14 @@ def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
         assert here == [(fires, fires + 180.0)]
     assert "firing order 1-3-4-2" in words(drawn)
     assert words(drawn).count("compression") == 4
-
-
-def test_strokes_count_the_angle_as_the_options_say() -> None:
+    # Strokes count the angle as the options say.
     drawn = figure(engine(), "strokes", options_of(angle="0..720", zero="bdc"))
     # 0 is the bottom dead centre before compression: cylinder 1 fires at 180
     begin, end, colour = bars(drawn, 0)[1]
     assert (begin, end) == (180.0, 360.0)
     assert drawn.axes[0].get_xlim() == (0.0, 720.0)
     assert bars(drawn, 1)[2] == (360.0, 540.0, colour)
-
-
-def test_strokes_that_the_ends_of_the_axis_cut_are_in_two_parts() -> None:
+    # Strokes that the ends of the axis cut are in two parts.
     shifted = FOUR | {"firing_angles": [0.0, 90.0, 300.0, 450.0]}
     drawn = figure(engine(shifted), "strokes")
     for row in range(4):
@@ -117,9 +113,7 @@ def test_strokes_that_the_ends_of_the_axis_cut_are_in_two_parts() -> None:
         assert covered[0][0] == -360.0 and covered[-1][1] == 360.0
         assert sum(end - begin for begin, end, _ in covered) == pytest.approx(720.0)
     assert len(bars(drawn, 2)) == 5
-
-
-def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> None:
+    # A two stroke has two strokes and a misfiring cylinder no power.
     drawn = figure(engine(TWO), "strokes")
     assert [(b, e) for b, e, _ in bars(drawn, 0)] == [(-180.0, 0.0), (0.0, 180.0)]
     assert "exhaust" not in words(drawn)
@@ -128,7 +122,7 @@ def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> Non
     assert words(silent).count("power") == 3
 
 
-def test_throws_stand_at_the_cosine_of_their_angle() -> None:
+def test_throws_of_the_crank_star() -> None:
     throws = [0.0, 120.0, 240.0, 240.0]
     drawn = figure(engine(FOUR | {"throws": throws}), "crank_star")
     side = drawn.axes[0]
@@ -146,9 +140,7 @@ def test_throws_stand_at_the_cosine_of_their_angle() -> None:
     vee = FOUR | {"throws": [0.0, 0.0, 180.0, 180.0], "positions": [0.0, 0.0, 1.0, 1.0]}
     side = figure(engine(vee), "crank_star").axes[0]
     assert [t.get_text() for t in side.texts if t.get_weight() == "bold"] == ["1, 2", "3, 4"]
-
-
-def test_counterweights_are_drawn_where_the_archive_gives_them() -> None:
+    # Counterweights are drawn where the archive gives them.
     plain = figure(engine(), "crank_star")
     drawn = figure(engine(counterweight_fraction=0.5), "crank_star")
     assert len(drawn.axes[0].patches) == len(plain.axes[0].patches) + 8
@@ -175,7 +167,7 @@ def test_the_forces_of_the_drawing_are_in_balance(degrees: float) -> None:
     assert vectors["rod_force"] == pytest.approx(on_piston, abs=1e-9 * size)
 
 
-def test_arrows_are_to_one_scale() -> None:
+def test_arrows_of_the_crank_train_and_its_angle() -> None:
     data = cylinder()
     drawn = figure(data, "crank_train", options_of(at=25))
     arrows = [
@@ -186,9 +178,7 @@ def test_arrows_are_to_one_scale() -> None:
     forces = sorted(abs(float(data[name].sel(crank_angle=25.0))) for name in data.data_vars)
     assert np.array(lengths) / lengths[-1] == pytest.approx(np.array(forces) / forces[-1])
     assert "at 25° crank angle" in words(drawn)
-
-
-def test_the_crank_train_stands_at_the_largest_tangential_force() -> None:
+    # The crank train stands at the largest tangential force.
     data = cylinder()
     largest = float(data["tangential_force"].idxmax())
     assert f"at {largest:g}° crank angle" in words(figure(data, "crank_train"))

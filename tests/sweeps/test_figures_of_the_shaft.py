@@ -112,7 +112,7 @@ def test_variables_of_the_shaft_get_their_own_figures_alone(drawn: dict) -> None
     assert not any(stem.endswith("_speed") or stem == "campbell" for stem in found)
 
 
-def test_shapes_are_joined_where_a_shaft_is_and_nodes_are_marked(drawn: dict) -> None:
+def test_shapes_nodes_and_marks_of_modes(drawn: dict) -> None:
     assert joined_neighbours(study_of(shaft(), {}).view, 3).tolist() == [True, False]
     panel = drawn["mode_shapes"].axes[0]
     first, node = panel.lines[:2]
@@ -125,6 +125,16 @@ def test_shapes_are_joined_where_a_shaft_is_and_nodes_are_marked(drawn: dict) ->
     joined = np.array([True])
     assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
     assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
+    # Marks are as large as the vector sums.
+    one = drawn["campbell"]
+    panel = one.axes[0]
+    marks = panel.collections[0]
+    met = {round(60.0 * 75.0 / order): size for order, size in ((3.0, 1.0), (2.5, 0.25))}
+    areas = dict(zip(marks.get_offsets()[:, 0].round(), marks.get_sizes(), strict=True))
+    assert {speed: area / max(areas.values()) for speed, area in areas.items()} == pytest.approx(
+        met | {1286: 0.25, 1125: 0.25, 1000: 0.25}
+    )
+    assert "1500" in words(one) and "mode 1: 75 Hz" in words(one) and "mode 2" not in words(one)
 
 
 def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
@@ -138,18 +148,6 @@ def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
     # 4 n / 60 = 50 + 0.02 n
     (only,) = crossings(speeds, rising, np.array([4.0 / 60.0]))
     assert only[2] == pytest.approx(50.0 / (4.0 / 60.0 - 0.02))
-
-
-def test_marks_are_as_large_as_the_vector_sums(drawn: dict) -> None:
-    one = drawn["campbell"]
-    panel = one.axes[0]
-    marks = panel.collections[0]
-    met = {round(60.0 * 75.0 / order): size for order, size in ((3.0, 1.0), (2.5, 0.25))}
-    areas = dict(zip(marks.get_offsets()[:, 0].round(), marks.get_sizes(), strict=True))
-    assert {speed: area / max(areas.values()) for speed, area in areas.items()} == pytest.approx(
-        met | {1286: 0.25, 1125: 0.25, 1000: 0.25}
-    )
-    assert "1500" in words(one) and "mode 1: 75 Hz" in words(one) and "mode 2" not in words(one)
 
 
 def test_labels_of_many_crossings_lie_apart() -> None:
@@ -171,7 +169,7 @@ def test_labels_of_many_crossings_lie_apart() -> None:
     assert free_places(places, sizes, 0.15) == [1, 3]
 
 
-def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dict) -> None:
+def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     one = drawn["shaft_torque_order_speed"]
     said = words(one)
     assert "crank - flywheel, where the torque is the largest" in said
@@ -183,17 +181,7 @@ def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dic
         half = line(one, "half range of their sum", panel).get_ydata()
         assert half[middle] == pytest.approx(140.0 * factor)
         assert one.axes[panel].get_ylim()[1] > 210.0
-
-
-def test_another_shaft_is_drawn_where_it_is_selected() -> None:
-    found = plates(shaft(), {"shaft": "crank - ring", "misfire": 0.0})
-    one = found["shaft_torque_order_speed"]
-    assert line(one, "order 3").get_ydata()[10] == pytest.approx(9.0)
-    assert "where the torque" not in words(one)
-    assert found["shaft_stress_half_range_speed"].axes[0].lines[0].get_ydata()[10] == 7.0
-
-
-def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
+    # Each shaft has its worst misfire and its limit.
     one = drawn["shaft_stress_half_range_speed"]
     assert [panel.get_title(loc="left") for panel in one.axes] == [
         "crank - flywheel; cylinder 2", "crank - ring; cylinder 2"
@@ -207,6 +195,14 @@ def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
     heights = barred[0].get_paths()[0].vertices[:, 1]
     assert heights.min() == pytest.approx(50.0) and heights.max() > 100.0
     assert "Limit of the stress" in words(one)
+
+
+def test_another_shaft_is_drawn_where_it_is_selected() -> None:
+    found = plates(shaft(), {"shaft": "crank - ring", "misfire": 0.0})
+    one = found["shaft_torque_order_speed"]
+    assert line(one, "order 3").get_ydata()[10] == pytest.approx(9.0)
+    assert "where the torque" not in words(one)
+    assert found["shaft_stress_half_range_speed"].axes[0].lines[0].get_ydata()[10] == 7.0
 
 
 def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:

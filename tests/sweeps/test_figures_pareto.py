@@ -54,7 +54,7 @@ def beaten(points: np.ndarray) -> np.ndarray:
     return (less & strictly).any(axis=0)
 
 
-def test_the_front_is_what_no_other_design_beats() -> None:
+def test_the_front_is_what_no_other_design_beats_and_that_of_the_search() -> None:
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="delta,brake_power"))
     good = np.isfinite(data["delta"].values).ravel()
@@ -64,9 +64,7 @@ def test_the_front_is_what_no_other_design_beats() -> None:
     assert "Brake power (W), more is better" in words(drawn)
     assert "Fluctuation (–), less is better" in words(drawn)
     assert f"{expected.shape[1]} of {good.sum()} designs" in words(drawn)
-
-
-def test_the_front_is_that_of_the_search() -> None:
+    # The front is that of the search.
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="inertia,delta"))
     found = sweeps.pareto(data, "inertia", "delta", within=["speed > 0", "load > 0"])

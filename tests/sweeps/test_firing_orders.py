@@ -33,7 +33,7 @@ def of(found: xr.Dataset, order: str, name: str) -> np.ndarray:
     return np.asarray(found[name].isel(arrangement=where))
 
 
-def test_orders_of_the_six(six: xr.Dataset) -> None:
+def test_orders_of_the_six_and_their_ranks(six: xr.Dataset) -> None:
     assert six["firing_order"].values.tolist() == [
         "1-2-3-6-5-4", "1-2-4-6-5-3", "1-3-2-6-4-5", "1-3-5-6-4-2", "1-4-2-6-3-5", "1-4-5-6-3-2",
         "1-5-3-6-2-4", "1-5-4-6-2-3",
@@ -45,6 +45,17 @@ def test_orders_of_the_six(six: xr.Dataset) -> None:
     assert of(six, "1-5-4-6-2-3", "known_order") == ""
     about = json.loads(six.attrs[OF_ORDERS])
     assert (about["orders"], about["but_for_the_end"], about["but_for_end_and_way"]) == (8, 8, 4)
+    # Ranks by a plain loop; equal values share a place.
+    by = json.loads(six.attrs[OF_ORDERS])["by"]
+    assert by == ["torque_after_throw_range", "first_mode_torque_rms", "any_main_journal_load_max",
+                  "all_main_journals_load_rms"]  # fmt: skip
+    summed = np.zeros(8)
+    for name in by:
+        values = six[name].values
+        summed += [1 + sum(v < 0.999 * one for v in values) for one in values]
+    assert six["rank_sum"].values.tolist() == summed.tolist()
+    assert six["rank"].values.tolist() == [1 + int((summed < one).sum()) for one in summed]
+    assert sorted(six.sortby("rank")["firing_order"].values[:2]) == ["1-4-2-6-3-5", "1-5-3-6-2-4"]
 
 
 def test_each_order_is_the_engine_computed_alone(six: xr.Dataset) -> None:
@@ -63,7 +74,7 @@ def test_each_order_is_the_engine_computed_alone(six: xr.Dataset) -> None:
             assert_allclose(one, alone[name], rtol=1e-12)
 
 
-def test_what_no_order_changes(six: xr.Dataset) -> None:
+def test_what_no_order_and_what_no_reversal_changes(six: xr.Dataset) -> None:
     """Even firing of equal cylinders: who fires when does not matter to the whole engine."""
     for name in ("delta", "torque_range"):
         assert np.ptp(six[name].values) <= 1e-9 * np.abs(six[name].values).max(), name
@@ -75,9 +86,7 @@ def test_what_no_order_changes(six: xr.Dataset) -> None:
     for name in ("shaking_force_max", "shaking_moment_max"):
         values = six[name].values
         assert np.ptp(values) <= 1e-6 * 2720.0, name
-
-
-def test_reverse_orders_excite_the_shaft_alike(six: xr.Dataset) -> None:
+    # Reverse orders excite the shaft alike.
     for order in six["firing_order"].values.tolist():
         other = str(of(six, order, "other_way"))
         for name in ("first_mode_torque_order", "first_mode_vector_sum", "first_mode_torque_rms"):
@@ -92,20 +101,6 @@ def test_bearings_of_an_engine_counted_from_its_other_end() -> None:
     loads = found["main_journal_load_max"].transpose("arrangement", "main_bearing").values
     assert_allclose(loads[0], loads[1, ::-1], rtol=1e-6)
     assert found["rank"].values.tolist() == [1, 1]  # nothing tells them apart
-
-
-def test_ranks(six: xr.Dataset) -> None:
-    """Ranks by a plain loop; equal values share a place."""
-    by = json.loads(six.attrs[OF_ORDERS])["by"]
-    assert by == ["torque_after_throw_range", "first_mode_torque_rms", "any_main_journal_load_max",
-                  "all_main_journals_load_rms"]  # fmt: skip
-    summed = np.zeros(8)
-    for name in by:
-        values = six[name].values
-        summed += [1 + sum(v < 0.999 * one for v in values) for one in values]
-    assert six["rank_sum"].values.tolist() == summed.tolist()
-    assert six["rank"].values.tolist() == [1 + int((summed < one).sum()) for one in summed]
-    assert sorted(six.sortby("rank")["firing_order"].values[:2]) == ["1-4-2-6-3-5", "1-5-3-6-2-4"]
 
 
 def test_by_one_quantity_and_the_worst_of_an_axis() -> None:

@@ -165,28 +165,6 @@ def test_names_that_there_were_before_mean_the_same() -> None:
     assert float(vector["shaking_force_rms"]) == pytest.approx(float(size), rel=1e-9)
 
 
-def test_they_are_searched_sampled_and_differentiated() -> None:
-    asked = ["torque_rms", "flywheel_shaft_torque_rms", "flywheel_shaft_torque_rms_elasticity"]
-    found = sweeps.run(scene(asked, axes={"flywheel_inertia": [1.0, 2.0, 3.0]}, set={
-        key: value for key, value in PARTS.items() if key != "flywheel_inertia"
-    }))  # fmt: skip
-    assert found["torque_rms"].dims == ()
-    rms = found["flywheel_shaft_torque_rms"]
-    slope = found["flywheel_shaft_torque_rms_elasticity"].sel(parameter="flywheel_inertia")
-    difference = (math.log(rms[2]) - math.log(rms[0])) / math.log(3.0)
-    assert 0.5 < float(slope[1]) / difference < 1.5
-    best = sweeps.best(found, least="flywheel_shaft_torque_rms", within="flywheel_inertia >= 2")
-    assert float(best["flywheel_inertia"]) == 2.0
-    sampled = sweeps.run(
-        scene(["torque_rms"], set={}, sample={
-            "method": "sobol", "number": 4, "seed": 1, "speed": {"low": 1000, "high": 1500},
-        })
-    )  # fmt: skip
-    assert sampled["torque_rms"].dims == ("design",)
-    with pytest.raises(SceneError, match="is a curve over crank_angle"):
-        sweeps.run(scene(["torque_elasticity"]))
-
-
 def test_lists_name_them_once_and_find_them() -> None:
     every = quantity_lines()
     assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]

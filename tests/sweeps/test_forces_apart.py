@@ -178,7 +178,7 @@ def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     assert np.abs(energy - energy[0] - gained).max() < 1e-3 * swing
 
 
-def test_speed_at_the_start_is_that_of_the_curve() -> None:
+def test_speed_at_the_start() -> None:
     solver = {"method": "thesis", "passes": 3}
     found = computed(
         ["omega_start", "omega"], axes={"inertia": [2.0, 5.0]},
@@ -188,10 +188,7 @@ def test_speed_at_the_start_is_that_of_the_curve() -> None:
     assert float(computed(["omega_start"])["omega_start"]) == float(
         computed(["omega"])["omega"].sel(crank_angle=-180.0)
     )
-
-
-def test_speed_at_the_start_is_not_interpolated() -> None:
-    """A march that is not closed jumps at its start angle."""
+    # A march that is not closed jumps at its start angle.
     with pytest.raises(SceneError) as told:
         computed(
             ["omega_start"], output={"angle_step": 4.0},
@@ -206,10 +203,7 @@ def test_speed_at_the_start_is_not_interpolated() -> None:
             ["omega_start"], output={"angle_step": 4.0}, solver={"method": "thesis"},
             designs={"start_angle": [0.0, 2.0], "inertia": [2.0, 3.0]},
         )  # fmt: skip
-
-
-def test_start_speeds_of_the_thesis() -> None:
-    """Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted."""
+    # Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted.
     found = computed(
         ["omega_start"], set={"crankcase_pressure": 0.0}, solver={"method": "thesis"},
         designs={
@@ -271,15 +265,3 @@ def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
         "tangential_force_parts", "tangential_pressure_parts", "kinematics", "work_diagrams",
     } <= stems  # fmt: skip
     assert "gas_tangential_force" not in stems
-
-
-def test_parts_of_the_shaking_force_are_drawn(tmp_path: Path) -> None:
-    found = sweeps.run("asgari_forces")
-    stems = {path.stem for path in draw(found, tmp_path)}
-    assert "shaking_force_parts_counterweight_fraction" in stems
-    one = found.isel(counterweight_fraction=1)
-    stems = {path.stem for path in draw(one, tmp_path / "one")}
-    assert "shaking_force_parts" in stems
-    only = found[["counterweight_force", "shaking_force"]]
-    stems = {path.stem for path in draw(only, tmp_path / "two")}
-    assert not any(stem.startswith("shaking_force_parts") for stem in stems)

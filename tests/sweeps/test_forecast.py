@@ -65,10 +65,14 @@ def test_diagrams_that_are_needed(axes: dict[str, list[float]], engine: str, dia
     assert f"{diagrams} diagram" in text(plan)
 
 
-def test_sets_of_cylinders_and_the_part_of_the_cycle() -> None:
+def test_sets_of_cylinders_and_traces_are_told() -> None:
     told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
     assert "work over the angle of up to 2 diagrams and 3 sets of cylinders, for 72 designs" in told
     assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
+    # Traces are told.
+    assert "traces over crank angle kept: none" in text(plan_of("delta"))
+    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
+    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
 
 
 def test_work_of_columns() -> None:
@@ -96,12 +100,6 @@ def test_work_of_columns() -> None:
 )
 def test_iteration(tables: dict[str, Any], expected: str) -> None:
     assert expected in text(plan_of("delta", **tables))
-
-
-def test_traces_are_told() -> None:
-    assert "traces over crank angle kept: none" in text(plan_of("delta"))
-    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
-    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
 
 
 def test_what_is_skipped_and_why() -> None:

@@ -91,15 +91,6 @@ def test_a_published_breakdown() -> None:
     assert 0.5 < piston / (crankshaft + valves) < 2.0
 
 
-def test_auxiliaries_of_the_key_are_added() -> None:
-    plain, more = (
-        run(FOUR, "fmep", "fmep_components", "friction_torque", set={**LAW, **extra})
-        for extra in ({}, {"auxiliary_torque": 3.0})
-    )
-    assert float(more["friction_torque"] - plain["friction_torque"]) == pytest.approx(3.0)
-    assert float(more["fmep_components"]) == float(plain["fmep_components"])
-
-
 def test_the_curve_of_one_cylinder_by_hand() -> None:
     """Rings by load times speed, skirt by the square of the speed, the rest constant.
 

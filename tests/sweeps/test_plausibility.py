@@ -121,7 +121,7 @@ SCENE: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_python_warns_once_a_measure() -> None:
+def test_python_warns_once_and_results_are_looked_at() -> None:
     with pytest.warns(engine_dyn.ImplausibleWarning) as caught:
         found = sweeps.run(SCENE)
     lines = found.attrs["warnings"].splitlines()
@@ -131,9 +131,7 @@ def test_python_warns_once_a_measure() -> None:
     assert "4 of 8 designs" in lines[0]
     assert "given by" not in lines[0]
     assert len(lines) == 1
-
-
-def test_results_are_looked_at() -> None:
+    # Results are looked at.
     light = {**SCENE, "axes": {"inertia": [0.2, 0.25, 0.3, 2.0], "speed": [1500, 1800, 2000]}}
     found = sweeps.run(light)
     delta = found["delta"].values

@@ -21,20 +21,16 @@ ROOT = Path(__file__).resolve().parents[2]
 TABLES = asking(["delta"], set={"speed": 1500.0, "load": 90.0})
 
 
-def test_dir_has_every_name_and_each_is_there() -> None:
+def test_names_help_and_wrong_names() -> None:
     names = dir(sweeps)
     assert {"run", "open", "plan", "best", "Scene", "SceneError", "__version__"} <= set(names)
     assert not [name for name in names if not getattr(sweeps, name).__doc__]
     assert sweeps.__version__ == version("engine-dyn")
-
-
-def test_help_lists_functions_and_their_parameters() -> None:
+    # Help lists functions and their parameters.
     text = pydoc.plain(pydoc.render_doc(sweeps))
     assert "run(" in text and "stream(" in text and "class Plan" in text
     assert f"VERSION\n    {sweeps.__version__}" in text
-
-
-def test_wrong_name_tells_the_nearest() -> None:
+    # Wrong name tells the nearest.
     with pytest.raises(
         AttributeError, match=r"'sweeps' has no attribute 'rum'; did you mean 'run'"
     ):

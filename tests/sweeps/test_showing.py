@@ -38,7 +38,7 @@ def path(archive: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_rows_are_the_designs_in_their_order(archive: xr.Dataset) -> None:
+def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None:
     found = rows(archive)
     assert list(found.table) == [
         "load", "inertia", "delta", "omega_max", "brake_power", "status",
@@ -47,6 +47,21 @@ def test_rows_are_the_designs_in_their_order(archive: xr.Dataset) -> None:
     np.testing.assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
     assert found.designs == 12 and found.curves == ("omega",)
     assert set(found.table["status"]) == {"converged"}
+    # Designs without a number come last.
+    data = archive.copy(deep=True)
+    data.delta[1, 2] = np.nan
+    for sort in ("delta", "-delta"):
+        found = rows(data, sort=sort).table["delta"]
+        assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
+    # Changes in percent of a design.
+    found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
+    here = archive.delta.sel(load=50)
+    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
+    assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
+    first = rows(archive, relative_to={}).table
+    assert first["delta"][0] == 0.0
+    with pytest.raises(SceneError, match="not a single design; also give a value of inertia"):
+        rows(archive, relative_to={"load": 50})
 
 
 @pytest.mark.parametrize("sort", ["delta", "-delta", "-inertia", "status"])
@@ -64,25 +79,6 @@ def test_the_first_of_an_order_whatever_is_read_at_once(
     np.testing.assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
 
 
-def test_designs_without_a_number_come_last(archive: xr.Dataset) -> None:
-    data = archive.copy(deep=True)
-    data.delta[1, 2] = np.nan
-    for sort in ("delta", "-delta"):
-        found = rows(data, sort=sort).table["delta"]
-        assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
-
-
-def test_changes_in_percent_of_a_design(archive: xr.Dataset) -> None:
-    found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
-    here = archive.delta.sel(load=50)
-    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
-    assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
-    first = rows(archive, relative_to={}).table
-    assert first["delta"][0] == 0.0
-    with pytest.raises(SceneError, match="not a single design; also give a value of inertia"):
-        rows(archive, relative_to={"load": 50})
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
@@ -95,7 +91,7 @@ def test_numbers_have_sensible_digits(value: float, text: str) -> None:
     assert number_text(value) == text
 
 
-def test_units_for_people(archive: xr.Dataset) -> None:
+def test_units_for_people_and_their_factors(archive: xr.Dataset) -> None:
     text = rows_text(rows(archive, select={"load": 50, "inertia": 2.0}))
     speed, power = (float(archive[n].sel(load=50, **{"inertia": 2.0} if n != "brake_power" else {}))
                     for n in ("omega_max", "brake_power"))  # fmt: skip
@@ -107,9 +103,7 @@ def test_units_for_people(archive: xr.Dataset) -> None:
     assert re.search(r"omega_max +[0-9.]+ +rad/s", kept)
     other = rows_text(rows(archive), units="power=hp,omega_max=1/min")
     assert "brake_power [hp]" in other and "omega_max [1/min]" in other
-
-
-def test_factors_of_units() -> None:
+    # Factors of units.
     assert factor("rad s-1", "rpm") == pytest.approx(30.0 / np.pi)
     assert factor("kg m2", "g*m^2") == pytest.approx(1e3)
     assert factor("bar", "MPa") == pytest.approx(0.1)
@@ -248,7 +242,9 @@ def of_bearings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_what_has_several_numbers_for_each_design_is_no_curve(of_bearings: Path) -> None:
+def test_several_numbers_for_each_design_have_rows_or_hints(
+    of_bearings: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     told = ok("show", of_bearings).splitlines()
     assert "not shown, because they are curves: omega" in told
     assert (
@@ -262,9 +258,7 @@ def test_what_has_several_numbers_for_each_design_is_no_curve(of_bearings: Path)
         expected = data.main_journal_load_max.sel(main_bearing=2).values / 1e3
     assert all(number_text(float(value)) in one for value in expected)
     assert "not shown" not in one  # what was not asked for
-
-
-def test_bearings_and_orders_have_a_row_each(of_bearings: Path) -> None:
+    # Bearings and orders have a row each.
     with sweeps.open(of_bearings) as data:
         found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
         loads = data.main_journal_load_max.sel(load=50)
@@ -279,9 +273,7 @@ def test_bearings_and_orders_have_a_row_each(of_bearings: Path) -> None:
     names = "torque_order,main_journal_load_max"
     told = refused("show", of_bearings, "--quantities", names)
     assert "(over main_bearing) do not fit into one table" in told
-
-
-def test_hints_are_those_of_python(of_bearings: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # Hints are those of python.
     with sweeps.open(of_bearings) as data:
         data.dyn.show()
     told = capsys.readouterr().out

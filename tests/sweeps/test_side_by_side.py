@@ -132,20 +132,6 @@ def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path)
     assert of_rows["engine"].values.tolist() == [*files, files[0]]  # which `rerun` reads back
 
 
-def test_cylinders_follow_from_arrangements():
-    raw = {
-        "engine": "si_four_87x101",
-        "axes": {"arrangement": ["in-line 4", V6, "in-line 6"], "load": [50, 100]},
-        "output": OUTPUT,
-    }
-    found = sweeps.run(raw)
-    assert found["arrangement_name"].values.tolist() == raw["axes"]["arrangement"]
-    for number, (name, count) in enumerate((("in-line 4", 4), (V6, 6), ("in-line 6", 6))):
-        own = alone(raw, raw["engine"], arrangement=name, cylinders=count)
-        assert_numbers(found.isel(arrangement=number), own)
-    assert [one["name"][:2] for one in json.loads(found.attrs["arrangement"])] == ["in", "V6", "in"]
-
-
 def test_engines_times_arrangements():
     raw = {
         "axes": {"engine": ["ntua", "si_four_87x101"], "arrangement": ["in-line 2", "in-line 4"]},

@@ -307,7 +307,7 @@ def test_a_damaged_block_is_computed_again(
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
 
 
-def test_a_whole_block_of_another_run_is_none_of_this_one(tmp_path: Path) -> None:
+def test_blocks_of_other_runs_and_flipped_bits_are_found(tmp_path: Path) -> None:
     ours, others = (Partial(tmp_path / name) for name in ("ours", "others"))
     for folder, speed in ((ours, 1.0), (others, 2.0)):
         folder.path.mkdir()
@@ -317,9 +317,7 @@ def test_a_whole_block_of_another_run_is_none_of_this_one(tmp_path: Path) -> Non
     mine.write_bytes(foreign.read_bytes())
     with pytest.raises(partial.Damaged, match="belongs to another run"):
         ours.read(0)
-
-
-def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
+    # Every flipped bit is found.
     folder = Partial(tmp_path)
     folder.begin({"identity": {}, "lengths": {}})
     folder.write(0, {"delta": np.arange(3.0), "status": np.zeros(3, "i1")})

@@ -37,13 +37,23 @@ def written(folder: Path, more: str = "") -> str:
     return str(folder / "mine.toml")
 
 
-def test_an_engine_file_needs_no_diagrams(tmp_path: Path) -> None:
+def test_engines_need_no_diagrams_and_give_measures_and_firing_angles(tmp_path: Path) -> None:
     own(tmp_path / "raw.csv")
     found = read_pressure(tmp_path / "raw.csv", engine=written(tmp_path))
     assert found.geometry.crank_ratio == pytest.approx(engine.GEOMETRY.crank_ratio)
     assert (found.geometry.bore, found.geometry.stroke) == (0.1, 0.12)
     assert found.geometry.compression_ratio is None
     assert not any("assumed" in line for line in found.warnings)
+    # Firing angles come from the file.
+    four_cylinders(tmp_path / "four.csv")
+    told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
+    assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
+    # An engine of the catalogue has the same measures either way.
+    own(tmp_path / "raw.csv")
+    by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
+    loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry
+    assert by_name == loaded
+    assert by_name.compression_ratio == 10.3
 
 
 def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
@@ -67,12 +77,6 @@ def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
     assert f"less than the {brake:.4g} N m at the shaft" in told[0]
     with pytest.raises(sweeps.SceneError, match="needs an engine with bore, stroke and cylinders"):
         read_pressure(tmp_path / "raw.csv", brake_torque=brake)
-
-
-def test_firing_angles_come_from_the_file(tmp_path: Path) -> None:
-    four_cylinders(tmp_path / "four.csv")
-    told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
-    assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
 
 
 POINTS = '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "yet to be written.csv"\n'
@@ -107,14 +111,6 @@ def test_where_the_compression_ratio_comes_from(
     if more == POINTS:
         steps = read_pressure(tmp_path / "raw.csv", engine=path).steps
         assert any(step.startswith("compression ratio unknown") for step in steps)
-
-
-def test_an_engine_of_the_catalogue_has_the_same_measures_either_way(tmp_path: Path) -> None:
-    own(tmp_path / "raw.csv")
-    by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
-    loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry
-    assert by_name == loaded
-    assert by_name.compression_ratio == 10.3
 
 
 def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:

@@ -65,15 +65,6 @@ def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
     assert any(f"run.mat: sha256 {kept['sha256']}" in row for row in line[1:])
 
 
-def test_a_format_is_chosen_where_no_ending_tells_it(tmp_path: Path) -> None:
-    fixed_width(tmp_path / "run12.txt")
-    words = ["import", tmp_path / "run12.txt", "-o", tmp_path / "pressure.csv"]
-    made = ok(*words, "--format", "fixed_width")
-    assert "column 'p' taken as the cylinder pressure" in made
-    wrong = refused(*words, "--format", "fwf")
-    assert "format = 'fwf': must be one of text, fixed_width, xlsx, mat" in wrong
-
-
 @pytest.mark.parametrize("head", ["angle_deg,sensor_V\n", "angle [deg],sensor [V]\n"])
 @pytest.mark.parametrize("volts", ["10, 0.5", "[10, 0.5]", " [ 10,0.5 ] "])
 def test_a_calibration_is_written_as_its_help_says(volts: str, head: str, tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def found(faulty: Path) -> xr.Dataset:
     return sweeps.cylinder_deviations(scene(faulty)).isel(recording=0)
 
 
-def test_missed_cycles_are_found_and_no_others(found: xr.Dataset) -> None:
+def test_missed_cycles_and_the_weak_cylinder_are_found_and_no_others(found: xr.Dataset) -> None:
     called = {tuple(place) for place in np.argwhere(found["missed"].values > 0.0)}
     assert called == set(MISSED)
     assert (found["missed_found"] > 0.99).all()
@@ -78,9 +78,7 @@ def test_missed_cycles_are_found_and_no_others(found: xr.Dataset) -> None:
         assert float(found["imep_deviation_of_cycle"].values[place]) == pytest.approx(
             -lacking, rel=0.12
         )
-
-
-def test_the_weak_cylinder_is_found_and_no_other(found: xr.Dataset) -> None:
+    # The weak cylinder is found and no other.
     assert found["weak"].values.tolist() == [0.0, 1.0, 0.0, 0.0]
     assert not found["dead"].values.any()
     lacking = float(found["imep_of_combustion"])
@@ -112,12 +110,21 @@ def test_errors_are_as_large_as_is_said(found: xr.Dataset, pressures: Any) -> No
     assert float(found["tooth_passage"]) == pytest.approx(0.0002, rel=0.1)
 
 
-def test_a_sound_engine_has_no_alarms(tmp_path: Path, pressures: Any) -> None:
+def test_a_sound_engine_has_no_alarms_and_a_dead_cylinder_no_missed_cycle(
+    tmp_path: Path, pressures: Any
+) -> None:
     record(tmp_path / "sound.csv", pressures, factors(9))
     found = sweeps.cylinder_deviations(scene(tmp_path / "sound.csv"), false_alarms=1e-5)
     assert not (found["missed"] > 0.0).any()
     assert not (found["weak"] > 0.0).any()
     assert (found["missed_threshold"] < -4.0 * found["imep_deviation_of_cycle_std"]).all()
+    # A dead cylinder is no missed cycle.
+    given = factors(2)
+    given[:, 2] = 0.0
+    record(tmp_path / "dead.csv", pressures, given)
+    found = sweeps.cylinder_deviations(scene(tmp_path / "dead.csv"))
+    assert found["dead"].values[0].tolist() == [0.0, 0.0, 1.0, 0.0]
+    assert not (found["missed"] > 0.0).any()
 
 
 def test_false_alarms_are_as_many_as_asked_for(tmp_path: Path, pressures: Any) -> None:
@@ -140,15 +147,6 @@ def test_few_cycles_ask_for_more(faulty: Path, tmp_path: Path, found: xr.Dataset
         for one in (few, found)
     )  # fmt: skip
     assert (wide > 1.2 * usual).all()
-
-
-def test_a_dead_cylinder_is_no_missed_cycle(tmp_path: Path, pressures: Any) -> None:
-    given = factors(2)
-    given[:, 2] = 0.0
-    record(tmp_path / "dead.csv", pressures, given)
-    found = sweeps.cylinder_deviations(scene(tmp_path / "dead.csv"))
-    assert found["dead"].values[0].tolist() == [0.0, 0.0, 1.0, 0.0]
-    assert not (found["missed"] > 0.0).any()
 
 
 def test_lost_teeth_cost_their_cycles(faulty: Path, found: xr.Dataset) -> None:

@@ -236,18 +236,6 @@ def test_one_of_two_recordings_without_a_computed_speed(tmp_path: Path) -> None:
     assert float(found.correlation[1]) == pytest.approx(float(alone.correlation[0]))
 
 
-def test_speed_over_angle_without_a_computed_speed(tmp_path: Path) -> None:
-    angle = np.arange(-360.0, 360.0)
-    rpm = ENGINE.speed(np.deg2rad(angle)) * 30.0 / np.pi
-    path = log_of(tmp_path, "angle_deg,speed_rpm", np.column_stack([angle, rpm]))
-    found = sweeps.measured(
-        engine="ntua", set={"speed": 250}, output={"quantities": ["delta"]},
-        measured={"file": str(path), "kind": "speed"},
-    )  # fmt: skip
-    assert float(found.delta_measured[0]) == pytest.approx(np.ptp(rpm) / rpm.mean(), rel=1e-4)
-    assert np.isnan(found.correlation).all()
-
-
 @pytest.mark.parametrize(("edge", "late"), [("rising", 12.0), ("falling", 9.6)])
 def test_a_mark_tells_the_angle_of_the_wheel(tmp_path: Path, edge: str, late: float) -> None:
     """The mark rises 12 degrees after the first tooth; its other edge comes 2.4 degrees later."""

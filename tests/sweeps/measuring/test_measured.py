@@ -83,7 +83,9 @@ def compared(teeth: Path) -> xr.Dataset:
     return sweeps.measured(path)
 
 
-def test_computed_speed_is_found_again(compared: xr.Dataset, computed: xr.Dataset) -> None:
+def test_computed_speed_is_found_again_with_its_orders(
+    compared: xr.Dataset, computed: xr.Dataset
+) -> None:
     """Corrected delta agrees with the computed one within three standard errors, for each load."""
     between = np.ptp(compared.omega_between_teeth.values, axis=1)
     between /= compared.omega_between_teeth.values.mean(axis=1)
@@ -95,6 +97,16 @@ def test_computed_speed_is_found_again(compared: xr.Dataset, computed: xr.Datase
     assert np.all(compared.correlation_raw > 0.995)
     assert compared["load"].values.tolist() == LOADS
     assert compared.recorded_cycles.values.tolist() == [CYCLES] * 3
+    # Orders of both.
+    omega = computed.omega.sel(load=80).values
+    angle = np.deg2rad(computed.crank_angle.values)
+    for order in (0.5, 1.0, 1.5, 6.0):
+        wave = 2 * np.mean(omega * np.exp(-1j * order * angle))
+        found = compared.isel(recording=2).sel(order=order)
+        assert float(found.omega_order) == pytest.approx(abs(wave), rel=1e-6)
+        assert float(found.omega_measured_order) == pytest.approx(
+            abs(wave), abs=0.002 * omega.mean() / np.sqrt(116 * CYCLES) * 6
+        )
 
 
 def test_curves_over_the_crank_angle_gap_and_teeth(compared: xr.Dataset) -> None:
@@ -109,18 +121,6 @@ def test_curves_over_the_crank_angle_gap_and_teeth(compared: xr.Dataset) -> None
     off = compared.tooth_error.values - ERRORS
     assert np.corrcoef(compared.tooth_error, ERRORS)[0, 1] > 0.98
     assert np.std(off) < 0.2 * np.std(ERRORS)
-
-
-def test_orders_of_both(compared: xr.Dataset, computed: xr.Dataset) -> None:
-    omega = computed.omega.sel(load=80).values
-    angle = np.deg2rad(computed.crank_angle.values)
-    for order in (0.5, 1.0, 1.5, 6.0):
-        wave = 2 * np.mean(omega * np.exp(-1j * order * angle))
-        found = compared.isel(recording=2).sel(order=order)
-        assert float(found.omega_order) == pytest.approx(abs(wave), rel=1e-6)
-        assert float(found.omega_measured_order) == pytest.approx(
-            abs(wave), abs=0.002 * omega.mean() / np.sqrt(116 * CYCLES) * 6
-        )
 
 
 def test_teeth_far_off_beside_the_gap_are_left_out(tmp_path: Path, computed: xr.Dataset) -> None:
@@ -274,13 +274,9 @@ def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_figures_without_a_wheel(tmp_path: Path, computed: xr.Dataset) -> None:
-    rows = "\n".join(
-        f"{a:g},{v:.6f}"
-        for a, v in zip(
-            computed.crank_angle.values, computed.omega.sel(load=50).values * 9.5493, strict=True
-        )
-    )
-    (tmp_path / "speed.csv").write_text("crank angle [deg],speed [rpm]\n" + rows + "\n")
+    rpm = computed.omega.sel(load=50).values * 30 / np.pi
+    np.savetxt(tmp_path / "speed.csv", np.column_stack([computed.crank_angle.values, rpm]),
+               delimiter=",", header="crank angle [deg],speed [rpm]", comments="")  # fmt: skip
     found = sweeps.measured(scene_with(tmp_path, file="speed.csv", kind="speed", at={"load": 50}))
     names = {path.stem for path in draw(found, tmp_path / "figures")}
     assert names == FIGURES - {"measured_speed_raw", "tooth_errors"}

@@ -88,7 +88,7 @@ def test_parameters_and_teeth_are_found_without_noise() -> None:
     np.testing.assert_allclose(fit.tooth_error, errors, atol=5e-6)
 
 
-def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
+def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
     def of_turn(values: np.ndarray) -> list[np.ndarray]:
         wave = np.sin(2.0 * np.pi * np.arange(INTERVALS) / TEETH)
         return [m + values[:, [3]] * wave for m in model(values[:, :3])]
@@ -100,9 +100,7 @@ def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
     told = replace(more[3], prior=0.0, prior_deviation=0.1)
     fit = fit_speeds(of_turn, (*PARAMETERS, told), exact(), teeth=TEETH, largest_condition=1e7)
     assert fit.deviation[3] == pytest.approx(0.1, rel=0.01)  # the prior is all that is known
-
-
-def test_without_effect() -> None:
+    # Without effect.
     idle = (*PARAMETERS, Parameter("bore", 1.0))
     with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())

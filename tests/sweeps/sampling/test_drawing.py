@@ -51,10 +51,16 @@ def test_whole_numbers_choices_and_words_are_equally_likely() -> None:
         assert np.abs(counts - NUMBER / len(values)).max() <= 2
 
 
-def test_parameters_are_drawn_independently() -> None:
+def test_parameters_are_drawn_independently_and_seeds_repeat() -> None:
     drawn = sweeps.sample({key: LAWS[law][1] for law, key in _KEYS.items()}, NUMBER)
     correlation = np.corrcoef(drawn.to_numpy().T)
     assert np.abs(correlation - np.eye(len(correlation))).max() < 0.01
+    # Seeds differ and repeat.
+    one, two, again = (
+        sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
+        for seed in (1, 2, 1)
+    )
+    assert np.array_equal(one, again) and not np.array_equal(one, two)
 
 
 RANGE = {"low": 1.0, "high": 2.0}
@@ -67,14 +73,6 @@ def test_more_points_begin_with_the_same_ones(method: str) -> None:
     parameters = {key: LAWS[law][1] for law, key in _KEYS.items()}
     few, many = (sweeps.sample(parameters, n, method=method, seed=2) for n in (16, 128))
     assert np.array_equal(few.to_numpy(), many.to_numpy()[: len(few)])
-
-
-def test_seeds_differ_and_repeat() -> None:
-    one, two, again = (
-        sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
-        for seed in (1, 2, 1)
-    )
-    assert np.array_equal(one, again) and not np.array_equal(one, two)
 
 
 def test_saltelli_groups_change_one_parameter_at_a_time() -> None:

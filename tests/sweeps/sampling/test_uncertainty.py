@@ -37,7 +37,7 @@ def scene(uncertainty: Any, *quantities: str, **more: Any) -> dict[str, Any]:
     }
 
 
-def test_shares_of_a_linear_function() -> None:
+def test_shares_of_a_linear_function_and_without_some_draws() -> None:
     random = np.random.default_rng(1)
     draws = random.uniform(-1.0, 1.0, (4096, 3)) * [1.0, 2.0, 5.0]
     values = 10.0 + draws @ [3.0, 1.0, 0.0]
@@ -46,9 +46,7 @@ def test_shares_of_a_linear_function() -> None:
     assert share == pytest.approx(np.array([9.0, 4.0, 0.0]) / 13.0, abs=0.03)
     curved, _ = shares(draws, draws[:, 0] ** 2)
     assert curved < 0.05
-
-
-def test_draws_without_a_number_are_left_out() -> None:
+    # Draws without a number are left out.
     random = np.random.default_rng(2)
     draws = random.uniform(-1.0, 1.0, (512, 2))
     values = np.stack([draws @ [1.0, 2.0], draws @ [2.0, 1.0]], axis=1)
