@@ -1,6 +1,8 @@
 """Scenes that several test files run."""
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,23 @@ def asking(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> di
     """A scene that asks for some quantities; its tables by their names."""
     output = {"quantities": [*quantities], **tables.pop("output", {})}
     return {"engine": engine, **tables, "output": output}
+
+
+def toml(value: Any) -> str:
+    """A value as scene files have it, tables inline."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, list | tuple | range):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return json.dumps(str(value) if isinstance(value, Path) else value, ensure_ascii=False)
+
+
+def write_scene(path: Path, quantities: Sequence[str] = ("delta",), **tables: Any) -> Path:
+    """That scene as a file; `scene.toml` in a folder."""
+    path = path / "scene.toml" if path.is_dir() else path
+    lines = [f"{key} = {toml(value)}\n" for key, value in asking(quantities, **tables).items()]
+    path.write_text("".join(lines), encoding="utf-8")
+    return path
 
 
 def computed(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> xr.Dataset:

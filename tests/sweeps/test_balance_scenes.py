@@ -16,7 +16,7 @@ from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok
-from tests.support.scenes import computed
+from tests.support.scenes import computed, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -369,14 +369,12 @@ def test_a_v8_has_its_spacing_and_a_missing_fraction_its_reason(
     engine: str, tmp_path: Path
 ) -> None:
     """Throws that cancel have no best fraction of the force; that of the moment is a half."""
-    scene, archive = tmp_path / "v8.toml", tmp_path / "v8.nc"
-    lines = [
-        f'engine = "{engine}"', "[set]", "balance_shaft_radius = 0.03", "[axes]",
-        "counterweight_fraction = [0.4, 0.5, 0.6]",
-        f"balance_shaft_mass = {[0.1 * k for k in range(12)]}", "[output]",
-        'quantities = ["best_fraction_rms", "shaking_moment_rms"]',
-    ]  # fmt: skip
-    scene.write_text("\n".join(lines), encoding="utf-8")
+    archive = tmp_path / "v8.nc"
+    scene = write_scene(
+        tmp_path, ["best_fraction_rms", "shaking_moment_rms"], engine=engine,
+        set={"balance_shaft_radius": 0.03}, axes={"counterweight_fraction": [0.4, 0.5, 0.6],
+        "balance_shaft_mass": [0.1 * k for k in range(12)]},
+    )  # fmt: skip
     ok("run", scene, "-o", archive)
     for more in ((), ("--select", "balance_shaft_mass=0")):  # many rows, and few
         text = " ".join(ok("show", archive, *more).split())

@@ -26,7 +26,7 @@ from sweeps.running.options import Options
 from tests.support.archives import assert_same, interrupted, plan_of
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
-from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP, write_scene
 
 cloudpickle = pytest.importorskip("cloudpickle")
 distributed = pytest.importorskip("distributed")
@@ -82,13 +82,10 @@ def test_archive_is_that_of_a_local_run(
         (tmp_path / "my.toml").write_text(engine)
         pressure = (ENGINES / "diesel_105x137_pressure.csv").read_text()
         (tmp_path / "diesel_105x137_pressure.csv").write_text(pressure)
-        (tmp_path / "table.csv").write_text(
-            "inertia,case\n" + "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
-        )
-        scene.write_text(
-            'engine = "my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
-            '[output]\nquantities = ["delta", "imep"]\n'
-        )
+        table = "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
+        (tmp_path / "table.csv").write_text("inertia,case\n" + table)
+        own = {"engine": "my.toml", "designs": {"file": "table.csv"}}
+        write_scene(scene, ["delta", "imep"], **own, axes={"speed": [1200, 1500]})
     if name != "one block":
         monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     single = name == "float32"

@@ -22,6 +22,7 @@ from sweeps.errors import SceneError
 from sweeps.reading import hdf5_links, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
+from tests.support.scenes import write_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -184,11 +185,7 @@ def test_a_table_is_read_by_a_child(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         file.createVariable("bore", "f8", ("n",))[:] = [0.1, 0.11]
         file["bore"].units = "m"
     told = watched(monkeypatch)
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        'engine = "ntua"\n[designs]\nfile = "a.nc"\n[output]\nquantities = ["delta"]\n'
-    )
-    ok("plan", scene)
+    ok("plan", write_scene(tmp_path, designs={"file": "a.nc"}))
     assert told == [(path, False)]
 
 

@@ -30,7 +30,7 @@ from tests.support.archives import (
 )
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
-from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -416,16 +416,14 @@ def test_rerun_needs_nothing_but_the_archive(
         (folder / "deep" / "my.toml").write_text(
             engine.replace("diesel_105x137_pressure.csv", "../deep/pressure.csv")
         )
-        (folder / "table.csv").write_text("inertia,case\n" + "\n".join(
-            f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200)
-        ))  # fmt: skip
+        table = "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
+        (folder / "table.csv").write_text("inertia,case\n" + table)
         (folder / "published.csv").write_text("speed,delta,case\n1200,0.1,number 3\n")
-        scene = folder / "scene.toml"
-        scene.write_text(
-            'engine = "deep/my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
-            '[indicator]\nfile = "measured é.csv"\n[reference]\nfile = "published.csv"\n'
-            '[output]\nquantities = ["delta", "imep"]\n'
-        )
+        scene = write_scene(
+            folder, ["delta", "imep"], engine="deep/my.toml", designs={"file": "table.csv"},
+            axes={"speed": [1200, 1500]}, indicator={"file": "measured é.csv"},
+            reference={"file": "published.csv"},
+        )  # fmt: skip
     expected = sweeps.run(scene)
     run(scene, tmp_path / "out.nc")
     shutil.rmtree(folder)

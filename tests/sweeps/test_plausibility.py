@@ -1,7 +1,6 @@
 """Plausibility warnings of scenes: which mistakes are noticed, and where the lines are kept."""
 
 import csv
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from sweeps.reading.engine_files import catalogue
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import invoke
 from tests.support.mistakes import MISTAKES, Mistake
+from tests.support.scenes import write_scene
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "plausibility.md"
 RANGES = DOCUMENT.with_name("plausibility_ranges.csv")
@@ -184,19 +184,13 @@ def test_silenced_warnings_are_names_of_checks(given: Any, message: str) -> None
         read_scene({**SCENE, "silenced_warnings": given})
 
 
-def _written(raw: dict[str, Any], path: Path) -> Path:
-    lines = [f"engine = {json.dumps(raw['engine'])}"]
-    for table in ("axes", "output"):
-        lines += [f"[{table}]", *(f"{k} = {json.dumps(v)}" for k, v in raw[table].items())]
-    path.write_text("\n".join(lines))
-    return path
-
-
 def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> None:
-    scene = _written(
-        {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4, 3e4], "speed": [1500, 2000]}},
-        tmp_path / "scene.toml",
+    asked, axes = (
+        SCENE["output"]["quantities"],
+        {"inertia": [0.25, 2.0, 2e4], "speed": [1500, 2000]},
     )
+    more = {**axes, "inertia": [0.25, 2.0, 2e4, 3e4]}
+    scene = write_scene(tmp_path, asked, axes=more)
     whole = tmp_path / "whole.nc"
     done = _done("run", scene, "-o", whole)
     lines = _lines(whole)
@@ -220,8 +214,7 @@ def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> N
         assert list(sweeps.stream(scene, tmp_path / "stream.nc").warnings) == lines
     assert _lines(tmp_path / "stream.nc") == lines
     extended = tmp_path / "extended.nc"
-    raw = {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4], "speed": [1500, 2000]}}
-    _done("run", _written(raw, tmp_path / "less.toml"), "-o", extended)
+    _done("run", write_scene(tmp_path / "less.toml", asked, axes=axes), "-o", extended)
     assert _lines(extended) != lines
     assert _told(_done("extend", extended, "--axis", "inertia=30000").stderr) == lines
     assert _lines(extended) == lines

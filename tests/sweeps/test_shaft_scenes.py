@@ -21,7 +21,7 @@ from sweeps.planning.plausibility import plausibility_warnings
 from sweeps.presenting.engines import engine_text
 from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.scenes import scene_text
-from tests.support.scenes import refusal
+from tests.support.scenes import refusal, write_scene
 from tests.support.shafts import DIESEL, complete_shaft, dense
 
 ENGINE = "diesel_105x137"
@@ -456,13 +456,12 @@ def test_archives_in_blocks_name_discs_and_are_computed_again(tmp_path: Path) ->
     tmp_path.joinpath("mine.toml").write_text(
         SHAFTS.joinpath("diesel_105x137.toml").read_text(encoding="utf-8"), encoding="utf-8"
     )
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        f'engine = "{ENGINE}"\nshaft = "mine.toml"\nsilenced_warnings = ["all"]\n'
-        "[sample]\nnumber = 64\nseed = 3\ndisc_inertia_9 = {low = 2, high = 4}\n"
-        "speed = {low = 1000, high = 2400}\n"
-        '[output]\nquantities = ["shaft_torque_half_range", "disc_angle_order", "delta"]\n'
-    )
+    sample = {"number": 64, "seed": 3, "disc_inertia_9": {"low": 2, "high": 4},
+              "speed": {"low": 1000, "high": 2400}}  # fmt: skip
+    scene = write_scene(
+        tmp_path, ["shaft_torque_half_range", "disc_angle_order", "delta"], engine=ENGINE,
+        shaft="mine.toml", silenced_warnings=["all"], sample=sample,
+    )  # fmt: skip
     archive = tmp_path / "archive.nc"
     sweeps.stream(scene, archive, memory=17e6)
     with sweeps.open(archive) as stored:

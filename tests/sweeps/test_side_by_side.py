@@ -19,7 +19,7 @@ from sweeps.scene import engine_choices
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, shards
 from tests.support.commands import ok, refused
-from tests.support.scenes import asking
+from tests.support.scenes import asking, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -170,11 +170,8 @@ def with_spacing(tmp_path):
 
 
 def test_missing_quantities(with_spacing):
-    scene = with_spacing / "scene.toml"
-    scene.write_text(
-        'engine = ["ntua", "spaced.toml"]\n[axes]\ninertia = [2.0, 5.0]\n'
-        '[output]\nquantities = ["shaking_moment_max", "delta"]\n'
-    )
+    asked, engines = ["shaking_moment_max", "delta"], ["ntua", "spaced.toml"]
+    scene = write_scene(with_spacing, asked, engine=engines, axes={"inertia": [2.0, 5.0]})
     read = read_scene(scene)
     assert read.quantities == ("shaking_moment_max", "delta")
     assert read.beside[0].scene.quantities == ("delta",)
@@ -192,10 +189,7 @@ def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
     whole = (with_spacing / "spaced.toml").read_text()
     without = "\n".join(line for line in whole.splitlines() if not line.startswith("inertia ="))
     (with_spacing / "light.toml").write_text(without.replace('"spaced"', '"light"'))
-    scene = with_spacing / "scene.toml"
-    scene.write_text(
-        'engine = ["spaced.toml", "light.toml"]\n[output]\nquantities = ["imep", "delta"]\n'
-    )
+    scene = write_scene(with_spacing, ["imep", "delta"], engine=["spaced.toml", "light.toml"])
     found = sweeps.run(scene)
     assert found["status"].values.tolist() == [0, 4]
     assert np.isfinite(found["imep"].values).all()

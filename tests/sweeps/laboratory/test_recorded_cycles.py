@@ -12,6 +12,7 @@ from sweeps.errors import SceneError
 from sweeps.presenting.archives import recorded_cycle_lines
 from tests.support.commands import ok, refused
 from tests.support.laboratory import four_cylinders, rows_of_cycles
+from tests.support.scenes import write_scene
 
 COUNT = 5
 QUANTITIES = ["delta", "imep", "peak_pressure", "omega"]
@@ -80,12 +81,9 @@ def test_run_and_info_tell_the_spread(folder: Path, cycles: xr.Dataset, tmp_path
 
 
 def test_archives_hold_all_cycles(folder: Path, tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
     (tmp_path / "run.csv").write_bytes((folder / "run.csv").read_bytes())
-    path.write_text(
-        'engine = "ntua"\n[axes]\nrecorded_cycle = [1, 5]\n[indicator]\nfile = "run.csv"\n'
-        'unit = "bar"\n[output]\nquantities = ["delta"]\n'
-    )
+    table = {"file": "run.csv", "unit": "bar"}
+    path = write_scene(tmp_path, axes={"recorded_cycle": [1, 5]}, indicator=table)
     ok("run", path, "-o", tmp_path / "a.nc")
     (tmp_path / "run.csv").unlink()
     ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
@@ -108,8 +106,5 @@ def test_what_has_no_such_cycles_is_refused(folder: Path, tmp_path: Path) -> Non
     wrong["indicator"] = {"file": str(tmp_path / "four.csv")}
     with pytest.raises(SceneError, match="recorded cycles of 4 cylinders; must be of one"):
         sweeps.run(wrong)
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'engine = "ntua"\n[axes]\nrecorded_cycle = [1.5]\n[output]\nquantities = ["delta"]\n'
-    )
+    path = write_scene(tmp_path, axes={"recorded_cycle": [1.5]})
     assert "recorded_cycle = 1.5" in refused("run", path, "-o", tmp_path / "a.nc")

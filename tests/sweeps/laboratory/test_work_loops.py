@@ -13,6 +13,7 @@ import sweeps
 from engine_dyn.geometry import slider_crank
 from sweeps.reading.engine_files import load_engine
 from sweeps.reading.laboratory.pressure import read_pressure
+from tests.support.scenes import write_scene
 
 NAMES = "volume_cm3,pressure_bar\n"
 CATALOGUE = Path(sweeps.__file__).parent / "catalogue" / "engines"
@@ -54,12 +55,8 @@ def test_a_scene_takes_the_loop(ntua: Any, tmp_path: Path) -> None:
     )
     found = {}
     for name, keys in (("loop", {"volume_column": 1}), ("points", {})):
-        (tmp_path / f"{name}.toml").write_text(
-            f'engine = "ntua"\n[indicator]\nfile = "{name}.csv"\n'
-            + "".join(f"{key} = {value}\n" for key, value in keys.items())
-            + '[output]\nquantities = ["delta", "imep"]\n'
-        )
-        found[name] = sweeps.run(tmp_path / f"{name}.toml")
+        table = {"file": f"{name}.csv", **keys}
+        found[name] = sweeps.run(write_scene(tmp_path, ["delta", "imep"], indicator=table))
     for name in ("delta", "imep"):
         assert float(found["loop"][name]) == pytest.approx(float(found["points"][name]), rel=1e-7)
     notes = found["loop"].attrs["indicator_notes"]

@@ -12,6 +12,7 @@ from sweeps.errors import SceneError
 from sweeps.figures import draw
 from tests.support.commands import ok, refused
 from tests.support.known_cycles import KnownEngine, speed_of, tooth_times
+from tests.support.scenes import write_scene
 
 CYCLES, GAP, SPEED = 60, 78.0, 2000.0
 DISPERSION, WEAK = 0.04, 0.2
@@ -236,12 +237,7 @@ def test_cycles_that_never_follow_each_other_are_refused(faulty: Path) -> None:
 
 def test_the_command_writes_and_draws(faulty: Path, tmp_path: Path) -> None:
     (tmp_path / "teeth.csv").write_bytes(faulty.read_bytes())
-    path = tmp_path / "scene.toml"
-    given = "\n".join(f"{key} = {value}" for key, value in SET.items())
-    path.write_text(
-        f'engine = "si_four_87x101"\n[set]\n{given}\n[output]\nquantities = ["delta"]\n'
-        f'[measured]\nfile = "teeth.csv"\nkind = "teeth"\nwheel = "60-2"\ngap_angle = {GAP}\n'
-    )
+    path = write_scene(tmp_path, **scene(Path("teeth.csv")))
     out = tmp_path / "cylinders.nc"
     said = ok("cylinders", path, "-o", out)
     assert "weak" in said and "misfires" in said

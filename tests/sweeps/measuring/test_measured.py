@@ -12,6 +12,7 @@ from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
 from sweeps.figures import draw
 from tests.support.commands import ok, refused
+from tests.support.scenes import write_scene
 from tests.support.teeth import (
     SampledEngine,
     noisy,
@@ -48,21 +49,8 @@ def stamps(
 
 
 def scene_with(folder: Path, name: str = "scene.toml", **keys: Any) -> Path:
-    def text(value: Any) -> str:
-        if isinstance(value, bool):
-            return str(value).lower()
-        if isinstance(value, dict):
-            return "{ " + ", ".join(f"{k} = {text(v)}" for k, v in value.items()) + " }"
-        if isinstance(value, list):
-            return "[" + ", ".join(map(text, value)) + "]"
-        return f'"{value}"' if isinstance(value, str) else repr(value)
-
-    lines = ['engine = "ntua"', "[set]", "speed = 1200", "[axes]", f"load = {LOADS}", "[output]",
-             'quantities = ["delta"]', "[measured]"]  # fmt: skip
-    lines += [f"{key} = {text(value)}" for key, value in keys.items()]
-    path = folder / name
-    path.write_text("\n".join(lines) + "\n")
-    return path
+    given = {"set": {"speed": 1200}, "axes": {"load": LOADS}, "measured": keys}
+    return write_scene(folder / name, **given)
 
 
 @pytest.fixture(scope="module")

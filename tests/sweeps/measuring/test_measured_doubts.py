@@ -12,6 +12,7 @@ import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.measuring.measured_doubts import repeats_every_turn
 from tests.support.commands import ok
+from tests.support.scenes import write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
 LOADS = [30, 60, 90]
@@ -74,15 +75,12 @@ def write(folder: Path, case: Case, true: xr.Dataset) -> Path:
         times = tooth_times(engine, wheel.width, 25, np.deg2rad(GAP), errors)
         times = noisy(times, case.noise, np.random.default_rng(load))
         write_times(folder / f"{load}.csv", times[-1] - times[::-1] if case.backwards else times)
-    gap = "" if case.gap_angle is None else f"gap_angle = {case.gap_angle}\n"
-    path = folder / "scene.toml"
-    path.write_text(
-        f'engine = "{case.engine}"\n[set]\nspeed = 1200\n[axes]\nload = {LOADS}\n[output]\n'
-        'quantities = ["omega", "delta"]\n[measured]\nfile = ["30.csv", "60.csv", "90.csv"]\n'
-        f'at = {{ load = {LOADS} }}\nkind = "teeth"\nwheel = "{case.wheel}"\n{gap}'
-        f'tooth_errors = "{case.tooth_errors}"\n'
-    )
-    return path
+    measured = {
+        "file": [f"{load}.csv" for load in LOADS], "at": {"load": LOADS}, "kind": "teeth",
+        "wheel": case.wheel, "tooth_errors": case.tooth_errors,
+        **({} if case.gap_angle is None else {"gap_angle": case.gap_angle}),
+    }  # fmt: skip
+    return write_scene(folder, **{**scene_of(case), "measured": measured})
 
 
 def compared(folder: Path, case: Case, true: xr.Dataset) -> xr.Dataset:

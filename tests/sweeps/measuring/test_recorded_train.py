@@ -14,6 +14,7 @@ from sweeps.figures import draw
 from tests.support import recorded_engine
 from tests.support.commands import ok, refused
 from tests.support.known_cycles import KnownEngine, speed_of, tooth_times
+from tests.support.scenes import write_scene
 
 RPM = np.pi / 30.0
 CYCLES, GAP, NOMINAL = 8, 100.0, 1200.0
@@ -234,17 +235,7 @@ def test_too_many_steps_and_evenly_firing_cylinders_without_the_gap_are_refused(
 
 
 def test_the_command_writes_and_draws(recorded: Recorded, tmp_path: Path) -> None:
-    (tmp_path / "pressure.csv").write_bytes((recorded.folder / "pressure.csv").read_bytes())
-    (tmp_path / "teeth.csv").write_bytes((recorded.folder / "teeth.csv").read_bytes())
-    path = tmp_path / "scene.toml"
-    given = "\n".join(f"{key} = {value}" for key, value in recorded.scene()["set"].items())
-    path.write_text(
-        f'engine = "{recorded.scene()["engine"]}"\n[set]\n{given}\n[axes]\nrecorded_cycle = '
-        f"{{ start = 1, stop = {CYCLES}, num = {CYCLES} }}\n"
-        '[indicator]\nfile = "pressure.csv"\nunit = "bar"\n'
-        '[output]\nquantities = ["delta"]\n[measured]\nfile = "teeth.csv"\nkind = "teeth"\n'
-        f'wheel = "60-2"\ngap_angle = {GAP}\n'
-    )
+    path = write_scene(tmp_path, **recorded.scene())  # with absolute paths
     said = ok("train", path, "-o", tmp_path / "train.nc")
     assert "if the train is repeated, it starts" in said
     assert "the speed recording begins in recorded cycle 1" in said
