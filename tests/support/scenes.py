@@ -1,7 +1,7 @@
 """Scenes that several test files run."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,13 +43,18 @@ def computed(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> 
     return sweeps.run(asking(quantities, engine, **tables))
 
 
-def refusal(scene: Any) -> str:
-    """The one line with which a scene is refused."""
+def refusal_of(call: Callable[[], Any]) -> str:
+    """The one line with which a call is refused."""
     with pytest.raises(SceneError) as caught:
-        read_scene(scene)
+        call()
     line = str(caught.value)
     assert "\n" not in line
     return line
+
+
+def refusal(scene: Any) -> str:
+    """The one line with which a scene is refused."""
+    return refusal_of(lambda: read_scene(scene))
 
 
 BEARINGS = {

@@ -20,7 +20,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
-from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal
+from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal, refusal_of
 from tests.support.shafts import complete_shaft
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
@@ -565,9 +565,7 @@ def test_values_of_one_design_go_together(designs: dict[str, list[float]]) -> No
 )  # fmt: skip
 def test_engine_files_that_are_none(tmp_path: Path, change: tuple[str, str], message: str) -> None:
     path = written(tmp_path, VALUES.replace(*change) + modelled())
-    with pytest.raises(SceneError, match=message) as caught:
-        load_engine(path, Path())
-    assert "\n" not in str(caught.value)
+    assert re.search(message, refusal_of(lambda: load_engine(path, Path())))
 
 
 def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Laws of the friction in scenes: components, their sum, the stroke, bearing pressures."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,8 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.errors import SceneError
 from sweeps.reading.engine_files import load_engine
-from tests.support.scenes import BEARINGS, VALVES
+from tests.support.scenes import BEARINGS, VALVES, refusal_of
 
 pytestmark = pytest.mark.compiled
 
@@ -199,9 +199,7 @@ def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_what_is_refused_in_one_line(tables: dict[str, Any], message: str) -> None:
     scene = {"engine": FOUR, "output": {"quantities": ["fmep"]}, **tables}
-    with pytest.raises(SceneError, match=message) as refusal:
-        sweeps.run(scene)
-    assert "\n" not in str(refusal.value)
+    assert re.search(message, refusal_of(lambda: sweeps.run(scene)))
 
 
 PRESSURES = ("crank_pin", "main_journal", "piston_pin")

@@ -1,5 +1,6 @@
 """Missed cycles and weak cylinders of an engine that was integrated apart from the estimator."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from sweeps.errors import SceneError
 from sweeps.figures import draw
 from tests.support.commands import ok, refused
 from tests.support.known_cycles import KnownEngine, speed_of, tooth_times
-from tests.support.scenes import write_scene
+from tests.support.scenes import refusal_of, write_scene
 
 CYCLES, GAP, SPEED = 60, 78.0, 2000.0
 DISPERSION, WEAK = 0.04, 0.2
@@ -220,9 +221,7 @@ def test_what_does_not_fit_is_refused(faulty: Path, change: dict[str, Any], said
             values = {k: v for k, v in {**given.get(table, {}), **values}.items() if v is not None}
         given[table] = values
     given = {key: value for key, value in given.items() if value is not None}
-    with pytest.raises(SceneError, match=said) as error:
-        sweeps.cylinder_deviations(given)
-    assert "\n" not in str(error.value)
+    assert re.search(said, refusal_of(lambda: sweeps.cylinder_deviations(given)))
 
 
 def test_cycles_that_never_follow_each_other_are_refused(faulty: Path) -> None:

@@ -4,6 +4,7 @@ The speed is mean (1 + sum of cosines), as pulses see it; delta of the means bet
 fine wheel is less than a hundredth below that of the curve.
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
 from sweeps.measuring.measured_files import records_of
 from sweeps.presenting.measured import measured_text
 from sweeps.scene.reading import read_scene
+from tests.support.scenes import refusal_of
 from tests.support.teeth import TurningEngine, pulses, tooth_times
 
 ENGINE = TurningEngine(
@@ -168,9 +170,9 @@ def test_a_sound(tmp_path: Path, channels: int) -> None:
     wavfile.write(path, rate, signal if channels == 1 else np.stack([0 * signal, signal], axis=1))
     check(compared(path, "encoder", "36-1", **({} if channels == 1 else {"column": "channel 2"})))
     path.write_bytes(path.read_bytes()[:30])
-    with pytest.raises(SceneError, match=r"not a .wav file, or a damaged one") as refused:
-        compared(path, "encoder", "36-1")
-    assert "\n" not in str(refused.value)
+    assert re.search(
+        r"not a .wav file, or a damaged one", refusal_of(lambda: compared(path, "encoder", "36-1"))
+    )
 
 
 def test_times_with_a_fault_are_no_intervals(tmp_path: Path) -> None:
@@ -187,9 +189,10 @@ def test_times_of_a_counter_that_begins_again(tmp_path: Path) -> None:
     path = tmp_path / "times.csv"
     path.write_text("time_us\n" + "".join(f"{one % 65536.0:.0f}\n" for one in times))
     line = 2 + int(np.argmax(times > 65536.0))
-    with pytest.raises(SceneError, match=rf"column 'time_us', line {line}: .*begin again") as said:
-        compared(path, "teeth", "60-2")
-    assert "\n" not in str(said.value)
+    assert re.search(
+        rf"column 'time_us', line {line}: .*begin again",
+        refusal_of(lambda: compared(path, "teeth", "60-2")),
+    )
 
 
 def test_intervals_of_a_coasting_wheel(tmp_path: Path) -> None:
