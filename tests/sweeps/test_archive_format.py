@@ -33,9 +33,7 @@ def of_format(path: Path, text: str) -> Path:
     return path
 
 
-def test_version_0_1_is_opened_told_drawn_exported_compared_and_not_extended(
-    old: Path, tmp_path: Path
-) -> None:
+def test_an_archive_of_version_0_1_is_opened(old: Path, tmp_path: Path) -> None:
     with sweeps.open(old) as archive:
         assert "archive_format" not in archive.attrs
         assert archive["delta"].sizes == {"inertia": 3, "speed": 2, "design": 2}

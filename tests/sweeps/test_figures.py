@@ -249,7 +249,7 @@ def test_a_shaking_force_without_its_directions_is_a_curve() -> None:
 # ----------------------------------------------------------------------------- the thesis
 
 
-def test_the_thesis_gets_its_figures_with_units(thesis_plates: dict) -> None:
+def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert set(thesis_plates) == {
         "kinematics", "indicator_diagrams", "work_diagrams", "torque_components",
         "torque_components_reciprocating_mass", "torque_components_crank_ratio",
