@@ -97,6 +97,7 @@ class Given:
     def __init__(self, engine: Any, cylinders: int) -> None:
         self.engine = engine
         self.own: dict[str, float] = dict(engine.values)
+        self.rod = self.own["stroke"] / 2.0 / self.own["crank_ratio"]
         self.cylinders = cylinders
         self.values: dict[str, st.SearchStrategy[float]] = {}
         """Keys that may stand anywhere, with values for them."""
@@ -108,6 +109,58 @@ class Given:
 
 
 # --- features -----------------------------------------------------------------------------------
+
+ALL = 0
+PLAIN: dict[str, tuple[int, Any]] = {
+    "rod_inertia": (ALL, lambda g: {"rod_inertia": around(g.own["rod_mass"] * g.rod**2 / 7.0)}),
+    "rod": (1, lambda g: {
+        "crank_ratio": around(g.own["crank_ratio"], 0.15), "rod_length": around(g.rod, 0.1),
+    }),
+    "size": (2, lambda g: {key: around(g.own[key], 0.1) for key in ("bore", "stroke")}),
+    "offset": (2, lambda g: dict.fromkeys(
+        ("pin_offset", "crank_offset"), near(-0.05 * g.own["stroke"], 0.05 * g.own["stroke"])
+    )),
+    "load": (ALL, lambda g: {"load": near(
+        max(g.engine.family.low, 0.4 * g.engine.family.high), g.engine.family.high
+    )}),
+    "friction": (3, lambda _: {
+        "friction_constant": near(0.1, 0.5), "friction_peak_pressure": near(0.0, 0.006),
+        "friction_mean_piston_speed": near(0.0, 0.15),
+        "friction_mean_piston_speed_square": near(0.0, 0.001), "auxiliary_torque": near(0.0, 2.0),
+    }),
+    "bearings": (ALL, lambda g: {
+        f"{bearing}_{size}": around(share * g.own["bore"])
+        for bearing, diameter in (("crank_pin", 0.6), ("main_journal", 0.7), ("piston_pin", 0.3))
+        for size, share in (("diameter", diameter), ("width", 0.3))
+    }),
+    "pressure": (ALL, lambda _: {"crankcase_pressure": near(0.9, 1.1)}),
+    "cycle": (2, lambda _: {  # by the first law, with other values than the engine's
+        "compression_ratio": near(9.0, 11.0), "intake_pressure": near(0.8, 1.0),
+        "heat": near(12.0, 20.0), "combustion_start": near(-20.0, -5.0),
+        "combustion_duration": near(45.0, 70.0),
+    }),
+    "count": (ALL, lambda _: {"cylinders": st.sampled_from([1.0, 2.0, 3.0, 4.0, 6.0])}),
+    "misfire": (ALL, lambda g: {"misfire": st.integers(0, g.cylinders).map(float)}),
+    "flywheel": (ALL, lambda _: {
+        "wanted_delta": near(0.01, 0.05), "flywheel_outer_diameter": near(0.45, 0.6),
+        "flywheel_inner_diameter": near(0.2, 0.35), "flywheel_density": near(7000.0, 7900.0),
+        "rim_speed_limit": near(25.0, 60.0), "rim_speed_lowest": near(5.0, 24.0),
+    }),
+    "truncation": (ALL, lambda _: {"truncation": st.sampled_from([2.0, 4.0, 6.0])}),
+    "inertia_alone": (
+        ALL, lambda g: {"inertia": around(g.own["inertia"])} if "inertia" in g.own else {}
+    ),
+    "exponent": (ALL, lambda _: {
+        "load_exponent": st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), "load_offset": near(0.0, 2.0),
+    }),
+}  # fmt: skip
+"""Features that are nothing but keys: how many at most are drawn, and values for them."""
+
+
+def some(draw: Draw, choices: dict[str, Any], most: int, least: int = 1) -> dict[str, Any]:
+    """Some of the choices."""
+    keys = st.lists(st.sampled_from(list(choices)), min_size=least, max_size=most, unique=True)
+    return {key: choices[key] for key in draw(keys)}
 
 
 def _masses(draw: Draw, given: Given) -> None:
@@ -125,12 +178,6 @@ def _masses(draw: Draw, given: Given) -> None:
         given.values["rod_centre_of_gravity"] = around(given.own["rod_centre_of_gravity"])
 
 
-def _rod_inertia(draw: Draw, given: Given) -> None:
-    rod = given.own["rod_mass"]
-    length = given.own["stroke"] / 2.0 / given.own["crank_ratio"]
-    given.values["rod_inertia"] = around(rod * length**2 / 7.0)
-
-
 def _inertia(draw: Draw, given: Given) -> None:
     own = given.own.get("inertia", 0.1)
     kind = draw(st.sampled_from(["whole", "parts", "wanted"]))
@@ -145,26 +192,6 @@ def _inertia(draw: Draw, given: Given) -> None:
         given.values["wanted_delta"] = near(0.005, 0.05)
 
 
-def _rod(draw: Draw, given: Given) -> None:
-    kind = draw(st.sampled_from(["crank_ratio", "rod_length"]))
-    length = given.own["stroke"] / 2.0 / given.own["crank_ratio"]
-    given.values[kind] = (
-        around(given.own["crank_ratio"], 0.15) if kind == "crank_ratio" else around(length, 0.1)
-    )
-
-
-def _size(draw: Draw, given: Given) -> None:
-    for key in draw(st.sampled_from([("bore",), ("stroke",), ("bore", "stroke")])):
-        given.values[key] = around(given.own[key], 0.1)
-
-
-def _offset(draw: Draw, given: Given) -> None:
-    for key in draw(
-        st.sampled_from([("pin_offset",), ("crank_offset",), ("pin_offset", "crank_offset")])
-    ):
-        given.values[key] = near(-0.05 * given.own["stroke"], 0.05 * given.own["stroke"])
-
-
 def _speed(draw: Draw, given: Given) -> None:
     own, high = given.own["speed"], 1.0
     family = given.engine.family
@@ -175,20 +202,13 @@ def _speed(draw: Draw, given: Given) -> None:
     given.values["speed"] = near(low, high * own)
 
 
-def _load(draw: Draw, given: Given) -> None:
-    family = given.engine.family
-    given.values["load"] = near(max(family.low, 0.4 * family.high), family.high)
-
-
 def _load_law(draw: Draw, given: Given) -> None:
-    if draw(st.booleans()):
-        given.values["load_linear"] = near(0.05, 1.0)
-        if draw(st.booleans()):
-            given.values["load_square"] = near(0.001, 0.01)
-        return
-    given.values["load_exponent"] = st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0])
-    if draw(st.booleans()):
-        given.values["load_offset"] = near(0.0, 2.0)
+    linear = draw(st.booleans())
+    law = {"load_linear": near(0.05, 1.0), "load_square": near(0.001, 0.01)} if linear else {
+        "load_exponent": st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), "load_offset": near(0.0, 2.0),
+    }  # fmt: skip
+    for key in list(law)[: draw(st.integers(1, 2))]:
+        given.values[key] = law[key]
 
 
 def _load_table(draw: Draw, given: Given) -> None:
@@ -211,8 +231,7 @@ def _driver(draw: Draw, given: Given) -> None:
         return
     speed = given.own["speed"]
     if draw(st.booleans()):
-        given.values["motor_slip"] = near(0.02, 0.05)
-        given.values["motor_gear_ratio"] = near(0.5, 2.0)
+        given.values |= {"motor_slip": near(0.02, 0.05), "motor_gear_ratio": near(0.5, 2.0)}
     else:
         given.values["motor_synchronous_speed"] = near(1.03 * speed, 1.08 * speed)
     given.values |= {
@@ -220,21 +239,10 @@ def _driver(draw: Draw, given: Given) -> None:
     }  # fmt: skip
 
 
-def _friction(draw: Draw, given: Given) -> None:
-    choices = {
-        "friction_constant": near(0.1, 0.5), "friction_peak_pressure": near(0.0, 0.006),
-        "friction_mean_piston_speed": near(0.0, 0.15),
-        "friction_mean_piston_speed_square": near(0.0, 0.001), "auxiliary_torque": near(0.0, 2.0),
-    }  # fmt: skip
-    for key in draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=3, unique=True)):
-        given.values[key] = choices[key]
-
-
 def _friction_over_stroke(draw: Draw, given: Given) -> None:
-    for key in ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt"):
-        if draw(st.booleans()):
-            given.values[key] = near(0.0, 0.24)
-    given.values["ring_pressure"] = near(0.5, 3.0)
+    names = ("boundary", "mixed", "hydrodynamic", "skirt")
+    shares = {f"friction_{name}": near(0.0, 0.24) for name in names}
+    given.values |= some(draw, shares, 4, least=0) | {"ring_pressure": near(0.5, 3.0)}
 
 
 def _components(draw: Draw, given: Given) -> None:
@@ -249,29 +257,7 @@ def _components(draw: Draw, given: Given) -> None:
         "geometric_compression_ratio": near(8.0, 20.0), "main_bearings": st.integers(2, 9),
         "valve_train": st.integers(1, 7), "valve_lift": near(0.005, 0.012),
         "valves_per_cylinder": st.integers(2, 4), "camshaft_bearings": st.integers(2, 12),
-    }  # fmt: skip
-    _bearings(draw, given)
-
-
-def _bearings(draw: Draw, given: Given) -> None:
-    for bearing, share in (("crank_pin", 0.6), ("main_journal", 0.7), ("piston_pin", 0.3)):
-        given.values[f"{bearing}_diameter"] = around(share * given.own["bore"])
-        given.values[f"{bearing}_width"] = around(0.3 * given.own["bore"])
-
-
-def _pressure(draw: Draw, given: Given) -> None:
-    given.values["crankcase_pressure"] = near(0.9, 1.1)
-
-
-def _cycle(draw: Draw, given: Given) -> None:
-    """A modelled cycle by the first law, with other values than the engine's."""
-    choices = {
-        "compression_ratio": near(9.0, 11.0), "intake_pressure": near(0.8, 1.0),
-        "heat": near(12.0, 20.0), "combustion_start": near(-20.0, -5.0),
-        "combustion_duration": near(45.0, 70.0),
-    }  # fmt: skip
-    for key in draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=2, unique=True)):
-        given.values[key] = choices[key]
+    } | PLAIN["bearings"][1](given)  # fmt: skip
 
 
 def _indicator(draw: Draw, given: Given) -> None:
@@ -279,63 +265,46 @@ def _indicator(draw: Draw, given: Given) -> None:
 
 
 def _characteristic(draw: Draw, given: Given) -> None:
-    given.tables["characteristic"] = draw(
-        st.one_of(
-            st.sampled_from(list(CHARACTERISTICS)).map(lambda kind: {"kind": kind}),
-            st.just({"coefficients": [0.6, 0.9]}),
-        )
-    )
+    kinds = [{"kind": kind} for kind in CHARACTERISTICS]
+    given.tables["characteristic"] = draw(st.sampled_from([*kinds, {"coefficients": [0.6, 0.9]}]))
     given.values |= {
         "rated_power": st.just(1.0 * given.cylinders * given.own["bore"] ** 2 * 5e5),
         "rated_speed": st.just(given.own["speed"]), "characteristic_share": near(0.4, 0.6),
     }  # fmt: skip
 
 
-def _count(draw: Draw, given: Given) -> None:
-    given.values["cylinders"] = st.sampled_from([1.0, 2.0, 3.0, 4.0, 6.0])
-
-
-def _misfire(draw: Draw, given: Given) -> None:
-    given.values["misfire"] = st.integers(0, given.cylinders).map(float)
-
-
 def _layout(draw: Draw, given: Given) -> None:
     """Another arrangement, one for each design, or described in full."""
     kind = draw(st.sampled_from(["text", "axis", "table"]))
     two_stroke = given.engine.period < 10.0
-    known = {z: names for z, names in LAYOUTS.items() if not two_stroke}
-    known |= {z: (f"in-line {z}",) for z in range(1, 8)} if two_stroke else {}
-    if kind == "axis":
-        count = draw(st.sampled_from(sorted(known)))
-        given.axes["arrangement"] = draw(
-            st.lists(st.sampled_from(sorted(known[count])), min_size=1, max_size=3, unique=True)
-        )
-        given.settings["cylinders"] = given.cylinders = count
-        return
+    known = {z: (f"in-line {z}",) for z in range(1, 8)} if two_stroke else LAYOUTS
     if kind == "table" and not two_stroke:
-        given.settings |= {"arrangement": WRITTEN_OUT, "cylinders": 2}
-        given.cylinders = 2
-        return
-    count = draw(st.sampled_from(sorted(known)))
-    given.settings |= {"arrangement": draw(st.sampled_from(known[count])), "cylinders": count}
-    given.cylinders = count
+        count, given.settings["arrangement"] = 2, WRITTEN_OUT
+    else:
+        count = draw(st.sampled_from(sorted(known)))
+        names = st.sampled_from(sorted(known[count]))
+        if kind == "axis":
+            several = st.lists(names, min_size=1, max_size=3, unique=True)
+            given.axes["arrangement"] = draw(several)
+        else:
+            given.settings["arrangement"] = draw(names)
+    given.settings["cylinders"] = given.cylinders = count
 
 
 def _each_cylinder(draw: Draw, given: Given) -> None:
     """Factors of single cylinders, as lists or as parameters."""
     count = given.cylinders
     factors = {
-        "pressure_factor": (0.8, 1.1), "mass_factor": (0.9, 1.1), "radius_factor": (0.9, 1.1)
+        "pressure_factor": near(0.8, 1.1), "mass_factor": near(0.9, 1.1),
+        "radius_factor": near(0.9, 1.1),
     }  # fmt: skip
-    for what in draw(st.lists(st.sampled_from(list(factors)), min_size=1, max_size=2, unique=True)):
-        values = near(*factors[what])
+    for what, values in some(draw, factors, 2).items():
+        first = 2 if what == "radius_factor" else 1
         if draw(st.booleans()):
             listed = draw(st.lists(values, min_size=count, max_size=count))
-            given.settings[what] = [1.0, *listed[1:]] if what == "radius_factor" else listed
-        else:
-            first = 2 if what == "radius_factor" else 1
-            if count >= first:
-                given.values[f"{what}_{draw(st.integers(first, count))}"] = values
+            given.settings[what] = [1.0, *listed[1:]] if first == 2 else listed
+        elif count >= first:
+            given.values[f"{what}_{draw(st.integers(first, count))}"] = values
     given.settings.setdefault("cylinders", count)
 
 
@@ -363,19 +332,10 @@ def _balance(draw: Draw, given: Given) -> None:
         "balance_shaft_radius": around(0.1 * bore), "second_shaft_mass": around(0.3 * mass),
         "second_shaft_radius": around(0.1 * bore), "balance_couple": around(0.01 * mass * bore),
     }  # fmt: skip
-    keys = draw(st.lists(st.sampled_from(list(choices)), min_size=3, max_size=8, unique=True))
-    if {"counterweight_fraction", "counterweight_mass"} <= {*keys}:
-        keys.remove(draw(st.sampled_from(["counterweight_fraction", "counterweight_mass"])))
-    given.values["cylinder_spacing"] = choices["cylinder_spacing"]
-    given.values |= {key: choices[key] for key in keys}
-
-
-def _flywheel(draw: Draw, given: Given) -> None:
-    given.values |= {
-        "wanted_delta": near(0.01, 0.05), "flywheel_outer_diameter": near(0.45, 0.6),
-        "flywheel_inner_diameter": near(0.2, 0.35), "flywheel_density": near(7000.0, 7900.0),
-        "rim_speed_limit": near(25.0, 60.0), "rim_speed_lowest": near(5.0, 24.0),
-    }  # fmt: skip
+    chosen = some(draw, choices, 8, least=3)
+    if {"counterweight_fraction", "counterweight_mass"} <= {*chosen}:
+        del chosen[draw(st.sampled_from(["counterweight_fraction", "counterweight_mass"]))]
+    given.values |= {"cylinder_spacing": choices["cylinder_spacing"]} | chosen
 
 
 def _shaft(draw: Draw, given: Given) -> None:
@@ -398,15 +358,10 @@ def _shaft(draw: Draw, given: Given) -> None:
         "pendulum_mass_1": 1.0, "pendulum_distance_1": 0.1, "pendulum_length_1": 0.02,
         "pendulum_stop_angle_1": 30.0,
     }  # fmt: skip
-    chosen = draw(st.lists(st.sampled_from(sorted(numbers)), max_size=8, unique=True))
-    given.values |= {key: around(numbers[key]) for key in chosen}
+    given.values |= {key: around(size) for key, size in some(draw, numbers, 8, least=0).items()}
     key = draw(st.sampled_from(["", "load_damping", "load_damping_factor"]))
     if key:
         given.values[key] = near(0.5, 4.0)
-
-
-def _truncation(draw: Draw, given: Given) -> None:
-    given.values["truncation"] = st.sampled_from([2.0, 4.0, 6.0])
 
 
 def _stepping(draw: Draw, given: Given) -> None:
@@ -419,50 +374,57 @@ def _stepping(draw: Draw, given: Given) -> None:
         "passes": st.integers(1, 3), "start_speed": near(0.95 * omega, 1.05 * omega),
         "start_angle": st.sampled_from([-180.0, -90.0, 0.0]),
     }  # fmt: skip
-    for key in draw(st.lists(st.sampled_from(list(starts)), max_size=3, unique=True)):
-        given.solver[key] = draw(starts[key])
+    for key, values in some(draw, starts, 3, least=0).items():
+        given.solver[key] = draw(values)
 
 
-FEATURES = (
-    _masses, _rod_inertia, _inertia, _rod, _size, _offset, _speed, _load, _load_law, _load_table,
-    _driver, _friction, _friction_over_stroke, _components, _bearings, _pressure, _cycle,
-    _indicator, _characteristic, _count, _misfire, _layout, _each_cylinder, _firing_angles,
-    _balance, _flywheel, _shaft, _truncation, _stepping,
+FUNCTIONS = (
+    _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
+    _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _balance, _shaft,
+    _stepping,
 )  # fmt: skip
+FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
-_EXCLUDE = (
-    {_inertia, _flywheel}, {_load_law, _load_table, _driver}, {_load, _driver, _characteristic},
-    {_cycle, _indicator, _characteristic, _driver}, {_count, _layout, _each_cylinder, _misfire},
-    {_count, _layout, _firing_angles}, {_count, _each_cylinder, _firing_angles, _misfire},
-    {_rod_inertia, _masses}, {_friction, _driver},
-    {_components, _bearings}, {_components, _friction, _friction_over_stroke, _driver},
-    {_speed, _driver, _characteristic},
-    {_shaft, _inertia, _flywheel, _count, _layout}, {_stepping, _load_table, _driver},
-    {_indicator, _misfire, _each_cylinder},
+SIMPLE = (
+    "masses", "rod", "size", "speed", "load", "pressure", "friction", "inertia_alone", "exponent",
 )  # fmt: skip
+"""Features whose scenes `oracle` solves too."""
+
+_EXCLUDE = [{*group.split()} for group in (
+    "inertia flywheel", "load_law load_table driver", "load driver characteristic",
+    "cycle indicator characteristic driver", "count layout each_cylinder misfire",
+    "count layout firing_angles", "count each_cylinder firing_angles misfire",
+    "rod_inertia masses", "friction driver", "components bearings",
+    "components friction friction_over_stroke driver", "speed driver characteristic",
+    "shaft inertia flywheel count layout", "stepping load_table driver",
+    "indicator misfire each_cylinder", "inertia_alone inertia flywheel shaft",
+    "exponent load_law load_table driver characteristic",
+)]  # fmt: skip
 """Features that do not go together, because their keys do not."""
 
 
-def _fits(feature: Any, engine: Any) -> bool:
+def _add(draw: Draw, given: Given, feature: str) -> None:
+    if feature not in PLAIN:
+        FEATURES[feature](draw, given)
+        return
+    most, choices = PLAIN[feature][0], PLAIN[feature][1](given)
+    given.values |= some(draw, choices, most) if most else choices
+
+
+def _fits(feature: str, engine: Any) -> bool:
     """Whether an engine has what a feature changes."""
-    values = engine.values
-    if feature is _cycle:
-        return engine.cycles is not None and engine.period > 10.0
-    if feature is _indicator:
-        return engine.period > 10.0
-    if feature is _load:
-        return engine.family.high > engine.family.low
-    if feature in (_characteristic, _driver, _load_law, _load_table) and "motor_slip" in values:
-        return False
-    if feature is _characteristic:
-        return engine.family.high > engine.family.low and engine.pressure_scale is None
-    if feature is _components:
-        return engine.period > 10.0
-    if feature is _rod_inertia:
-        return "rod_mass" in values and "reciprocating_mass" not in values
-    if feature is _stepping:
-        return "motor_slip" not in values
-    return True
+    values, several_loads = engine.values, engine.family.high > engine.family.low
+    four_stroke, driven = engine.period > 10.0, "motor_slip" in values
+    return {
+        "cycle": engine.cycles is not None and four_stroke,
+        "indicator": four_stroke,
+        "load": several_loads,
+        "characteristic": several_loads and engine.pressure_scale is None and not driven,
+        "driver": not driven, "load_law": not driven, "load_table": not driven,
+        "components": four_stroke,
+        "rod_inertia": "rod_mass" in values and "reciprocating_mass" not in values,
+        "stepping": not driven,
+    }.get(feature, True)  # fmt: skip
 
 
 # --- whole scenes -------------------------------------------------------------------------------
@@ -475,14 +437,15 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     engine = engine_of(name)
     allowed = [f for f in (SIMPLE if simple else FEATURES) if _fits(f, engine)]
     # What excludes most of the others would hardly be drawn.
-    allowed += [f for f in (_driver, _characteristic, _cycle, _shaft) if f in allowed] * 2
-    chosen: list[Any] = []
+    allowed += [f for f in ("driver", "characteristic", "cycle", "shaft") if f in allowed] * 2
+    chosen: set[str] = set()
     for feature in draw(st.lists(st.sampled_from(allowed), min_size=1, max_size=6, unique=True)):
-        if not any(feature in group and group & {*chosen} for group in _EXCLUDE):
-            chosen.append(feature)
+        if not any(feature in group and group & chosen for group in _EXCLUDE):
+            chosen.add(feature)
     given = Given(engine, int(engine.values["cylinders"]))
-    for feature in sorted(chosen, key=FEATURES.index, reverse=True):  # layouts before factors
-        feature(draw, given)
+    for feature in FEATURES:
+        if feature in chosen:
+            _add(draw, given, feature)
     scene: dict[str, Any] = {"engine": name, **given.tables}
     if draw(st.booleans()):
         scene["title"] = "drawn"
@@ -503,23 +466,6 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
         scene["output"]["quantities"] = asked or ["torque_max"]
     _reference(draw, scene)
     return _valid(scene)
-
-
-SIMPLE = (
-    _masses, _rod, _size, _speed, _load, _pressure, _friction, _inertia_alone := lambda d, g: (
-        g.values.update(inertia=around(g.own["inertia"])) if "inertia" in g.own else None
-    ),
-    _exponent := lambda d, g: g.values.update(
-        load_exponent=st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), load_offset=near(0.0, 2.0)
-    ),
-)  # fmt: skip
-"""Features whose scenes `oracle` solves too."""
-
-FEATURES = (*FEATURES, _inertia_alone, _exponent)
-_EXCLUDE = (
-    *_EXCLUDE, {_inertia_alone, _inertia, _flywheel, _shaft},
-    {_exponent, _load_law, _load_table, _driver, _characteristic},
-)  # fmt: skip
 
 
 def _place(draw: Draw, scene: dict[str, Any], given: Given) -> None:

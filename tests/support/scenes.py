@@ -1,6 +1,8 @@
 """Scenes that several test files run."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,18 +21,40 @@ def asking(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> di
     return {"engine": engine, **tables, "output": output}
 
 
+def toml(value: Any) -> str:
+    """A value as scene files have it, tables inline."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, list | tuple | range):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return json.dumps(str(value) if isinstance(value, Path) else value, ensure_ascii=False)
+
+
+def write_scene(path: Path, quantities: Sequence[str] = ("delta",), **tables: Any) -> Path:
+    """That scene as a file; `scene.toml` in a folder."""
+    path = path / "scene.toml" if path.is_dir() else path
+    lines = [f"{key} = {toml(value)}\n" for key, value in asking(quantities, **tables).items()]
+    path.write_text("".join(lines), encoding="utf-8")
+    return path
+
+
 def computed(quantities: Sequence[str], engine: Any = "ntua", **tables: Any) -> xr.Dataset:
     """What that scene gives."""
     return sweeps.run(asking(quantities, engine, **tables))
 
 
-def refusal(scene: Any) -> str:
-    """The one line with which a scene is refused."""
+def refusal_of(call: Callable[[], Any]) -> str:
+    """The one line with which a call is refused."""
     with pytest.raises(SceneError) as caught:
-        read_scene(scene)
+        call()
     line = str(caught.value)
     assert "\n" not in line
     return line
+
+
+def refusal(scene: Any) -> str:
+    """The one line with which a scene is refused."""
+    return refusal_of(lambda: read_scene(scene))
 
 
 BEARINGS = {

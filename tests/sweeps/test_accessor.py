@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -76,7 +75,7 @@ def test_table_and_show(archive: xr.Dataset, capsys: pytest.CaptureFixture[str])
     assert "--" not in told
 
 
-def test_files(archive: xr.Dataset, tmp_path: Path) -> None:
+def test_files_and_reports(archive: xr.Dataset, tmp_path: Path) -> None:
     pytest.importorskip("openpyxl")
     done = archive.dyn.to_excel(tmp_path / "out.xlsx", quantities="delta")
     assert done.rows == 6
@@ -86,9 +85,7 @@ def test_files(archive: xr.Dataset, tmp_path: Path) -> None:
         archive.dyn.to_excel(tmp_path / "out.csv")
     with pytest.raises(sweeps.SceneError, match="path = 3: must be the path of a file"):
         archive.dyn.to_excel(3)
-
-
-def test_reports(archive: xr.Dataset, tmp_path: Path) -> None:
+    # Reports.
     pytest.importorskip("bokeh")
     path = archive.drop_dims("crank_angle").dyn.report(tmp_path / "out.html")
     assert "a &lt;made up&gt; archive" in path.read_text("utf-8")
@@ -117,15 +114,6 @@ def test_figures_are_those_of_matplotlib(archive: xr.Dataset) -> None:
     assert set(archive.dyn.plot(only="torque_and_speed")) == {"torque_and_speed"}
     readable = archive.dyn.plot.torque_and_speed()
     assert "rpm" in " ".join(ax.get_ylabel() for ax in readable.axes)
-
-
-def test_figures_are_drawn_into_a_panel(archive: xr.Dataset) -> None:
-    mine = Figure()
-    left, right = mine.subplots(1, 2)
-    given = archive.drop_dims("crank_angle")
-    assert given.dyn.plot.numbers(ax=left, quantities="delta") is mine
-    assert left.has_data() and not right.has_data()
-    assert matplotlib.rcParams["font.size"] == matplotlib.rcParamsDefault["font.size"]
 
 
 @pytest.mark.parametrize(

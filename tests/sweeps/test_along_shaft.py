@@ -30,10 +30,22 @@ def found(request: pytest.FixtureRequest) -> xr.Dataset:
     )  # fmt: skip
 
 
-def test_range_is_the_largest_of_the_curves(found: xr.Dataset) -> None:
+def test_range_and_journals_are_those_of_the_curves(found: xr.Dataset) -> None:
     curves = found["torque_after_throw"]
     ranges = curves.max("crank_angle") - curves.min("crank_angle")
     assert_allclose(found["torque_after_throw_range"], ranges.max("cylinder"), rtol=1e-12)
+    # All journals are taken.
+    curves = found["main_journal_load"]
+    squares = (curves**2).mean("crank_angle")
+    # The curves stand at the angles at which the kernel samples.
+    assert_allclose(
+        found["main_journal_load_rms"].transpose(*squares.dims), np.sqrt(squares), rtol=1e-12
+    )
+    assert_allclose(
+        found["all_main_journals_load_rms"], np.sqrt(squares.mean("main_bearing")), rtol=1e-12
+    )
+    largest = found["main_journal_load_max"].max("main_bearing")
+    assert_allclose(found["any_main_journal_load_max"], largest, rtol=0.0)
 
 
 def test_first_mode_takes_up_each_throw_by_its_amplitude(found: xr.Dataset) -> None:
@@ -61,17 +73,3 @@ def test_equal_cylinders_have_the_vector_sum_as_factor(found: xr.Dataset) -> Non
         found["first_mode_torque_order"].transpose(*product.dims), product,
         atol=1e-9 * float(product.max()),
     )  # fmt: skip
-
-
-def test_all_journals_are_taken(found: xr.Dataset) -> None:
-    curves = found["main_journal_load"]
-    squares = (curves**2).mean("crank_angle")
-    # The curves stand at the angles at which the kernel samples.
-    assert_allclose(
-        found["main_journal_load_rms"].transpose(*squares.dims), np.sqrt(squares), rtol=1e-12
-    )
-    assert_allclose(
-        found["all_main_journals_load_rms"], np.sqrt(squares.mean("main_bearing")), rtol=1e-12
-    )
-    largest = found["main_journal_load_max"].max("main_bearing")
-    assert_allclose(found["any_main_journal_load_max"], largest, rtol=0.0)

@@ -149,9 +149,6 @@ def _as_wide(dataset: xr.Dataset, like: xr.Dataset) -> xr.Dataset:
     return dataset.isel(cut)
 
 
-# --- by the oracle ------------------------------------------------------------------------------
-
-
 def design_at(scene: Any, dataset: xr.Dataset, places: dict[str, int]) -> solution.Design:
     """A point of a scene as the oracle takes it; the diagram is that of the packages."""
     engine = scene.engine

@@ -33,10 +33,7 @@ def of_format(path: Path, text: str) -> Path:
     return path
 
 
-# --- what version 0.1 wrote ---------------------------------------------------------------------
-
-
-def test_an_archive_of_version_0_1_is_opened(old: Path) -> None:
+def test_an_archive_of_version_0_1_is_opened(old: Path, tmp_path: Path) -> None:
     with sweeps.open(old) as archive:
         assert "archive_format" not in archive.attrs
         assert archive["delta"].sizes == {"inertia": 3, "speed": 2, "design": 2}
@@ -44,17 +41,18 @@ def test_an_archive_of_version_0_1_is_opened(old: Path) -> None:
         assert list(archive["case"].values) == ["rod 300 mm", "rod 450 mm"]
         small = sweeps.best(archive, least="delta", at_every="speed")
         assert float(small["inertia"]) == 8.0
-
-
-def test_an_archive_of_version_0_1_is_told_drawn_exported_and_compared(
-    old: Path, tmp_path: Path
-) -> None:
+    # An archive of version 0 1 is told drawn exported and compared.
     told = ok("info", old)
     assert "12 designs" in told and "converged: 12" in told
     assert len(ok("plot", old, "-o", tmp_path / "figures").splitlines()) >= 3
     ok("export", old, "-o", tmp_path / "old.csv")
     assert len((tmp_path / "old.csv").read_text().splitlines()) == 13
     assert "axes: the same" in ok("compare", old, OLD, "--tolerance", "0")
+    # An archive of version 0 1 is not extended.
+    line = refused("extend", old, "--axis", "speed=1200")
+    assert "would be made in a different way now: version of engine-dyn (was 0.1.0" in line
+    assert "; version of kernels (was" in line
+    assert "`engine-dyn rerun` computes it again" in line
 
 
 def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) -> None:
@@ -65,13 +63,6 @@ def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) 
     ok("compare", old, tmp_path / "now.nc", "--tolerance", "1e-7")
     with sweeps.open(tmp_path / "now.nc") as archive:
         assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
-
-
-def test_an_archive_of_version_0_1_is_not_extended(old: Path) -> None:
-    line = refused("extend", old, "--axis", "speed=1200")
-    assert "would be made in a different way now: version of engine-dyn (was 0.1.0" in line
-    assert "; version of kernels (was" in line
-    assert "`engine-dyn rerun` computes it again" in line
 
 
 def test_a_merged_archive_tells_the_versions_that_computed_it(old: Path, tmp_path: Path) -> None:
@@ -107,17 +98,6 @@ def test_a_built_in_scene_is_planned_from_an_archive_of_another_place(tmp_path: 
     plan = plan_of(contents)
     assert plan.scene.reference is not None
     assert differences(contents.identity, identity(plan)) == []
-
-
-# --- other formats ------------------------------------------------------------------------------
-
-
-def test_archives_carry_their_format(tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "output": {"quantities": ["mean_piston_speed"]}}
-    assert sweeps.run(scene).attrs["archive_format"] == str(ARCHIVE_FORMAT)
-    sweeps.stream(scene, tmp_path / "out.nc")
-    with sweeps.open(tmp_path / "out.nc") as archive:
-        assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
 
 
 def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:

@@ -325,9 +325,6 @@ def test_reference_is_refused(case: int, tmp_path: Path) -> None:
     refused(tmp_path, scene(body + '[reference]\nfile = "published.csv"'), "published.csv", *words)
 
 
-# --- the command's own arguments ----------------------------------------------------------------
-
-
 @pytest.mark.parametrize("command", ["run", "plan"])
 def test_missing_scene(command: str, tmp_path: Path) -> None:
     more = ["-o", tmp_path / "out.nc"] if command == "run" else []
@@ -335,12 +332,6 @@ def test_missing_scene(command: str, tmp_path: Path) -> None:
     one_line(invoke(command, tmp_path, *more), str(tmp_path), "cannot be read")
     one_line(invoke(command, tmp_path / "a.toml", *more), "a.toml", "no such file")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_scene_that_is_no_text(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_bytes(b"\xff\xfe\x00")
-    one_line(invoke("plan", path), "scene.toml", "not a text file")
 
 
 def test_output_is_checked_before_anything_is_computed(
@@ -361,13 +352,6 @@ def test_output_is_checked_before_anything_is_computed(
     assert list(tmp_path.iterdir()) == [existing]
 
 
-def test_a_scene_does_not_overwrite_itself(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(scene())
-    one_line(invoke("run", path, "-o", path, "--overwrite"), "scene itself")
-    assert path.read_text() == scene()
-
-
 @pytest.mark.parametrize("command", ["plot", "info"])
 def test_no_archive(command: str, tmp_path: Path) -> None:
     text = tmp_path / "text.nc"
@@ -385,25 +369,12 @@ def test_no_archive(command: str, tmp_path: Path) -> None:
     assert sorted(tmp_path.iterdir()) == [foreign, short, text]
 
 
-def test_click_refuses_with_status_2(tmp_path: Path) -> None:
-    out = tmp_path / "out.nc"
-    assert invoke("run", "first").exit_code == 2
-    assert invoke("run", "first", "-o", out, "--threads", "0").exit_code == 2
-    assert invoke("run", "first", "-o", out, "--thread").exit_code == 2
-    assert invoke("list", "quantity").exit_code == 2
-    assert invoke("rnu").exit_code == 2
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_new_refuses_an_existing_file(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("mine")
     one_line(invoke("new", path), "scene.toml", "exists")
     one_line(invoke("new", path / "x"), "cannot be written")
     assert path.read_text() == "mine"
-
-
-# --- from Python --------------------------------------------------------------------------------
 
 
 ASKED = {"engine": "ntua", "output": {"quantities": ["delta"]}}

@@ -16,14 +16,11 @@ from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok
-from tests.support.scenes import computed
+from tests.support.scenes import computed, write_scene
 
 pytestmark = pytest.mark.compiled
 
 RPM = math.pi / 30.0
-
-
-# --- balance --------------------------------------------------------------------------------------
 
 
 def test_forces_on_axes() -> None:
@@ -59,18 +56,6 @@ def test_forces_on_axes() -> None:
                 here["shaking_moment"].values, [moment.real, moment.imag], rtol=1e-12, atol=1e-8
             )
             assert float(here["shaking_force_max"]) == float(gear.force_max())
-
-
-def test_nothing_is_computed_on_an_axis_that_it_does_not_depend_on() -> None:
-    found = computed(
-        ["balance_shaft_required", "unbalanced_mass", "shaking_force_rms"],
-        set={"balance_shaft_radius": 0.03},
-        axes={"inertia": [1, 2], "speed": [1000, 1200], "counterweight_fraction": [0.2, 0.4]},
-    )
-    assert found["balance_shaft_required"].dims == ()
-    assert found["unbalanced_mass"].dims == ("counterweight_fraction",)
-    assert found["shaking_force_rms"].dims == ("speed", "counterweight_fraction")
-    assert found.attrs["axes_without_effect"] == "inertia"
 
 
 def test_counterweights_by_mass_and_by_fraction_agree() -> None:
@@ -159,9 +144,6 @@ def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None
     assert float(own["shaking_force_max"]) != float(half["shaking_force_max"])
 
 
-# --- flywheel -------------------------------------------------------------------------------------
-
-
 def test_wanted_delta_replaces_the_inertia() -> None:
     found = computed(
         ["inertia_required", "delta", "omega_max", "inertia_energy_swing_error", "inertia_share",
@@ -204,16 +186,10 @@ def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
     in_parts = computed(["delta"], set={**{k: v for k, v in given.items() if k != "wanted_delta"},
                                    "flywheel_inertia": float(added)})  # fmt: skip
     assert float(in_parts["delta"]) == pytest.approx(1 / 300, rel=1e-6)
-
-
-def test_flywheel_of_a_driven_machine() -> None:
-    found = computed(["inertia_required", "delta"], engine="compressor_79x83",
-                axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
-    assert (found["status"] == 0).all()
-    np.testing.assert_allclose(found["delta"], found["wanted_delta"], rtol=1e-6)
-
-
-# --- speed characteristic -------------------------------------------------------------------------
+    driven = computed(["inertia_required", "delta"], engine="compressor_79x83",
+                      axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
+    assert (driven["status"] == 0).all()
+    np.testing.assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["diesel", "propeller"])
@@ -287,9 +263,6 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
     )  # fmt: skip
     assert int(none["status"]) == 4
     assert np.isnan(float(none["inertia_required"]))
-
-
-# --- built-in scenes and their figures ------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -368,6 +341,7 @@ def test_two_opposed_cylinders_of_the_lecture() -> None:
 
 
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
+    """Forces that are nothing get no curve of their vector, and no scale of their own."""
     names = ["reciprocating_force", "shaking_force", "shaking_force_first"]
     files = [path.stem for path in draw(asgari[names], tmp_path)]
     assert files[0] == "shaking_force_over_angle"
@@ -377,12 +351,9 @@ def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
     alone = asgari[["shaking_force"]].isel(design=[0])
     files = [path.stem for path in draw(alone, tmp_path / "one")]
     assert files == ["shaking_force_over_angle", "shaking_force_polar"]
-
-
-def test_figures_of_what_is_balanced(tmp_path: Path) -> None:
-    """Forces that are nothing get no curve of their vector, and no scale of their own."""
     names = ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_moment_max"]
-    files = [path.stem for path in draw(sweeps.run("lecture18_opposed")[names], tmp_path)]
+    opposed = sweeps.run("lecture18_opposed")[names]
+    files = [path.stem for path in draw(opposed, tmp_path / "opposed")]
     assert "shaking_moment_over_angle_speed" in files
     assert not any(stem.startswith("shaking_force") for stem in files)  # 0 N
     assert not any("polar" in stem for stem in files)  # the moment moves along a line
@@ -398,14 +369,12 @@ def test_a_v8_has_its_spacing_and_a_missing_fraction_its_reason(
     engine: str, tmp_path: Path
 ) -> None:
     """Throws that cancel have no best fraction of the force; that of the moment is a half."""
-    scene, archive = tmp_path / "v8.toml", tmp_path / "v8.nc"
-    lines = [
-        f'engine = "{engine}"', "[set]", "balance_shaft_radius = 0.03", "[axes]",
-        "counterweight_fraction = [0.4, 0.5, 0.6]",
-        f"balance_shaft_mass = {[0.1 * k for k in range(12)]}", "[output]",
-        'quantities = ["best_fraction_rms", "shaking_moment_rms"]',
-    ]  # fmt: skip
-    scene.write_text("\n".join(lines), encoding="utf-8")
+    archive = tmp_path / "v8.nc"
+    scene = write_scene(
+        tmp_path, ["best_fraction_rms", "shaking_moment_rms"], engine=engine,
+        set={"balance_shaft_radius": 0.03}, axes={"counterweight_fraction": [0.4, 0.5, 0.6],
+        "balance_shaft_mass": [0.1 * k for k in range(12)]},
+    )  # fmt: skip
     ok("run", scene, "-o", archive)
     for more in ((), ("--select", "balance_shaft_mass=0")):  # many rows, and few
         text = " ".join(ok("show", archive, *more).split())

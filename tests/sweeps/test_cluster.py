@@ -26,7 +26,7 @@ from sweeps.running.options import Options
 from tests.support.archives import assert_same, interrupted, plan_of
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
-from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP, write_scene
 
 cloudpickle = pytest.importorskip("cloudpickle")
 distributed = pytest.importorskip("distributed")
@@ -39,15 +39,20 @@ pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 cloudpickle.register_pickle_by_value(sys.modules[__name__])
 
 
+def workers(number: int, threads: int = 1, processes: bool = True, **more: Any) -> Any:
+    """A scheduler with so many workers."""
+    return distributed.LocalCluster(
+        n_workers=number, threads_per_worker=threads, processes=processes, memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=60, **more,
+    )  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
     """A scheduler with two workers, processes of one thread each."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(ROOT))
-        with distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, memory_limit=0,
-            dashboard_address="127.0.0.1:0", silence_logs=50,
-        ) as running:  # fmt: skip
+        with workers(2) as running:
             yield running.scheduler_address
 
 
@@ -55,6 +60,14 @@ def scheduler() -> Iterator[str]:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some ten blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e5)
+
+
+@pytest.fixture
+def scene(tmp_path: Path, small: None) -> Path:
+    """A file of many designs, which are some ten blocks."""
+    path = tmp_path / "scene.toml"
+    path.write_text(LARGE_MAP)
+    return path
 
 
 def same_but_machine(path: Path, expected: xr.Dataset) -> None:
@@ -82,13 +95,10 @@ def test_archive_is_that_of_a_local_run(
         (tmp_path / "my.toml").write_text(engine)
         pressure = (ENGINES / "diesel_105x137_pressure.csv").read_text()
         (tmp_path / "diesel_105x137_pressure.csv").write_text(pressure)
-        (tmp_path / "table.csv").write_text(
-            "inertia,case\n" + "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
-        )
-        scene.write_text(
-            'engine = "my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
-            '[output]\nquantities = ["delta", "imep"]\n'
-        )
+        table = "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
+        (tmp_path / "table.csv").write_text("inertia,case\n" + table)
+        own = {"engine": "my.toml", "designs": {"file": "table.csv"}}
+        write_scene(scene, ["delta", "imep"], **own, axes={"speed": [1200, 1500]})
     if name != "one block":
         monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     single = name == "float32"
@@ -103,9 +113,7 @@ def test_archive_is_that_of_a_local_run(
     assert not list(tmp_path.glob("*.partial"))
 
 
-def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, small: None) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
+def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, scene: Path) -> None:
     for part in ("1/2", "2/2"):
         path = tmp_path / f"{part[0]}.nc"
         result = ok("run", scene, "-o", path, "--shard", part, "--scheduler", scheduler)
@@ -199,10 +207,8 @@ def wait_for(what: Callable[[], bool]) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 def test_a_killed_worker_costs_its_blocks_and_nothing_else(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene: Path
 ) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
     monkeypatch.setattr(worker, "block", slow_block)
     killed: list[int] = []
 
@@ -257,10 +263,8 @@ def finished(folder: Path) -> dict[str, int]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 def test_resume_after_the_client_was_killed(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene: Path
 ) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
     process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", scheduler, folder=tmp_path)
     wait_for(lambda: len(finished(tmp_path)) >= 3 or process.poll() is not None)
     process.kill()
@@ -280,10 +284,8 @@ def test_resume_after_the_client_was_killed(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, small: None) -> None:
+def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, scene: Path) -> None:
     """A terminal sends the signal to all of them; a local run goes on with what they leave."""
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
     process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", "local:2", folder=tmp_path)
     wait_for(lambda: len(finished(tmp_path)) >= 2 or process.poll() is not None)
     os.killpg(process.pid, signal.SIGINT)
@@ -419,10 +421,7 @@ def test_workers_that_do_not_fit(
 
 
 def test_workers_of_several_threads(tmp_path: Path) -> None:
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", memory_limit=0,
-        dashboard_address="127.0.0.1:0", silence_logs=50,
-    ) as running:  # fmt: skip
+    with workers(1, threads=2, processes=False, protocol="tcp") as running:
         address = running.scheduler_address
         text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", address)
     assert "has 2 threads; must have one (--nthreads 1" in text
@@ -470,10 +469,8 @@ def full_disk(folder: str, key: str, number: int) -> Any:
 
 
 def test_a_full_disk_is_told_by_the_workers(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene: Path
 ) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
     with monkeypatch.context() as patch:
         patch.setattr(worker, "block", full_disk)
         result = invoke("run", scene, "-o", tmp_path / "out.nc", "--scheduler", scheduler)
@@ -511,17 +508,12 @@ def test_a_block_that_kills_its_workers_ends_the_run(
 
 
 def test_a_scheduler_that_goes_away(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene: Path
 ) -> None:
     """The blocks stay; a run of one process goes on with them."""
-    scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE_MAP)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setattr(worker, "block", slow_block)
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=True, memory_limit=0,
-        dashboard_address="127.0.0.1:0", silence_logs=60,
-    ) as running:  # fmt: skip
+    with workers(1) as running:
 
         def leave() -> None:
             wait_for(lambda: ended(tmp_path) >= 2)
@@ -558,14 +550,3 @@ def test_resume_on_another_kind_of_machine_is_refused(
         assert f"cannot be resumed, because it belongs to a different run: {key} (" in result
     assert len(Partial.of(output).finished()) == 3
     assert into_archive.run(plan, output, Options(resume=True)).before == 3
-
-
-def test_differences_of_machines_in_words() -> None:
-    one = {"processor": "znver3", "instructions": "avx avx2 fma", "C library": "glibc 2.31"}
-    other = {"processor": "znver4", "instructions": "avx avx512f fma", "C library": "glibc 2.31"}
-    assert provenance.kind_differences(one, one) == []
-    assert provenance.kind_differences(one, other) == [
-        "processor (was znver3, is znver4)",
-        "instructions (without avx2, with avx512f)",
-    ]
-    assert provenance.kind_differences({}, one)[0] == "processor (was not known, is znver3)"

@@ -153,8 +153,6 @@ def test_the_checker_finds_what_is_wrong(tmp_path: Path) -> None:
     assert "furlong per whim" in told and "flag_" in told
 
 
-# --- units --------------------------------------------------------------------------------------
-
 NODES = {**QUANTITIES, **PARAMETERS, **DIMENSIONS}
 
 

@@ -154,19 +154,6 @@ def test_only_the_diagrams_of_a_load_have_to_be_cycles() -> None:
     assert np.isnan(least["imep"].values).tolist() == [False, True, True]
 
 
-def test_several_axes_of_cycles() -> None:
-    """A grid over two parameters and the load is its designs."""
-    axes = {"heat": [18.0, 26.0], "combustion_start": [-30.0, -20.0, -12.0], "load": [50.0, 100.0]}
-    scene = {"engine": "si_four_87x101", "output": {"quantities": list(QUANTITIES)}}
-    grid = sweeps.run({**scene, "axes": axes})
-    each = np.stack([a.reshape(-1) for a in np.meshgrid(*axes.values(), indexing="ij")])
-    listed = sweeps.run({**scene, "designs": dict(zip(axes, each.tolist(), strict=True))})
-    for name in QUANTITIES:
-        np.testing.assert_allclose(
-            grid[name].values.reshape(-1), listed[name].values, rtol=1e-12, err_msg=name
-        )
-
-
 def test_orders_and_loads_of_bearings_are_those_of_single_diagrams(tmp_path: Path) -> None:
     """A scene whose engine file has the numbers of a design gives the same by other code."""
     names = ("gas_torque_order", "gas_torque_phase", "crank_pin_load_max", "main_journal_load_max",

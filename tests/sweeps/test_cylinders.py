@@ -20,7 +20,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
-from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal
+from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal, refusal_of
 from tests.support.shafts import complete_shaft
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
@@ -99,26 +99,6 @@ def test_engines_of_17_to_24_cylinders(count: int, arrangement: Any) -> None:
     # A shaft of so much inertia gains the work between its extremes: delta = W/(Theta omega^2).
     swing = float(found["energy_swing"]) / (20.0 * (1200.0 * np.pi / 30.0) ** 2)
     assert float(found["delta"]) == pytest.approx(swing, rel=0.02)
-
-
-@pytest.mark.compiled
-def test_curves_of_an_uneven_engine() -> None:
-    """Torque along the shaft ends in the whole engine's; a V engine has two cylinders a throw."""
-    names = ("torque", "gas_torque", "inertia_torque", "omega", "torque_after_throw", "pressure",
-             "inertia_torque_actual", "angular_acceleration", "torque_mean", "friction_torque",
-             "torque_max")  # fmt: skip
-    found = run(
-        quantities=names, set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"}
-    )
-    shaft = found["torque_after_throw"]
-    assert int(np.isfinite(shaft).any("crank_angle").sum()) == 3
-    swing = float(np.ptp(found["torque"].values))
-    np.testing.assert_allclose(shaft[0], found["torque"], atol=1e-10 * swing)
-    assert float(found["torque"].mean()) == pytest.approx(float(found["torque_mean"]), rel=1e-4)
-    assert float(found["torque"].max()) == pytest.approx(float(found["torque_max"]), rel=1e-3)
-    # Three times the same within the cycle.
-    np.testing.assert_allclose(found["omega"][:240], found["omega"][240:480], rtol=1e-12)
-    assert float(np.ptp(found["omega"][:120].values - found["omega"][120:240].values)) > 1e-3
 
 
 def test_engine_file_with_an_arrangement(tmp_path: Path) -> None:
@@ -259,23 +239,6 @@ def test_a_crankshaft_that_is_written_out(tmp_path: Path) -> None:
 def test_crankshafts_that_are_none(change: dict[str, Any], message: str) -> None:
     told = refusal(scene(set={"cylinders": 4, "arrangement": {**V4, **change}}))
     assert re.match(rf"scene: \[set\] arrangement: .*{message}", told)
-
-
-@pytest.mark.compiled
-def test_archive_keeps_the_arrangement() -> None:
-    found = run(
-        quantities=("torque_mean",),
-        set={"cylinders": 2, "arrangement": "V2 45", "pressure_factor": [1, 0.9]},
-    )
-    kept = json.loads(found.attrs["arrangement"])
-    assert kept["name"] == "V2 45 shared-pin"
-    assert kept["firing_angles"] == [0.0, 405.0]
-    assert kept["pressure_factor"] == [1.0, 0.9]
-    assert kept["banks"] == [0.0, 45.0]
-    other = run(quantities=("torque_mean",), set={"cylinders": 3})
-    assert json.loads(other.attrs["arrangement"])["name"].startswith("in-line 3")
-    several = run(quantities=("torque_mean",), axes={"cylinders": [2, 3]})
-    assert "arrangement" not in several.attrs
 
 
 @pytest.mark.compiled
@@ -492,12 +455,6 @@ def test_offset_with_a_given_rod() -> None:
     assert float(rod["imep"]) == pytest.approx(float(ratio["imep"]), rel=1e-12)
 
 
-def test_offset_in_an_engine_file(tmp_path: Path) -> None:
-    body = VALUES.replace("stroke = 0.18", "stroke = 0.18\npin_offset = 0.03")
-    engine = load_engine(written(tmp_path, body + modelled()), Path())
-    assert engine.values["crank_ratio"] == float(crank_radius(0.18, 0.35, 0.03)) / 0.35
-
-
 # --- bad input ----------------------------------------------------------------------------------
 
 
@@ -608,9 +565,7 @@ def test_values_of_one_design_go_together(designs: dict[str, list[float]]) -> No
 )  # fmt: skip
 def test_engine_files_that_are_none(tmp_path: Path, change: tuple[str, str], message: str) -> None:
     path = written(tmp_path, VALUES.replace(*change) + modelled())
-    with pytest.raises(SceneError, match=message) as caught:
-        load_engine(path, Path())
-    assert "\n" not in str(caught.value)
+    assert re.search(message, refusal_of(lambda: load_engine(path, Path())))
 
 
 def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> None:
@@ -621,21 +576,6 @@ def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> No
     file.write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
     told = refusal(scene(set={"pressure_factor": [0.0]}, indicator={"file": str(file)}))
     assert re.search(r"\[set\] pressure_factor: .* no compression line", told)
-
-
-@pytest.mark.compiled
-def test_arrangements_with_other_numbers_of_throws() -> None:
-    """Past an arrangement's last throw and journal there is nothing."""
-    found = sweeps.run(
-        {"engine": "ntua", "axes": {"arrangement": ["V4 90", "in-line 4"]},
-         "set": {"cylinders": 4},
-         "output": {"quantities": ["main_journal_load_max", "torque_after_throw"],
-                    "angle_step": 30.0}}
-    )  # fmt: skip
-    known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
-    assert known.values.tolist() == [3, 5]
-    throws = np.isfinite(found["torque_after_throw"]).all("crank_angle").sum("cylinder")
-    assert throws.values.tolist() == [2, 4]
 
 
 # --- parameters of single cylinders ---------------------------------------------------------------

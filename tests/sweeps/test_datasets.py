@@ -29,7 +29,7 @@ def dataset() -> xr.Dataset:
     return sweeps.run(SCENE)
 
 
-def test_every_variable_is_described(dataset: xr.Dataset) -> None:
+def test_every_variable_is_described_and_words_are_coordinates(dataset: xr.Dataset) -> None:
     for name, variable in dataset.variables.items():
         assert variable.attrs["long_name"], name
         cf_units.Unit(variable.attrs["units"])
@@ -38,12 +38,17 @@ def test_every_variable_is_described(dataset: xr.Dataset) -> None:
     assert json.loads(dataset.attrs["scene"]) == SCENE
     for key in ("title", "history", "source", "software", "engine", "parameters"):
         assert dataset.attrs[key], key
-
-
-def test_words_are_auxiliary_coordinates(dataset: xr.Dataset) -> None:
+    # Words are auxiliary coordinates.
     assert dataset["delta"].dims == ("inertia", "load_offset", "method")
     assert dataset["method"].values.tolist() == [0, 1]
     assert dataset["method_name"].values.tolist() == ["auto", "thesis"]
+    # Angles and means.
+    angle = dataset["crank_angle"].values
+    assert (angle[0], angle[-1], len(angle)) == (-360.0, 356.0, 180)
+    mean = dataset["torque"].mean("crank_angle")
+    single = sweeps.run({"engine": "ntua", "output": {"quantities": ["torque_mean"]}})
+    swing = float(dataset["torque"].max() - dataset["torque"].min())
+    assert float(mean) == pytest.approx(float(single["torque_mean"]), abs=1e-6 * swing)
 
 
 def test_outcomes_and_numbers_belong_together(dataset: xr.Dataset) -> None:
@@ -56,15 +61,6 @@ def test_outcomes_and_numbers_belong_together(dataset: xr.Dataset) -> None:
     np.testing.assert_array_equal(np.isfinite(dataset["omega"]).all("crank_angle"), good)
     for name in ("torque", "friction_torque", "imep", "load_coefficient"):
         assert np.isfinite(dataset[name]).all()
-
-
-def test_angles_and_means(dataset: xr.Dataset) -> None:
-    angle = dataset["crank_angle"].values
-    assert (angle[0], angle[-1], len(angle)) == (-360.0, 356.0, 180)
-    mean = dataset["torque"].mean("crank_angle")
-    single = sweeps.run({"engine": "ntua", "output": {"quantities": ["torque_mean"]}})
-    swing = float(dataset["torque"].max() - dataset["torque"].min())
-    assert float(mean) == pytest.approx(float(single["torque_mean"]), abs=1e-6 * swing)
 
 
 def test_unit_of_load_coefficient_only_where_it_has_one() -> None:

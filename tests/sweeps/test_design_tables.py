@@ -216,8 +216,6 @@ def test_without_pyarrow_it_is_said_how_to_get_it(
     refused(path, "pip install", "engine-dyn[parquet]")
 
 
-# --- the fast way of CSV and the careful one ----------------------------------------------------
-
 FIELDS = st.one_of(
     st.floats(1e-3, 1e6).map(repr),
     st.sampled_from(
@@ -285,9 +283,6 @@ def test_numbers_are_read_to_the_last_digit(tmp_path: Path) -> None:
     path.write_text("inertia\n" + "\n".join(texts) + "\n")
     columns, _ = read_designs(path, "table.csv")
     np.testing.assert_array_equal(columns["inertia"], [float(t) for t in texts])
-
-
-# --- a million rows -----------------------------------------------------------------------------
 
 
 def test_rows_are_read_without_looking_at_each(

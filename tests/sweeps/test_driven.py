@@ -148,7 +148,7 @@ def test_factors_on_tables() -> None:
 
 
 @compiled
-def test_a_motor_by_its_slip_follows_the_speed() -> None:
+def test_a_motor_by_its_slip_and_behind_a_gear() -> None:
     keys = {**MOTORED, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 90.0}
     slip = run(["delta", "driver_factor"], set={**keys, "motor_slip": 0.04},
                axes={"speed": [800.0, 1200.0]})  # fmt: skip
@@ -157,11 +157,7 @@ def test_a_motor_by_its_slip_follows_the_speed() -> None:
     assert slip["status"].values.tolist() == [0, 0]
     assert fixed["status"].values.tolist() == [2, 0]  # beyond the breakdown
     np.testing.assert_allclose(slip["delta"][1], fixed["delta"][1], rtol=1e-12)
-
-
-@compiled
-def test_a_motor_behind_a_gear() -> None:
-    """Speeds at its shaft are i times the crank's, its torque at the crank is i times its own."""
+    # Speeds at its shaft are i times the crank's, its torque at the crank is i times its own.
     asked = ["delta", "driver_factor", "driver_torque"]
     at_crank = run(asked, set={**MOTORED, **MOTOR})
     own = {
@@ -194,6 +190,19 @@ def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
     for key, value in (("heat", 12.0), ("misfire", 1), ("mass_factor_2", 1.1), ("cylinders", 4)):
         other = scene(engine="si_four_87x101", set={key: value})
         assert make_plan(read_scene(other)).unused_settings == ()
+    # A gear turns nothing without a load over its own angle or speed or an inertia behind it.
+    for engine, more, unused in (
+        ("ntua", {}, ("gear_ratio",)),
+        ("ntua", {"load_inertia": 0.0, "flywheel_inertia": 2.0}, ("gear_ratio",)),
+        ("compressor_79x83", {}, ("gear_ratio",)), ("compressor_79x83", {"load_inertia": 0.01}, ()),
+    ):  # fmt: skip
+        raw = scene(engine=engine, set=more, axes={"gear_ratio": [1.0, 2.0]})
+        assert make_plan(read_scene(raw)).unused == unused
+    raw = scene(engine="diesel_105x137", set={"load_table": "own.csv", "load_exponent": 1.6},
+                axes={"gear_ratio": [0.5, 1.5]})  # fmt: skip
+    told = forecast.text(make_plan(read_scene(raw)))
+    assert "360 or 120 (6 cylinders)" in told
+    assert "load over angle: repeats 2, 6 times a cycle" in told
 
 
 def test_torques_beyond_any_machine_are_refused(tmp_path: Path) -> None:
@@ -203,18 +212,6 @@ def test_torques_beyond_any_machine_are_refused(tmp_path: Path) -> None:
         (tmp_path / "load.csv").write_text(rows + "\n")
         told = refused(set={"load_table": str(tmp_path / "load.csv")})
         assert re.search(r"line 3: .* must be at most 1e\+12", told)
-
-
-def test_a_gear_that_turns_nothing_is_reported() -> None:
-    """Neither a load over its own angle or speed nor an inertia is behind it."""
-    for engine, more, unused in (
-        ("ntua", {}, ("gear_ratio",)),
-        ("ntua", {"load_inertia": 0.0, "flywheel_inertia": 2.0}, ("gear_ratio",)),
-        ("compressor_79x83", {}, ("gear_ratio",)),
-        ("compressor_79x83", {"load_inertia": 0.01}, ()),
-    ):
-        raw = scene(engine=engine, set=more, axes={"gear_ratio": [1.0, 2.0]})
-        assert make_plan(read_scene(raw)).unused == unused
 
 
 PUMP = """
@@ -283,20 +280,31 @@ def test_a_pump_on_a_motor(folder: Path) -> None:
     assert float(one[1]["energy_swing"]) > 10.0 * float(three["energy_swing"])
 
 
+BOTH = (ENGINES / "compressor_79x83.toml").read_text("utf-8")
+
+
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("text", "change", "words"),
     [
-        (("61.5", "1.2"), "delivery_pressure = 1.2 bar: must be above suction_pressure, 1.5 bar"),
-        (("suction_pressure = 1.5", "suction_pressure = 1.5\nsuction_loss = 1"),
+        (PUMP, ("61.5", "1.2"),
+         "delivery_pressure = 1.2 bar: must be above suction_pressure, 1.5 bar"),
+        (PUMP, ("suction_pressure = 1.5", "suction_pressure = 1.5\nsuction_loss = 1"),
          "suction_loss = 1 bar: must be at most half of suction_pressure"),
-        (("valve_ramp = 5", "valve_ramp = 0"), "valve_ramp = 0 degree: must be between 3 and 90"),
-        (("valve_ramp = 5", ""), "valve_ramp: missing; must be a number in degree"),
-        (("valve_ramp = 5", "valve_ramp = 5\nheat = 3"), "heat: unknown key"),
-        (('"two-stroke"', '"four-stroke"'), "kind = 'pump': must belong to a two-stroke engine"),
+        (PUMP, ("valve_ramp = 5", "valve_ramp = 0"),
+         "valve_ramp = 0 degree: must be between 3 and 90"),
+        (PUMP, ("valve_ramp = 5", ""), "valve_ramp: missing; must be a number in degree"),
+        (PUMP, ("valve_ramp = 5", "valve_ramp = 5\nheat = 3"), "heat: unknown key"),
+        (PUMP, ('"two-stroke"', '"four-stroke"'),
+         "kind = 'pump': must belong to a two-stroke engine"),
+        (BOTH, ("[values]", "[values]\ninertia = 1.0"), "has both inertia and flywheel_inertia"),
+        (BOTH, ("[values]", "[values]\nmotor_synchronous_speed = 1600"),
+         "has both motor_slip and motor_synchronous_speed"),
     ],
 )  # fmt: skip
-def test_pumps_that_are_none(folder: Path, change: tuple[str, str], words: str) -> None:
-    (folder / "pump.toml").write_text(PUMP.replace(*change), encoding="utf-8")
+def test_machines_that_are_none(
+    folder: Path, text: str, change: tuple[str, str], words: str
+) -> None:
+    (folder / "pump.toml").write_text(text.replace(*change), encoding="utf-8")
     assert words in refused(engine="pump.toml")
 
 
@@ -327,27 +335,7 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     assert "driver_table: torque over the crank speed from 1000 to 1500 rpm, 3 points" in told
 
 
-def test_the_plan_tells_how_often_the_load_repeats() -> None:
-    raw = scene(engine="diesel_105x137", set={"load_table": "own.csv", "load_exponent": 1.6},
-                axes={"gear_ratio": [0.5, 1.5]})  # fmt: skip
-    told = forecast.text(make_plan(read_scene(raw)))
-    assert "360 or 120 (6 cylinders)" in told
-    assert "load over angle: repeats 2, 6 times a cycle" in told
-
-
 # --- bad input ----------------------------------------------------------------------------------
-
-
-def test_tables_that_do_not_cover_the_speed() -> None:
-    told = refused(set={"load_table": "fan.csv"}, axes={"speed": [1000, 2500]})
-    assert told == (
-        "scene: [axes] speed = 2500: must be from 600 to 2000 rpm, which load_table covers"
-    )
-    write("slow.csv", "speed_rpm", [100.0, 900.0], [1.0, 2.0])
-    told = refused(set={"driver_table": "slow.csv"})
-    assert told == (
-        "scene: speed of engine ntua = 1200: must be from 100 to 900 rpm, which driver_table covers"
-    )
 
 
 @pytest.mark.parametrize(
@@ -397,16 +385,6 @@ def test_bad_tables_are_told_with_their_line(
     assert words in told and told.count("bad.csv") == 1
 
 
-def test_engine_files_with_both_are_refused(folder: Path) -> None:
-    text = (ENGINES / "compressor_79x83.toml").read_text("utf-8")
-    for more, words in (
-        ("inertia = 1.0", "has both inertia and flywheel_inertia"),
-        ("motor_synchronous_speed = 1600", "has both motor_slip and motor_synchronous_speed"),
-    ):
-        (folder / "mine.toml").write_text(text.replace("[values]", f"[values]\n{more}"), "utf-8")
-        assert words in refused(engine="mine.toml")
-
-
 @compiled
 def test_a_load_over_its_own_speed_is_one_over_the_cranks_through_the_gear() -> None:
     """T_L over the load's speed is i T_L(i omega) at the crank: tables of both say the same."""
@@ -437,7 +415,14 @@ def test_a_load_over_its_own_speed_is_one_over_the_cranks_through_the_gear() -> 
     assert "gear_ratio" not in other["delta"].dims
 
 
-def test_own_speeds_beside_the_table_are_told_in_both_speeds() -> None:
+def test_speeds_beside_the_tables_are_refused() -> None:
+    assert refused(set={"load_table": "fan.csv"}, axes={"speed": [1000, 2500]}) == (
+        "scene: [axes] speed = 2500: must be from 600 to 2000 rpm, which load_table covers"
+    )
+    write("slow.csv", "speed_rpm", [100.0, 900.0], [1.0, 2.0])
+    assert refused(set={"driver_table": "slow.csv"}) == (
+        "scene: speed of engine ntua = 1200: must be from 100 to 900 rpm, which driver_table covers"
+    )
     write("own.csv", "load_speed_rpm", np.array([600.0, 2000.0]), [10.0, 100.0])
     message = refused(set={"load_table": "own.csv"}, axes={"gear_ratio": [1.0, 1.9]})
     assert "speed of engine ntua = 1200 makes 2280 of the load: must be from 600 to 2000" in message

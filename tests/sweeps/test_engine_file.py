@@ -1,7 +1,5 @@
 """Engine files: the catalogue, a file of one's own, and every way in which one can be wrong."""
 
-import math
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +8,6 @@ import numpy as np
 import pytest
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.pressure.diesel_cycle import FILE_UNITS
 from engine_dyn.quantities.friction_components import NODES as FOUR_STROKE_FRICTION
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
@@ -22,8 +19,6 @@ from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
 from tests.support.scenes import NOT_OF_AN_ENGINE
 from tests.support.shafts import complete_shaft
-
-# --- the catalogue ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -61,19 +56,6 @@ def test_ntua_is_the_engine_of_table_4_1() -> None:
     np.testing.assert_allclose(peaks, [51.4, 65.4, 80.8], atol=0.1)
 
 
-def test_diesel_105x137_is_scaled_over_speed() -> None:
-    engine = load_engine("diesel_105x137", Path())
-    assert engine.pressure_scale is not None
-    speed, scale = engine.pressure_scale
-    assert (np.diff(speed) > 0.0).all()
-    assert (scale > 0.0).all()
-    assert engine.firing_order == (1, 5, 3, 6, 2, 4)
-    assert (engine.values["bore"], engine.values["stroke"]) == (0.105, 0.137)
-
-
-# --- a file of one's own ------------------------------------------------------------------------
-
-
 def test_points_are_read_from_beside_the_engine_file(tmp_path: Path) -> None:
     path = written(tmp_path, VALUES + POINTS)
     engine = load_engine(path, Path())
@@ -85,32 +67,6 @@ def test_points_are_read_from_beside_the_engine_file(tmp_path: Path) -> None:
     assert engine.firing_order is None
     expected = read_indicator(tmp_path / "pressure.csv")
     np.testing.assert_array_equal(engine.family.diagrams[0].pressure, expected.pressure)
-
-
-def test_an_engine_file_is_relative_to_its_scene(tmp_path: Path) -> None:
-    folder = tmp_path / "engines"
-    folder.mkdir()
-    written(folder, VALUES + POINTS)
-    scene = tmp_path / "scene.toml"
-    scene.write_text('engine = "engines/mine.toml"\n[output]\nquantities = ["delta"]\n')
-    assert read_scene(scene).engine.name == "mine"
-
-
-def test_an_engine_without_a_title_has_its_name(tmp_path: Path) -> None:
-    _, cycle, rest = VALUES.partition("cycle = ")
-    text = cycle + rest + modelled()
-    path = written(tmp_path, text)
-    engine = load_engine(path, Path())
-    assert (engine.name, engine.title) == (path.stem, path.stem)
-    path.write_text('name = "own"\n' + text, "utf-8")
-    assert load_engine(path, Path()).title == "own"
-
-
-def test_a_modelled_diagram_is_in_the_units_of_files(tmp_path: Path) -> None:
-    engine = load_engine(written(tmp_path, VALUES + modelled()), Path())
-    diagram = engine.family.diagrams[0]
-    assert 1e6 < diagram.peak < 2e7
-    assert abs(diagram.peak_angle) < math.radians(30.0)
 
 
 def test_everything_optional(tmp_path: Path) -> None:
@@ -126,18 +82,21 @@ def test_everything_optional(tmp_path: Path) -> None:
     assert engine.sources == ("Author 1999", "Other 2001")
     assert engine.pressure_scale is not None
     np.testing.assert_array_equal(engine.pressure_scale[1], [1.0, 1.2])
+    _, cycle, rest = VALUES.partition("cycle = ")
+    for name, head in (("mine", ""), ("own", 'name = "own"\n')):
+        plain = load_engine(written(tmp_path, head + cycle + rest + modelled()), Path())
+        assert (plain.name, plain.title) == (name, name)  # without a title
+        assert 1e6 < plain.family.diagrams[0].peak < 2e7
 
 
-def test_a_scene_may_give_what_the_engine_lacks(tmp_path: Path) -> None:
+def test_what_an_engine_lacks_is_told(tmp_path: Path) -> None:
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta"]}}
     with pytest.raises(SceneError, match=r"'delta' needs inertia .* engine mine does not give"):
         read_scene(scene)
     read_scene({**scene, "set": {"inertia": 2}})
     read_scene({**scene, "output": {"quantities": ["torque"]}})
-
-
-def test_all_that_is_missing_is_told_at_once(tmp_path: Path) -> None:
+    # All that is missing is told at once.
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta", "rotating_mass"]}}
     with pytest.raises(SceneError) as told:
@@ -165,9 +124,6 @@ def test_no_order_of_throws(tmp_path: Path) -> None:
     read_scene({"engine": str(path), **scene})
     with pytest.raises(SceneError, match="cylinders = 10: no firing order"):
         read_scene({"engine": str(path), "axes": {"cylinders": [9, 10]}, **scene})
-
-
-# --- what is refused ----------------------------------------------------------------------------
 
 
 def swapped(old: str, new: str) -> Callable[[], str]:
@@ -261,8 +217,3 @@ def test_unknown_engines_and_files() -> None:
         load_engine("NTUA", Path())
     with pytest.raises(SceneError, match="no such file"):
         load_engine("nowhere/mine.toml", Path())
-
-
-def test_every_field_of_a_cycle_is_needed() -> None:
-    table = tomllib.loads(modelled())["diagram"][0]
-    assert set(table) - {"load", "kind", "step"} == set(FILE_UNITS) - {"offset_ratio"}

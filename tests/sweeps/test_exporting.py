@@ -59,6 +59,10 @@ def test_a_table_has_the_numbers_of_the_archive(
         if name != "status":
             np.testing.assert_array_equal(table[name], expected[name])
     assert set(table["status"]) == {"converged"}
+    if kind == "parquet":
+        schema = pq.read_schema(tmp_path / "t.parquet")
+        assert schema.field("imep").metadata[b"units"] == b"bar"
+        assert schema.field("speed").metadata[b"units"] == b"rpm"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -85,13 +89,11 @@ def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
     assert {"crank_angle", "case", "imep"} <= set(table.columns)
     assert "delta" not in table.columns
     assert done.left_out == ()
-
-
-def test_parquet_tells_units(archive: xr.Dataset, tmp_path: Path) -> None:
-    sweeps.export(archive, tmp_path / "t.parquet", quantities=["imep", "delta"])
-    schema = pq.read_schema(tmp_path / "t.parquet")
-    assert schema.field("imep").metadata[b"units"] == b"bar"
-    assert schema.field("speed").metadata[b"units"] == b"rpm"
+    # The word of an axis that was cut is there too.
+    cut = sweeps.nearest(archive, method="newton")
+    sweeps.export(cut, path, quantities="delta", overwrite=True)
+    table = read(path)
+    assert set(table["method"]) == {"newton"} and "method_name" not in table.columns
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -118,35 +120,22 @@ def test_a_failure_leaves_nothing(
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_by_the_command(folder: Path, tmp_path: Path) -> None:
-    told = ok("export", folder / "a.nc", "-o", tmp_path / "deep" / "t.csv")
-    assert "28 rows, 7 columns" in told
-    first = (tmp_path / "deep" / "t.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert first.startswith("speed,inertia,")
-    ok("export", folder / "a.nc", "-o", tmp_path / "c.parquet", "--quantities", "load_torque, imep")
+def test_by_the_command_whole_or_a_slice(folder: Path, archive: xr.Dataset, tmp_path: Path) -> None:
+    path, source = tmp_path / "deep" / "t.csv", folder / "a.nc"
+    assert "28 rows, 7 columns" in ok("export", source, "-o", path)
+    assert path.read_text(encoding="utf-8").startswith("speed,inertia,")
+    ok("export", source, "-o", tmp_path / "c.parquet", "--quantities", "load_torque, imep")
     assert len(read(tmp_path / "c.parquet")) > 28
-
-
-def test_a_slice_is_exported(folder: Path, archive: xr.Dataset, tmp_path: Path) -> None:
-    path = tmp_path / "t.csv"
     first = float(archive.speed[0])
-    ok(
-        "export",
-        folder / "a.nc",
-        "-o",
-        path,
-        "--select",
-        f"speed={first}",
-        "--units",
-        "speed=rad/s",
-    )
+    chosen = ("--select", f"speed={first}", "--units", "speed=rad/s", "--overwrite")
+    ok("export", source, "-o", path, *chosen)
     table, part = read(path), archive.isel(speed=0)
     np.testing.assert_array_equal(table["delta"], part.delta)
     np.testing.assert_allclose(table["speed"], first * np.pi / 30.0)
-    told = invoke("export", folder / "a.nc", "-o", path, "--select", "speed=1501", "--overwrite")
+    told = invoke("export", source, "-o", path, "--select", "speed=1501", "--overwrite")
     assert "speed = 1501 is not in the archive; the nearest value, 1500, was taken" in told.stderr
     outside = ("--select", "speed=9", "--overwrite")
-    assert "speed = 9: outside the axis" in refused("export", folder / "a.nc", "-o", path, *outside)
+    assert "speed = 9: outside the axis" in refused("export", source, "-o", path, *outside)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "xlsx"])
@@ -155,13 +144,6 @@ def test_one_design_is_exported_without_naming_quantities(
 ) -> None:
     done = sweeps.export(archive.isel(speed=0, inertia=1), tmp_path / f"t.{ending}")
     assert done.rows == 1 and {"speed", "inertia", "delta"} <= set(done.columns)
-
-
-def test_the_word_of_an_axis_that_was_cut_is_exported(tmp_path: Path) -> None:
-    archive = sweeps.run(DESIGN_TABLE)
-    sweeps.export(sweeps.nearest(archive, method="newton"), tmp_path / "t.csv", quantities="delta")
-    table = read(tmp_path / "t.csv")
-    assert set(table["method"]) == {"newton"} and "method_name" not in table.columns
 
 
 def test_a_curve_and_orders_are_two_tables(tmp_path: Path) -> None:
@@ -210,9 +192,6 @@ def test_what_is_refused(
     assert "pip install 'engine-dyn[parquet]'" in text
 
 
-# --- Excel ----------------------------------------------------------------------------------------
-
-
 def test_an_excel_file_has_units_and_what_was_assumed(archive: xr.Dataset, tmp_path: Path) -> None:
     done = sweeps.export(archive, tmp_path / "results.xlsx")
     sheets = pd.read_excel(tmp_path / "results.xlsx", sheet_name=None, header=None)
@@ -233,25 +212,22 @@ def test_an_excel_file_has_units_and_what_was_assumed(archive: xr.Dataset, tmp_p
     assert "history" in set(sheets["provenance"][0])
 
 
-def test_texts_of_an_excel_file_are_not_computed(archive: xr.Dataset, tmp_path: Path) -> None:
+def test_texts_of_an_excel_file_are_not_computed_and_more_rows_than_it_has_refused(
+    archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from openpyxl import load_workbook
+
+    from sweeps.exploring import excel
 
     data = archive.assign_attrs(title='=HYPERLINK("http://localhost")')
     sweeps.export(data, tmp_path / "results.xlsx")
     book = load_workbook(tmp_path / "results.xlsx")
     cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
     assert not any(cell.data_type == "f" for cell in cells)
-
-
-def test_more_rows_than_a_sheet_has_are_refused(
-    archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from sweeps.exploring import excel
-
     monkeypatch.setattr(excel, "MOST_ROWS", 5)
     with pytest.raises(SceneError, match=r"rows; a sheet of Excel has room for 3"):
-        sweeps.export(archive, tmp_path / "results.xlsx")
-    assert not list(tmp_path.iterdir())
+        sweeps.export(archive, tmp_path / "more.xlsx")
+    assert [path.name for path in tmp_path.iterdir()] == ["results.xlsx"]
 
 
 def test_heads_have_units_on_request(archive: xr.Dataset, tmp_path: Path) -> None:

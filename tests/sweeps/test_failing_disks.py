@@ -35,9 +35,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e4)
 
 
-# --- names that last ----------------------------------------------------------------------------
-
-
 def test_the_names_of_new_folders_are_synced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -60,9 +57,6 @@ def test_a_folder_that_cannot_be_synced(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(durable.os, "fsync", failing(FAILS))
     with pytest.raises(OSError, match="Input/output"):
         durable.sync_folder(tmp_path)
-
-
-# --- what is told -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("number", [errno.EIO, errno.EDQUOT, errno.EINTR, errno.ESTALE])
@@ -123,9 +117,6 @@ def test_the_text_in_the_lock_is_not_worth_a_failure(
         pass
 
 
-# --- what is kept -------------------------------------------------------------------------------
-
-
 @pytest.mark.compiled
 def test_a_header_that_cannot_be_read_costs_no_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
@@ -147,9 +138,6 @@ def test_a_folder_whose_lock_is_lost_is_removed_too(tmp_path: Path) -> None:
     folder.path.mkdir()
     folder.remove()
     assert list(tmp_path.iterdir()) == []
-
-
-# --- netCDF's library ---------------------------------------------------------------------------
 
 
 def test_a_file_whose_closing_failed_is_never_closed_again() -> None:

@@ -55,52 +55,34 @@ def test_both_archives_and_their_difference_are_drawn() -> None:
     assert two == pytest.approx([0.105, 0.0525, 0.02625])
     assert lower.lines[0].get_ydata() == pytest.approx([5.0, 5.0, 5.0])
     said = words(plates["compared_delta_inertia"])
-    assert "Fluctuation: old and new" in said
-    assert "difference: new less old" in said
-
-
-def test_curves_through_zero_differ_by_their_largest() -> None:
-    upper, lower = drawn(beside(study(), study(1.05)))["compared_torque"].axes
-    one, two = (line.get_ydata() for line in upper.lines[:2])
-    assert one[:-1] == pytest.approx(200.0 * np.sin(PHI))
-    assert two[:-1] == pytest.approx(210.0 * np.sin(PHI))
+    assert "Fluctuation: old and new" in said and "difference: new less old" in said
+    # Curves through zero differ by a share of their largest value.
+    upper, lower = plates["compared_torque"].axes
+    one, two = (line.get_ydata()[:-1] for line in upper.lines[:2])
+    assert one == pytest.approx(200.0 * np.sin(PHI)) and two == pytest.approx(1.05 * one)
     assert lower.lines[0].get_ydata()[:-1] == pytest.approx(5.0 * np.sin(PHI))
     assert lower.get_ylabel().replace("\n", " ") == "Difference (% of the largest)"
+    upper, lower = plates["compared_torque_order"].axes
+    assert [bar.get_height() for bar in upper.patches] == [8.0, 4.0, 8.4, 4.2]
+    assert [bar.get_height() for bar in lower.patches] == pytest.approx(
+        [5.0, 2.5]
+    )  # % of the largest
+    (bar,) = plates["compared_numbers"].axes[0].patches  # friction is the same
+    assert bar.get_width() == pytest.approx(5.0)
+    assert "5 → 5.25 bar (+5 %)" in words(plates["compared_numbers"])
 
 
-def test_orders_are_bars_side_by_side() -> None:
-    upper, lower = drawn(beside(study(), study(0.5)))["compared_torque_order"].axes
-    assert [bar.get_height() for bar in upper.patches] == [8.0, 4.0, 4.0, 2.0]
-    assert [bar.get_height() for bar in lower.patches] == [-50.0, -25.0]
-
-
-def test_single_numbers_are_in_one_chart() -> None:
-    figure = drawn(beside(study(), study(1.1)))["compared_numbers"]
-    (bar,) = figure.axes[0].patches  # friction is the same
-    assert bar.get_width() == pytest.approx(10.0)
-    assert "5 → 5.5 bar (+10 %)" in words(figure)
-
-
-def test_the_same_archive_twice_gives_nothing_to_draw() -> None:
-    assert not drawn(beside(study(), study()))
-
-
-def test_values_that_both_have_are_drawn() -> None:
+def test_only_what_both_have_is_compared() -> None:
     plates = drawn(beside(study(), study(1.05, inertia=(0.5, 1.0, 4.0))))
     line = plates["compared_delta_inertia"].axes[0].lines[1]
     assert list(line.get_xdata()) == [1.0, 4.0]
     assert line.get_ydata() == pytest.approx([0.105, 0.02625])
-
-
-def test_an_axis_of_one_of_them_is_cut_where_it_has_the_others_value() -> None:
+    # Where one has no axis, the other is cut at its value.
     single = study(1.05).isel(inertia=1).drop_vars("inertia")
     single.attrs["parameters"] = json.dumps({"inertia": 2.0})
     both = beside(study(), single)
     assert float(both["delta"]) == pytest.approx(0.05)
     assert float(both["delta_compared"]) == pytest.approx(0.0525)
-
-
-def test_archives_without_common_quantities_are_refused() -> None:
     with pytest.raises(SceneError, match="no common quantity"):
         beside(study()[["delta"]], study()[["imep"]])
 

@@ -27,30 +27,15 @@ def mechanism(speeds: Any = (1000.0, 2000.0)) -> xr.Dataset:
         {
             "gas_force": variable("crank_angle", push[0] + 50.0, "force of the gas, x", "N", "P_g"),
             "piston_force": variable(curve, push, "force on the piston", "N", "P"),
-            "crank_pin_radial": variable(
-                curve, -push * np.cos(PHI), "load of the crank pin along the crank, out", "N",
-                "F_{C,r}",
-            ),
+            "crank_pin_radial": variable(curve, -push * np.cos(PHI), "load of the crank pin", "N"),
             "crank_pin_tangential": variable(
-                curve, push * np.sin(PHI), "load of the crank pin across the crank, with", "N",
-                "F_{C,t}",
-            ),
-            "piston_pin_side": variable(
-                "crank_angle", 0.2 * push[0], "load of the piston pin across the cylinder", "N"
-            ),
-            "piston_pin_down": variable(
-                "crank_angle", push[0] * np.cos(PHI), "load of the piston pin along it", "N"
-            ),
-            "main_journal_x": variable(
-                journal, journals, "sideways load of the main journals, right", "N", "F_{H,x}"
-            ),
-            "main_journal_y": variable(
-                journal, -journals, "upward load of the main journals, up", "N", "F_{H,y}"
-            ),
+                curve, push * np.sin(PHI), "load of the crank pin across the crank", "N"),
+            "piston_pin_side": variable("crank_angle", 0.2 * push[0], "load across", "N"),
+            "piston_pin_down": variable("crank_angle", push[0] * np.cos(PHI), "load along", "N"),
+            "main_journal_x": variable(journal, journals, "sideways load, right", "N", "F_{H,x}"),
+            "main_journal_y": variable(journal, -journals, "upward load, up", "N", "F_{H,y}"),
             "main_journal_load_max": variable(
-                ("speed", "main_bearing"), np.abs(journals).max(axis=2),
-                "largest load of the main journals", "N",
-            ),
+                ("speed", "main_bearing"), np.abs(journals).max(axis=2), "largest load", "N"),
             "torque_order": variable(("speed", "order"), size, "amplitude of the orders", "N m"),
             "phase_vector_sum": variable("order", (order % 3 == 0) * 6.0, "sum of phases", "1"),
         },
@@ -68,26 +53,23 @@ def found() -> dict[str, Any]:
     return plates(mechanism(), laid_out=True)
 
 
-def test_what_is_drawn(found: dict[str, Any]) -> None:
+def test_forces_of_one_group_share_their_panels(found: dict[str, Any]) -> None:
     assert set(found) == {
         "piston_forces_speed", "crank_pin_polar_tangential_radial_speed",
         "piston_pin_polar_side_down", "main_journal_polar_x_y_speed", "torque_order_speed",
         "phase_vector_sum", "main_journal_load_max_main_bearing",
     }  # fmt: skip
-
-
-def test_forces_of_one_group_share_their_panels(found: dict[str, Any]) -> None:
+    for stem, figure in found.items():
+        assert_inside(stem, figure, apart="polar" not in stem)
     figure = found["piston_forces_speed"]
     assert len(figure.axes) == 2  # one for each speed
-    assert "Force of the gas $P_g$" in words(figure)
-    assert "Force (N)" in words(figure)
-    lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 10]
-    assert len(lines) == 2
-    # closed: the first point again at the end
-    assert lines[1].get_ydata()[0] == lines[1].get_ydata()[-1]
-
-
-def test_a_force_alone_is_a_curve_like_any_other() -> None:
+    assert "Force of the gas $P_g$" in words(figure) and "Force (N)" in words(figure)
+    one, other = (line.get_ydata() for line in figure.axes[0].lines if len(line.get_xdata()) > 10)
+    assert len(one) and other[0] == other[-1]  # closed: the first point again at the end
+    # Without its partner each is a curve like any other.
+    alone = mechanism()[["crank_pin_radial"]]
+    assert polar_names(View(alone)) == []
+    assert "crank_pin_radial_speed" in plates(alone)
     assert "piston_force_speed" in plates(mechanism()[["piston_force"]])
 
 
@@ -104,33 +86,27 @@ def test_polar_diagrams_have_one_scale(found: dict[str, Any]) -> None:
                 x, y = line.get_data()
                 assert (np.abs(x - np.mean(panel.get_xlim())) <= np.ptp(panel.get_xlim()) / 2).all()
                 assert (np.abs(y - np.mean(panel.get_ylim())) <= np.ptp(panel.get_ylim()) / 2).all()
-    said = words(found["crank_pin_polar_tangential_radial_speed"])
+    data, drawn = mechanism(), found["crank_pin_polar_tangential_radial_speed"]
+    line = next(one for one in drawn.axes[0].lines if len(one.get_xdata()) == ANGLES.size + 1)
+    assert line.get_xdata()[:-1] == pytest.approx(data["crank_pin_tangential"].values[0])
+    assert line.get_ydata()[:-1] == pytest.approx(data["crank_pin_radial"].values[0])
+    said = words(drawn)
     assert "Polar diagram of the load of the crank pin by speed" in said
     assert "in axes that turn with the crank; a mark every 30° of crank" in said
     down = found["piston_pin_polar_side_down"]
     assert down.axes[0].yaxis_inverted() and "0°" in words(down)
 
 
-def test_the_abscissa_of_a_polar_diagram_is_the_tangential_part(found: dict[str, Any]) -> None:
-    data = mechanism()
-    panel = found["crank_pin_polar_tangential_radial_speed"].axes[0]
-    line = next(line for line in panel.lines if len(line.get_xdata()) == ANGLES.size + 1)
-    assert line.get_xdata()[:-1] == pytest.approx(data["crank_pin_tangential"].values[0])
-    assert line.get_ydata()[:-1] == pytest.approx(data["crank_pin_radial"].values[0])
-
-
 def test_each_journal_has_a_panel_and_none_is_missed(found: dict[str, Any]) -> None:
-    figure = found["main_journal_polar_x_y_speed"]
-    titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_visible()]
-    assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
-    assert len(figure.axes[2].lines) == 2  # only the axes of coordinates
+    single = plates(mechanism().isel(speed=0))
+    for figure in (found["main_journal_polar_x_y_speed"], single["main_journal_polar_x_y"]):
+        titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_visible()]
+        assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
+        assert len(figure.axes[2].lines) == 2  # only the axes of coordinates
     assert "no value" not in words(found["main_journal_load_max_main_bearing"]).lower()
-
-
-def test_components_without_their_partner_are_curves() -> None:
-    data = mechanism()[["crank_pin_radial"]]
-    assert polar_names(View(data)) == []
-    assert "crank_pin_radial_speed" in plates(data)
+    # Points without a line from one bearing to the next.
+    (line,) = single["main_journal_load_max_main_bearing"].axes[0].get_lines()
+    assert line.get_linestyle() == "None"
 
 
 def orders_of(panel: Any) -> list[np.ndarray]:
@@ -152,9 +128,7 @@ def test_orders_are_bars_at_their_order(found: dict[str, Any]) -> None:
     (single,) = orders_of(found["phase_vector_sum"].axes[0])
     sums = mechanism()["phase_vector_sum"].values
     assert single == pytest.approx(np.arange(1, 13)[sums > 0] / 2)
-
-
-def test_many_values_of_orders_have_a_panel_each() -> None:
+    # Many values have a panel each.
     data = mechanism()[["torque_order"]].isel(speed=[0, 0, 0, 1])
     data["speed"] = ("speed", [1000.0, 1200.0, 1400.0, 1600.0], data["speed"].attrs)
     figure = plates(data)["torque_order_speed"]
@@ -177,16 +151,6 @@ def test_of_what_is_not_there_nothing_is_drawn() -> None:
     assert not [name for name in plates(data) if name.startswith("torque_order")]
 
 
-def test_journals_of_one_engine() -> None:
-    """Points without a line from one bearing to the next, and a polar diagram for each."""
-    found = plates(mechanism().isel(speed=0))
-    figure = found["main_journal_polar_x_y"]
-    titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_visible()]
-    assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
-    (line,) = found["main_journal_load_max_main_bearing"].axes[0].get_lines()
-    assert line.get_linestyle() == "None"
-
-
 def test_two_directions_are_points_without_a_line() -> None:
     forces = variable(("case", "direction"), [[9.0, 0.0], [0.5, 0.6]], "force", "N")
     words = variable("case", ["four", "six"], "engine", "1")
@@ -198,11 +162,6 @@ def test_two_directions_are_points_without_a_line() -> None:
     (line,) = plates(data.isel(case=0))["force_direction"].axes[0].get_lines()
     assert line.get_linestyle() == "None" and len(line.get_xdata()) == 2
     assert {"force_case"} == {name for name in plates(data) if name.startswith("force")}
-
-
-def test_nothing_is_written_outside_a_figure(found: dict[str, Any]) -> None:
-    for stem, figure in found.items():
-        assert_inside(stem, figure, apart="polar" not in stem)
 
 
 def test_more_axes_are_cut_or_faceted() -> None:

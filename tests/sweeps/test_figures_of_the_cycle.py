@@ -67,9 +67,6 @@ def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
         return dict(kind(study, names(study.view)))  # type: ignore[operator]
 
 
-# --- turning-moment diagram --------------------------------------------------------------------
-
-
 def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:
     from scipy.integrate import quad
     from scipy.optimize import brentq
@@ -90,7 +87,7 @@ def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:
     assert found.swing == pytest.approx(np.ptp(levels), rel=1e-3)
 
 
-def test_the_load_torque_bounds_the_areas_where_it_balances_the_torque() -> None:
+def test_a_load_torque_that_balances_bounds_the_areas_else_the_mean() -> None:
     study = study_of(cycle(), {"load": 100.0})
     figure = drawn(turning_moment, turning_names, study)["turning_moment"]
     torque, resistance = figure.axes[0].lines[:2]
@@ -105,9 +102,7 @@ def test_the_load_torque_bounds_the_areas_where_it_balances_the_torque() -> None
     energy = figure.axes[1].lines[0].get_ydata()
     assert np.ptp(energy) == pytest.approx(600.0, rel=1e-3)
     assert "+600" in words(figure) and "\N{MINUS SIGN}600" in words(figure)
-
-
-def test_a_load_torque_that_does_not_balance_gives_way_to_the_mean() -> None:
+    # A load torque that does not balance gives way to the mean.
     data = cycle()
     data["load_torque"] = data["load_torque"] * 0.5
     figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
@@ -115,28 +110,23 @@ def test_a_load_torque_that_does_not_balance_gives_way_to_the_mean() -> None:
     assert "Mean torque" in words(figure)
 
 
-def test_large_energies_are_in_kilojoules() -> None:
+@pytest.mark.parametrize(
+    ("factor", "unit", "said"),
+    [(1000.0, "N m", ("W = 600 kJ",)), (0.001, "kN m", ("W = 600 J", "+600", "Torque (kN m)"))],
+)
+def test_energies_have_a_readable_unit_whatever_the_torque_has(
+    factor: float, unit: str, said: tuple[str, ...]
+) -> None:
     data = cycle()
-    data["torque"] = data["torque"] * 1000.0
+    for name in ("torque", "load_torque"):
+        data[name] = (data[name] * factor).assign_attrs(data[name].attrs, units=unit)
     figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
-    assert "W = 600 kJ" in words(figure)
+    for text in said:
+        assert text in words(figure)
     assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
 
 
-def test_energies_do_not_depend_on_the_unit_of_the_torque() -> None:
-    data = cycle()
-    for name in ("torque", "load_torque"):
-        data[name] = (data[name] / 1000.0).assign_attrs(data[name].attrs, units="kN m")
-    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
-    assert "W = 600 J" in words(figure)
-    assert "+600" in words(figure)
-    assert "Torque (kN m)" in words(figure)
-
-
-# --- curves by load ----------------------------------------------------------------------------
-
-
-def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
+def test_curves_by_load() -> None:
     data = cycle((0.0, 50.0, 100.0))
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
     names = ("pressure", "torque", "load_torque", "omega")
@@ -147,9 +137,7 @@ def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
         for line, values in zip(lines, data[name].values, strict=True):
             assert line.get_ydata()[:-1] == pytest.approx(values)
     assert "Curves of the cycle by load" in words(figure)
-
-
-def test_torque_of_the_masses_stands_beside_that_of_the_gas_where_it_is_one_curve() -> None:
+    # Torque of the masses stands beside that of the gas where it is one curve.
     data = cycle((0.0, 50.0, 100.0))
     data["gas_torque"] = data["torque"] * 1.5
     masses = 20.0 * np.sin(2.0 * PHI)
@@ -162,9 +150,7 @@ def test_torque_of_the_masses_stands_beside_that_of_the_gas_where_it_is_one_curv
     data["inertia_torque"] = data["torque"] * 0.1  # another one at each load
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
     assert len([line for line in figure.axes[1].lines if len(line.get_xdata()) > 10]) == 3
-
-
-def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
+    # Speeds far apart are drawn as deviations from their means.
     data = cycle().rename(load="speed")
     data["omega"] = data["omega"] + xr.DataArray([0.0, 100.0], dims="speed")
     panel = drawn(load_curves, load_curve_names, study_of(data, {}))["speed_curves"].axes[-1]
@@ -177,13 +163,10 @@ def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
 def test_without_loads_another_axis_of_few_values_is_taken() -> None:
     data = cycle().rename(load="inertia")
     assert set(drawn(load_curves, load_curve_names, study_of(data, {}))) == {"inertia_curves"}
-
-
-def test_one_design_has_no_curves_by_load() -> None:
+    # One design has no curves by load, one load no comparison of bearings, two components none.
     assert not drawn(load_curves, load_curve_names, study_of(cycle(), {"load": 50.0}))
-
-
-# --- bearings ----------------------------------------------------------------------------------
+    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
+    assert not friction_names(study_of(friction()[list(COMPONENTS)[:2]], {}).view)
 
 
 def test_of_the_journals_the_most_loaded_is_drawn() -> None:
@@ -199,25 +182,13 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     assert "main journal 2, the most loaded: largest load" in words(figure)
     assert figure.axes[0].get_ylim()[0] == 0.0
     assert figure.axes[0].get_ylim()[1] > 6000.0
-
-
-def test_one_load_alone_is_no_comparison_of_bearings() -> None:
-    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
-
-
-def test_pressures_of_bearings_are_drawn_as_their_loads_are() -> None:
-    data = bearings().rename(
-        {name: str(name).replace("load", "pressure") for name in bearings().data_vars}
-    )
+    data = data.rename({name: str(name).replace("load", "pressure") for name in data.data_vars})
     assert not bearing_load_names(study_of(data, {}).view)
     found = drawn(bearing_pressures, bearing_pressure_names, study_of(data, {}))
     figure = found["bearing_pressures_speed"]
     assert len(figure.axes[0].lines) == 4
     assert figure.axes[0].get_ylabel().startswith("Pressure of the bearing")
     assert "main journal 2, the most loaded: largest pressure" in words(figure)
-
-
-# --- friction by component ---------------------------------------------------------------------
 
 
 def friction(axis: str = "speed") -> xr.Dataset:
@@ -235,7 +206,7 @@ def friction(axis: str = "speed") -> xr.Dataset:
     )  # fmt: skip
 
 
-def test_components_stand_on_each_other() -> None:
+def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
     data = friction()
     figure = drawn(friction_components, friction_names, study_of(data, {}))[
         "friction_components_speed"
@@ -250,9 +221,7 @@ def test_components_stand_on_each_other() -> None:
     # The legend goes down as the areas do.
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts == ["fmep of the torque", *reversed(COMPONENTS.values())]
-
-
-def test_kinds_are_bars_and_one_design_shows_its_shares() -> None:
+    # Kinds are bars and one design shows its shares.
     data = friction("valve_train")
     found = drawn(friction_components, friction_names, study_of(data, {}))
     panel = found["friction_components_valve_train"].axes[0]
@@ -264,8 +233,3 @@ def test_kinds_are_bars_and_one_design_shows_its_shares() -> None:
     np.testing.assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
     share = 100.0 * widths[0] / sum(widths)
     assert f"0.250, {share:.0f} %" in words(one["friction_components"])
-
-
-def test_two_components_are_no_breakdown() -> None:
-    names = list(COMPONENTS)[:2]
-    assert not friction_names(study_of(friction()[names], {}).view)

@@ -22,15 +22,11 @@ FOUR = {
     "pressure_factor": [1.0] * 4, "radius_factor": [1.0] * 4,
 }  # fmt: skip
 TWO = FOUR | {
-    "name": "in-line 2",
-    "period": 360.0,
-    "firing_angles": [0.0, 180.0],
-    "throws": [0.0, 180.0],
-    "positions": [0.0, 1.0],
-    "banks": [0.0] * 2,
-    "pressure_factor": [1.0] * 2,
+    "name": "in-line 2", "period": 360.0, "firing_angles": [0.0, 180.0], "throws": [0.0, 180.0],
+    "positions": [0.0, 1.0], "banks": [0.0] * 2, "pressure_factor": [1.0] * 2,
     "radius_factor": [1.0] * 2,
-}
+}  # fmt: skip
+ONE = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
 RATIO, AREA, MASS = 0.3, 0.005, 2.0
 
 
@@ -90,10 +86,7 @@ def bars(drawn: Figure, row: int) -> list[tuple[float, float, str]]:
     return sorted(found)
 
 
-# --- strokes -----------------------------------------------------------------------------------
-
-
-def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
+def test_strokes_of_cylinders() -> None:
     drawn = figure(engine(), "strokes")
     panel = drawn.axes[0]
     ticks = [label.get_text() for label in panel.get_yticklabels()]
@@ -105,18 +98,14 @@ def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
         assert here == [(fires, fires + 180.0)]
     assert "firing order 1-3-4-2" in words(drawn)
     assert words(drawn).count("compression") == 4
-
-
-def test_strokes_count_the_angle_as_the_options_say() -> None:
+    # Strokes count the angle as the options say.
     drawn = figure(engine(), "strokes", options_of(angle="0..720", zero="bdc"))
     # 0 is the bottom dead centre before compression: cylinder 1 fires at 180
     begin, end, colour = bars(drawn, 0)[1]
     assert (begin, end) == (180.0, 360.0)
     assert drawn.axes[0].get_xlim() == (0.0, 720.0)
     assert bars(drawn, 1)[2] == (360.0, 540.0, colour)
-
-
-def test_strokes_that_the_ends_of_the_axis_cut_are_in_two_parts() -> None:
+    # Strokes that the ends of the axis cut are in two parts.
     shifted = FOUR | {"firing_angles": [0.0, 90.0, 300.0, 450.0]}
     drawn = figure(engine(shifted), "strokes")
     for row in range(4):
@@ -124,9 +113,7 @@ def test_strokes_that_the_ends_of_the_axis_cut_are_in_two_parts() -> None:
         assert covered[0][0] == -360.0 and covered[-1][1] == 360.0
         assert sum(end - begin for begin, end, _ in covered) == pytest.approx(720.0)
     assert len(bars(drawn, 2)) == 5
-
-
-def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> None:
+    # A two stroke has two strokes and a misfiring cylinder no power.
     drawn = figure(engine(TWO), "strokes")
     assert [(b, e) for b, e, _ in bars(drawn, 0)] == [(-180.0, 0.0), (0.0, 180.0)]
     assert "exhaust" not in words(drawn)
@@ -135,18 +122,7 @@ def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> Non
     assert words(silent).count("power") == 3
 
 
-def test_one_cylinder_has_no_figure_of_strokes() -> None:
-    one = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
-    with pytest.raises(
-        SceneError, match="strokes: not available for this archive; it needs two cylinders or more"
-    ):
-        figure(engine(one), "strokes")
-
-
-# --- crank star --------------------------------------------------------------------------------
-
-
-def test_throws_stand_at_the_cosine_of_their_angle() -> None:
+def test_throws_of_the_crank_star() -> None:
     throws = [0.0, 120.0, 240.0, 240.0]
     drawn = figure(engine(FOUR | {"throws": throws}), "crank_star")
     side = drawn.axes[0]
@@ -160,24 +136,16 @@ def test_throws_stand_at_the_cosine_of_their_angle() -> None:
     assert journals == ["1", "2", "3", "4", "5"]
     star = {t.get_text() for t in drawn.axes[1].texts if t.get_text()}
     assert star == {"1", "2", "3, 4"}
-
-
-def test_rods_on_one_pin_share_a_throw() -> None:
+    # Rods on one pin share a throw.
     vee = FOUR | {"throws": [0.0, 0.0, 180.0, 180.0], "positions": [0.0, 0.0, 1.0, 1.0]}
     side = figure(engine(vee), "crank_star").axes[0]
-    bold = [t.get_text() for t in side.texts if t.get_weight() == "bold"]
-    assert bold == ["1, 2", "3, 4"]
-
-
-def test_counterweights_are_drawn_where_the_archive_gives_them() -> None:
+    assert [t.get_text() for t in side.texts if t.get_weight() == "bold"] == ["1, 2", "3, 4"]
+    # Counterweights are drawn where the archive gives them.
     plain = figure(engine(), "crank_star")
     drawn = figure(engine(counterweight_fraction=0.5), "crank_star")
     assert len(drawn.axes[0].patches) == len(plain.axes[0].patches) + 8
     assert "counterweights for the fraction 0.5" in words(drawn)
     assert "counterweights" not in words(plain)
-
-
-# --- crank train -------------------------------------------------------------------------------
 
 
 def places(data: xr.Dataset, at: int) -> Any:
@@ -199,7 +167,7 @@ def test_the_forces_of_the_drawing_are_in_balance(degrees: float) -> None:
     assert vectors["rod_force"] == pytest.approx(on_piston, abs=1e-9 * size)
 
 
-def test_arrows_are_to_one_scale() -> None:
+def test_arrows_of_the_crank_train_and_its_angle() -> None:
     data = cylinder()
     drawn = figure(data, "crank_train", options_of(at=25))
     arrows = [
@@ -210,31 +178,12 @@ def test_arrows_are_to_one_scale() -> None:
     forces = sorted(abs(float(data[name].sel(crank_angle=25.0))) for name in data.data_vars)
     assert np.array(lengths) / lengths[-1] == pytest.approx(np.array(forces) / forces[-1])
     assert "at 25° crank angle" in words(drawn)
-
-
-def test_the_crank_train_stands_at_the_largest_tangential_force() -> None:
+    # The crank train stands at the largest tangential force.
     data = cylinder()
     largest = float(data["tangential_force"].idxmax())
     assert f"at {largest:g}° crank angle" in words(figure(data, "crank_train"))
     turned = figure(data, "crank_train", options_of(angle="0..720", zero="bdc"))
     assert f"at {largest + 180.0:g}° crank angle" in words(turned)
-
-
-def test_an_angle_outside_the_cycle_is_refused() -> None:
-    with pytest.raises(SceneError, match="at 400: the crank angle is from -360 to 360 degrees"):
-        figure(cylinder(), "crank_train", options_of(at=400))
-    with pytest.raises(SceneError, match="at 'top': must be a crank angle in degrees"):
-        options_of(at="top")
-
-
-def test_offsets_need_the_rod_angle() -> None:
-    with pytest.raises(
-        SceneError, match="crank_train: not available for this archive; it needs tangential_force"
-    ):
-        figure(cylinder(pin_offset=0.001), "crank_train")
-
-
-# --- waterfall ---------------------------------------------------------------------------------
 
 
 def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
@@ -252,6 +201,19 @@ def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
     assert "2000 N m" in words(figure(data, "waterfall"))
 
 
-def test_two_speeds_are_no_waterfall() -> None:
-    with pytest.raises(SceneError, match="three speeds or more"):
-        figure(engine().isel(speed=[0, 1]), "waterfall")
+@pytest.mark.parametrize(
+    ("data", "kind", "options", "said"),
+    [
+        (engine(ONE), "strokes", {}, "not available for this archive; it needs two cylinders or"),
+        (cylinder(pin_offset=0.001), "crank_train", {},
+         "crank_train: not available for this archive; it needs tangential_force"),
+        (cylinder(), "crank_train", {"at": 400},
+         "at 400: the crank angle is from -360 to 360 degrees"),
+        (cylinder(), "crank_train", {"at": "top"}, "at 'top': must be a crank angle in degrees"),
+        (engine().isel(speed=[0, 1]), "waterfall", {}, "three speeds or more"),
+    ],
+    ids=["one cylinder", "offsets", "outside the cycle", "no angle", "two speeds"],
+)  # fmt: skip
+def test_figures_that_cannot_be(data: xr.Dataset, kind: str, options: Any, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        figure(data, kind, options_of(**options))

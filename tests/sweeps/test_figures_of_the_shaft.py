@@ -102,38 +102,39 @@ def test_variables_of_the_shaft_get_their_own_figures_alone(drawn: dict) -> None
         "shaft_stress_half_range_speed", "shaft_loss_speed", "shaft_torque_cycle",
         "shaft_torque_order_waterfall",
     }  # fmt: skip
-
-
-def test_nothing_is_written_outside_or_over_the_legend(drawn: dict) -> None:
     for stem, one in drawn.items():
         assert_inside(stem, one)
-
-
-def test_without_an_axis_of_speeds_there_is_nothing_over_the_speed() -> None:
+    # The loss of the ring is a hundredth of that of the flywheel, and left out.
+    assert len(drawn["shaft_loss_speed"].axes) == 1
+    assert "1 of 2 shafts shown" in words(drawn["shaft_loss_speed"])
     found = plates(shaft(), {"speed": 1500.0})
     assert {"mode_shapes", "shaft_torque_cycle"} <= set(found)
     assert not any(stem.endswith("_speed") or stem == "campbell" for stem in found)
 
 
-# --- modes ----------------------------------------------------------------------------------------
-
-
-def test_the_node_of_two_discs_is_where_their_inertias_put_it() -> None:
-    # free discs of 2 and 6 kg m2: the shape is 1, -J1/J2; the node is nearer to the larger one
-    joined = np.array([True])
-    assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
-    assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
-
-
-def test_shapes_are_joined_where_a_shaft_is_and_nodes_are_marked(drawn: dict) -> None:
+def test_shapes_nodes_and_marks_of_modes(drawn: dict) -> None:
     assert joined_neighbours(study_of(shaft(), {}).view, 3).tolist() == [True, False]
     panel = drawn["mode_shapes"].axes[0]
     first, node = panel.lines[:2]
     assert first.get_xdata() == pytest.approx([0.0, 1.0, np.nan, 2.0], nan_ok=True)
     assert first.get_ydata() == pytest.approx([1.0 / 3.0, -0.25 / 3.0, np.nan, 1.0], nan_ok=True)
-    assert node.get_xdata() == pytest.approx([0.8])
+    assert node.get_xdata() == pytest.approx([0.8])  # from 1 to -1/4 on the way to the flywheel
     assert [label.get_text() for label in panel.get_xticklabels()] == list(DISCS)
     assert "mode 1: 75 Hz" in words(drawn["mode_shapes"])
+    # Free discs of 2 and 6 kg m2: the shape is 1, -J1/J2; the node is nearer to the larger one.
+    joined = np.array([True])
+    assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
+    assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
+    # Marks are as large as the vector sums.
+    one = drawn["campbell"]
+    panel = one.axes[0]
+    marks = panel.collections[0]
+    met = {round(60.0 * 75.0 / order): size for order, size in ((3.0, 1.0), (2.5, 0.25))}
+    areas = dict(zip(marks.get_offsets()[:, 0].round(), marks.get_sizes(), strict=True))
+    assert {speed: area / max(areas.values()) for speed, area in areas.items()} == pytest.approx(
+        met | {1286: 0.25, 1125: 0.25, 1000: 0.25}
+    )
+    assert "1500" in words(one) and "mode 1: 75 Hz" in words(one) and "mode 2" not in words(one)
 
 
 def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
@@ -147,25 +148,6 @@ def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
     # 4 n / 60 = 50 + 0.02 n
     (only,) = crossings(speeds, rising, np.array([4.0 / 60.0]))
     assert only[2] == pytest.approx(50.0 / (4.0 / 60.0 - 0.02))
-
-
-def test_labels_go_to_the_largest_that_lie_apart() -> None:
-    assert free_places(np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1]), 0.15) == [
-        1,
-        3,
-    ]
-
-
-def test_marks_are_as_large_as_the_vector_sums(drawn: dict) -> None:
-    one = drawn["campbell"]
-    panel = one.axes[0]
-    marks = panel.collections[0]
-    met = {round(60.0 * 75.0 / order): size for order, size in ((3.0, 1.0), (2.5, 0.25))}
-    areas = dict(zip(marks.get_offsets()[:, 0].round(), marks.get_sizes(), strict=True))
-    assert {speed: area / max(areas.values()) for speed, area in areas.items()} == pytest.approx(
-        met | {1286: 0.25, 1125: 0.25, 1000: 0.25}
-    )
-    assert "1500" in words(one) and "mode 1: 75 Hz" in words(one) and "mode 2" not in words(one)
 
 
 def test_labels_of_many_crossings_lie_apart() -> None:
@@ -182,12 +164,12 @@ def test_labels_of_many_crossings_lie_apart() -> None:
     speeds = [int(text.get_text()) for text in panel.texts if float(text.get_text()) > 100.0]
     assert 5 <= len(speeds) < 13 and set(speeds) <= {round(12000.0 / nu) for nu in order}
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    # The largest that lie apart are taken.
+    places, sizes = np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1])
+    assert free_places(places, sizes, 0.15) == [1, 3]
 
 
-# --- over the speed -------------------------------------------------------------------------------
-
-
-def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dict) -> None:
+def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     one = drawn["shaft_torque_order_speed"]
     said = words(one)
     assert "crank - flywheel, where the torque is the largest" in said
@@ -199,17 +181,7 @@ def test_orders_of_the_most_loaded_shaft_stand_below_their_half_range(drawn: dic
         half = line(one, "half range of their sum", panel).get_ydata()
         assert half[middle] == pytest.approx(140.0 * factor)
         assert one.axes[panel].get_ylim()[1] > 210.0
-
-
-def test_another_shaft_is_drawn_where_it_is_selected() -> None:
-    found = plates(shaft(), {"shaft": "crank - ring", "misfire": 0.0})
-    one = found["shaft_torque_order_speed"]
-    assert line(one, "order 3").get_ydata()[10] == pytest.approx(9.0)
-    assert "where the torque" not in words(one)
-    assert found["shaft_stress_half_range_speed"].axes[0].lines[0].get_ydata()[10] == 7.0
-
-
-def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
+    # Each shaft has its worst misfire and its limit.
     one = drawn["shaft_stress_half_range_speed"]
     assert [panel.get_title(loc="left") for panel in one.axes] == [
         "crank - flywheel; cylinder 2", "crank - ring; cylinder 2"
@@ -225,10 +197,12 @@ def test_each_shaft_has_its_worst_misfire_and_its_limit(drawn: dict) -> None:
     assert "Limit of the stress" in words(one)
 
 
-def test_small_losses_are_left_out(drawn: dict) -> None:
-    # that of the ring is a hundredth of that of the flywheel
-    assert len(drawn["shaft_loss_speed"].axes) == 1
-    assert "1 of 2 shafts shown" in words(drawn["shaft_loss_speed"])
+def test_another_shaft_is_drawn_where_it_is_selected() -> None:
+    found = plates(shaft(), {"shaft": "crank - ring", "misfire": 0.0})
+    one = found["shaft_torque_order_speed"]
+    assert line(one, "order 3").get_ydata()[10] == pytest.approx(9.0)
+    assert "where the torque" not in words(one)
+    assert found["shaft_stress_half_range_speed"].axes[0].lines[0].get_ydata()[10] == 7.0
 
 
 def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:
@@ -242,9 +216,6 @@ def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:
         "no misfire", "misfire of cylinder 2"
     ]  # fmt: skip
     assert [panel.lines[1].get_ydata()[10] for panel in one.axes] == pytest.approx([70.0, 105.0])
-
-
-# --- the cycle ------------------------------------------------------------------------------------
 
 
 def test_orders_sum_to_their_closed_form() -> None:

@@ -42,46 +42,43 @@ def test_one_kind_is_a_figure_that_names_engine_and_speed() -> None:
     said = " ".join(text.get_text() for text in drawn.texts)
     assert "A test engine" in said and "nobody" not in said
     assert "955\N{NO-BREAK SPACE}rpm" in said
-
-
-def test_only_these_kinds_are_drawn() -> None:
     assert set(figures(archive(), options_of(only="numbers"))) == {"delta_inertia"}
     given = {kind.name for kind, names in kinds_of(archive()) if names}
-    assert {"torque_and_speed", "numbers"} <= given
-    assert "shaking" not in given
+    assert {"torque_and_speed", "numbers"} <= given and "shaking" not in given
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"),
-    [("numberz", "did you mean 'numbers'"), ("shaking", "needs shaking_force or shaking_moment")],
+    ("kind", "more", "said"),
+    [
+        ("numberz", {}, "did you mean 'numbers'"),
+        ("shaking", {}, "needs shaking_force or shaking_moment"),
+        ("turning_moment", {"ax": Figure().add_subplot()}, "2 panels"),
+        ("torque_and_speed", {"options": Options(angle=(0.0, 360.0))}, "720 degrees"),
+        ("numbers", {"options": options_of(target="delt=1")}, "did you mean 'delta'"),
+    ],
 )
-def test_a_kind_that_is_not_there_is_bad_input(kind: str, said: str) -> None:
+def test_figures_that_cannot_be_are_bad_input(kind: str, more: dict, said: str) -> None:
     with pytest.raises(SceneError, match=said):
-        figure(archive(), kind)
+        figure(archive(), kind, **more)
 
 
-def test_a_panel_of_ones_own_is_drawn_into() -> None:
+def test_targets_are_lines_with_their_text_in_a_panel_of_ones_own() -> None:
     mine = Figure()
     panel = mine.add_subplot()
-    assert figure(archive(), "numbers", ax=panel) is mine
-    assert panel.get_lines() and "luctuation" in panel.get_title(loc="left")
-    with pytest.raises(SceneError, match="2 panels"):
-        figure(archive(), "turning_moment", ax=panel)
+    drawn = figure(archive(), "numbers", options_of(target="delta=1/200"), ax=panel)
+    assert drawn is mine and "luctuation" in panel.get_title(loc="left")
+    assert [0.005, 0.005] in [list(line.get_ydata()) for line in panel.get_lines()]
+    legends = [*drawn.legends, panel.get_legend()]
+    assert "1/200" in " ".join(t.get_text() for one in legends if one for t in one.get_texts())
 
 
-def test_targets_are_lines_with_their_text() -> None:
-    drawn = figure(archive(), "numbers", options_of(target="delta=1/200"))
-    levels = [line.get_ydata() for line in drawn.axes[0].get_lines()]
-    assert [0.005, 0.005] in [list(level) for level in levels]
-    assert "1/200" in drawn.legends[0].get_texts()[-1].get_text()
-    with pytest.raises(SceneError, match="did you mean 'delta'"):
-        figure(archive(), "numbers", options_of(target="delt=1"))
-
-
-def test_size_and_style() -> None:
+def test_size_and_style(tmp_path: Path) -> None:
     drawn = figure(archive(), "numbers", options_of(size="160x100", style={"axes.facecolor": "k"}))
     assert drawn.get_size_inches() * 25.4 == pytest.approx([160.0, 100.0])
     assert drawn.axes[0].get_facecolor() == (0.0, 0.0, 0.0, 1.0)
+    style = tmp_path / "tight.mplstyle"  # which must leave a figure its size
+    style.write_text("savefig.bbox: tight\nsavefig.pad_inches: 20\nfont.size: 9\n")
+    assert set(options_of(style=style).style) == {"savefig.pad_inches", "font.size"}
 
 
 @pytest.mark.parametrize(
@@ -107,40 +104,22 @@ def test_bad_options_are_bad_input(given: dict) -> None:
         options_of(**given)
 
 
-def test_a_style_leaves_a_figure_its_size(tmp_path: Path) -> None:
-    style = tmp_path / "tight.mplstyle"
-    style.write_text("savefig.bbox: tight\nsavefig.pad_inches: 20\nfont.size: 9\n")
-    assert set(options_of(style=style).style) == {"savefig.pad_inches", "font.size"}
-
-
-@pytest.mark.parametrize("key", ["figure.dpi", "savefig.dpi"])
-@pytest.mark.parametrize("dots", ["6000", "0.5", "nan"])
-def test_dots_per_inch_have_limits(key: str, dots: str, tmp_path: Path) -> None:
-    (tmp_path / "big.mplstyle").write_text(f"{key}: {dots}\n")
-    for style in (tmp_path / "big.mplstyle", {key: float(dots)}):
-        with pytest.raises(SceneError, match=rf"{key} = {float(dots)}; must be from 1 to 1200"):
-            options_of(style=style)
-    assert options_of(style={"figure.dpi": 1200, "savefig.dpi": "figure"}).style
-
-
 @pytest.mark.parametrize(
     ("key", "value", "allowed"),
-    [("font.size", "1e6", "1 to 500"), ("font.size", "0", "1 to 500"),
-     ("font.size", "nan", "1 to 500"), ("axes.labelsize", "501", "0 to 500"),
-     ("lines.markersize", "1e8", "0 to 500"), ("grid.linewidth", "1e9", "0 to 500"),
-     ("axes.labelpad", "-1e9", "-500 to 500"), ("xtick.major.size", "1e6", "0 to 500")],
+    [(key, dots, "1 to 1200") for key in ("figure.dpi", "savefig.dpi")
+     for dots in ("6000", "0.5", "nan")]
+    + [("font.size", "1e6", "1 to 500 points"), ("font.size", "0", "1 to 500 points"),
+     ("font.size", "nan", "1 to 500 points"), ("axes.labelsize", "501", "0 to 500 points"),
+     ("lines.markersize", "1e8", "0 to 500 points"), ("grid.linewidth", "1e9", "0 to 500 points"),
+     ("axes.labelpad", "-1e9", "-500 to 500 points"), ("xtick.major.size", "1e6", "0 to 500 poi")],
 )  # fmt: skip
-def test_sizes_in_points_have_limits(key: str, value: str, allowed: str, tmp_path: Path) -> None:
+def test_dots_and_sizes_have_limits(key: str, value: str, allowed: str, tmp_path: Path) -> None:
     (tmp_path / "big.mplstyle").write_text(f"{key}: {value}\n")
     for style in (tmp_path / "big.mplstyle", {key: float(value)}):
-        with pytest.raises(SceneError, match=rf"{key} = .*; must be from {allowed} points"):
+        with pytest.raises(SceneError, match=rf"{key} = .*; must be from {allowed}"):
             options_of(style=style)
+    assert options_of(style={"figure.dpi": 1200, "savefig.dpi": "figure"}).style
     assert options_of(style={"font.size": 30, "axes.labelpad": -3.0, "axes.titlesize": "large"})
-
-
-def test_a_range_of_another_length_than_the_cycle_is_bad_input() -> None:
-    with pytest.raises(SceneError, match="720 degrees"):
-        figure(archive(), "torque_and_speed", Options(angle=(0.0, 360.0)))
 
 
 def test_units_that_read_better_are_taken_and_others_kept() -> None:

@@ -54,7 +54,7 @@ def beaten(points: np.ndarray) -> np.ndarray:
     return (less & strictly).any(axis=0)
 
 
-def test_the_front_is_what_no_other_design_beats() -> None:
+def test_the_front_is_what_no_other_design_beats_and_that_of_the_search() -> None:
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="delta,brake_power"))
     good = np.isfinite(data["delta"].values).ravel()
@@ -64,9 +64,7 @@ def test_the_front_is_what_no_other_design_beats() -> None:
     assert "Brake power (W), more is better" in words(drawn)
     assert "Fluctuation (–), less is better" in words(drawn)
     assert f"{expected.shape[1]} of {good.sum()} designs" in words(drawn)
-
-
-def test_the_front_is_that_of_the_search() -> None:
+    # The front is that of the search.
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="inertia,delta"))
     found = sweeps.pareto(data, "inertia", "delta", within=["speed > 0", "load > 0"])
@@ -83,28 +81,25 @@ def test_slabs_give_the_front_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = pareto.front(view, ["delta", "brake_power"])
     monkeypatch.setattr(pareto, "MOST_AT_ONCE", 9)  # one inertia at a time
     again = pareto.front(view, ["delta", "brake_power"])
-    assert (again.values == whole.values).all()
-    assert (again.places == whole.places).all()
+    assert (again.values == whole.values).all() and (again.places == whole.places).all()
     assert again.count == whole.count == 51
-
-
-def test_of_journals_the_largest_load_counts() -> None:
-    found = pareto.front(study_of(choices(), {}).view, ["inertia", "main_journal_load_max"])
+    # Of journals the largest load counts.
+    found = pareto.front(view, ["inertia", "main_journal_load_max"])
     assert found.dims == ("inertia", "speed", "load")
     assert found.values[1].min() == pytest.approx(1.0 + 20.0 / 40.0)
 
 
-def test_a_front_of_most_designs_is_drawn_only_when_asked_for() -> None:
+def test_a_front_of_most_designs_is_drawn_only_when_asked_for_and_none_of_no_goals() -> None:
     one = choices().isel(speed=0, load=0).drop_vars(["speed", "load"])
     line = one.interp(inertia=np.geomspace(1.6, 10.0, 20))
     assert not [name for name in figures(line[["delta"]]) if name.startswith("pareto")]
     assert figure(line, "pareto", options_of(quantities="inertia,delta"))
-
-
-def test_a_quantity_that_is_the_same_in_all_designs_is_no_goal() -> None:
     data = choices()
-    data["delta"] = data["delta"] * 0.0 + 0.01
-    assert "delta" not in pareto.pareto_names(study_of(data, {}).view)
+    level = data.assign(delta=data["delta"] * 0.0 + 0.01)  # the same in all designs
+    assert "delta" not in pareto.pareto_names(study_of(level, {}).view)
+    curve = 100.0 + data["delta"] * xr.DataArray([0.0, 1.0], dims="crank_angle")
+    with pytest.raises(SceneError, match="pareto: not available for this archive"):
+        figure(data.assign(omega=curve), "pareto", options_of(quantities="delta,omega"))
 
 
 def test_speed_and_load_are_no_choice_and_an_axis_is_a_goal_only_when_asked_for() -> None:
@@ -149,10 +144,3 @@ def test_a_mean_speed_that_is_the_nominal_one_is_no_figure() -> None:
     # 1 % is more than the closure makes of the mean
     data["omega_mean"] = data["omega_mean"] * (1.0 + 0.01 * data["load"] / 100.0)
     assert [stem for stem in figures(data[["omega_mean"]]) if stem.startswith("omega_mean")]
-
-
-def test_curves_are_no_goals() -> None:
-    data = choices()[["delta"]]
-    curve = 100.0 + data["delta"] * xr.DataArray([0.0, 1.0], dims="crank_angle")
-    with pytest.raises(SceneError, match="pareto: not available for this archive"):
-        figure(data.assign(omega=curve), "pareto", options_of(quantities="delta,omega"))

@@ -16,6 +16,8 @@ from sweeps.presenting.lists import quantity_lines
 from sweeps.presenting.published import text
 from sweeps.scene.reading import read_scene
 
+pytestmark = pytest.mark.compiled
+
 PARTS = {"flywheel_inertia": 1.5, "auxiliary_inertia": 0.1, "load_inertia": 0.4, "gear_ratio": 1.2}
 
 
@@ -26,10 +28,6 @@ def scene(quantities: list[str], **tables: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-# --- the torque -----------------------------------------------------------------------------------
-
-
-@pytest.mark.compiled
 @pytest.mark.parametrize("model", ["constant", "variable"])
 @pytest.mark.parametrize("cylinders", [1, 4])
 def test_torque_from_in_front_of_the_cut(model: str, cylinders: int) -> None:
@@ -52,7 +50,6 @@ def test_torque_from_in_front_of_the_cut(model: str, cylinders: int) -> None:
     np.testing.assert_allclose(found["flywheel_shaft_torque"], in_front, rtol=0.0, atol=near)
 
 
-@pytest.mark.compiled
 def test_limits_of_the_cut() -> None:
     """Nothing behind it leaves the load's torque; all of the inertia behind it the engine's."""
     found = sweeps.run(
@@ -78,7 +75,6 @@ def test_limits_of_the_cut() -> None:
     )
 
 
-@pytest.mark.compiled
 def test_whole_and_wanted_inertia_have_the_rest_behind_the_cut() -> None:
     asked = ["flywheel_side_inertia", "engine_inertia", "flywheel_shaft_torque_rms"]
     parts = sweeps.run(scene(asked))
@@ -111,7 +107,6 @@ def test_a_whole_inertia_does_not_tell_the_flywheel(quantity: str) -> None:
     assert "flywheel_inertia" in line and "wanted_delta" in line
 
 
-@pytest.mark.compiled
 def test_a_driver_acts_behind_the_cut() -> None:
     found = sweeps.run(
         engine="compressor_79x83", set={"flywheel_inertia": 1.0},
@@ -127,15 +122,12 @@ def test_a_driver_acts_behind_the_cut() -> None:
     assert mean == pytest.approx(float(found["torque_mean"]), rel=1e-4) and mean < 0.0
 
 
-# --- root mean squares ----------------------------------------------------------------------------
-
-
-@pytest.mark.compiled
 def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
     names = ["torque", "omega", "torque_after_throw", "flywheel_shaft_torque", "gas_force"]
     axes = {"cylinders": [1, 2, 4], "speed": [800, 1200]}
-    alone = sweeps.run(scene([n + "_rms" for n in names], axes=axes))
-    assert set(alone.data_vars) == {*(n + "_rms" for n in names), "status"}
+    asked = [n + "_rms" for n in names]
+    alone = sweeps.run(scene(asked, axes=axes))
+    assert set(alone.data_vars) == {*asked, "status"}
     curves = sweeps.run(scene(names, axes=axes))
     for name in names:
         expected = np.sqrt((curves[name] ** 2).mean("crank_angle", skipna=False))
@@ -144,9 +136,17 @@ def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
         assert found.attrs["units"] == curves[name].attrs["units"]
         np.testing.assert_allclose(found, expected, rtol=1e-14)
     assert alone["gas_force_rms"].dims == ()
+    # A step of one degree is fine enough beside a twentieth of it.
+    own = {"engine": "ntua", "set": PARTS}
+    coarse, fine = (
+        sweeps.run({**own, "output": {"quantities": asked, "angle_step": step}})
+        for step in (1.0, 0.05)
+    )
+    for name, limit in (("torque", 1e-6), ("omega", 1e-8), ("flywheel_shaft_torque", 1e-5)):
+        one = name + "_rms"
+        assert float(coarse[one]) == pytest.approx(float(fine[one]), rel=limit)
 
 
-@pytest.mark.compiled
 def test_names_that_there_were_before_mean_the_same() -> None:
     """Within what one degree's rectangle rule misses; the speed's mean is exact in its kernel."""
     pairs = {
@@ -165,47 +165,6 @@ def test_names_that_there_were_before_mean_the_same() -> None:
     assert float(vector["shaking_force_rms"]) == pytest.approx(float(size), rel=1e-9)
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("name", "limit"), [("torque", 1e-6), ("omega", 1e-8), ("flywheel_shaft_torque", 1e-5)]
-)
-def test_a_step_of_one_degree_is_fine_enough(name: str, limit: float) -> None:
-    """Relative difference to steps of a twentieth of a degree."""
-    coarse, fine = (
-        float(
-            sweeps.run(
-                {"engine": "ntua", "set": PARTS,
-                 "output": {"quantities": [name + "_rms"], "angle_step": step}}
-            )[name + "_rms"]
-        )
-        for step in (1.0, 0.05)
-    )  # fmt: skip
-    assert coarse == pytest.approx(fine, rel=limit)
-
-
-@pytest.mark.compiled
-def test_they_are_searched_sampled_and_differentiated() -> None:
-    asked = ["torque_rms", "flywheel_shaft_torque_rms", "flywheel_shaft_torque_rms_elasticity"]
-    found = sweeps.run(scene(asked, axes={"flywheel_inertia": [1.0, 2.0, 3.0]}, set={
-        key: value for key, value in PARTS.items() if key != "flywheel_inertia"
-    }))  # fmt: skip
-    assert found["torque_rms"].dims == ()
-    rms = found["flywheel_shaft_torque_rms"]
-    slope = found["flywheel_shaft_torque_rms_elasticity"].sel(parameter="flywheel_inertia")
-    difference = (math.log(rms[2]) - math.log(rms[0])) / math.log(3.0)
-    assert 0.5 < float(slope[1]) / difference < 1.5
-    best = sweeps.best(found, least="flywheel_shaft_torque_rms", within="flywheel_inertia >= 2")
-    assert float(best["flywheel_inertia"]) == 2.0
-    sampled = sweeps.run(
-        scene(["torque_rms"], set={}, sample={
-            "method": "sobol", "number": 4, "seed": 1, "speed": {"low": 1000, "high": 1500},
-        })
-    )  # fmt: skip
-    assert sampled["torque_rms"].dims == ("design",)
-    with pytest.raises(SceneError, match="is a curve over crank_angle"):
-        sweeps.run(scene(["torque_elasticity"]))
-
-
 def test_lists_name_them_once_and_find_them() -> None:
     every = quantity_lines()
     assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]
@@ -216,10 +175,6 @@ def test_lists_name_them_once_and_find_them() -> None:
         read_scene(scene(["torque_rsm"]))
 
 
-# --- a given flywheel -----------------------------------------------------------------------------
-
-
-@pytest.mark.compiled
 def test_a_given_flywheel_has_a_mass_as_the_required_one() -> None:
     ring = {
         "flywheel_outer_diameter": 0.5, "flywheel_inner_diameter": 0.3, "flywheel_density": "steel"
@@ -239,7 +194,6 @@ def test_a_given_flywheel_has_a_mass_as_the_required_one() -> None:
     assert float(loaded["flywheel_mass"]) == pytest.approx(8 * 1.5 / (0.5**2 + 0.3**2))
 
 
-@pytest.mark.compiled
 def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     found = sweeps.run("asgari_flywheel")
     at = found.sel(flywheel_inertia=0.09, speed=3000)
@@ -262,7 +216,6 @@ def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     assert json.loads(found.attrs["parameters"])["load_inertia"] == 0.05
 
 
-@pytest.mark.compiled
 def test_verdicts_have_no_elasticity_and_no_band() -> None:
     limits = {"rim_speed_lowest": "steel", "rim_speed_limit": "steel",
               "flywheel_outer_diameter": 0.5}  # fmt: skip
@@ -274,21 +227,6 @@ def test_verdicts_have_no_elasticity_and_no_band() -> None:
     assert found["rim_speed_verdict"].values.tolist() == [1.0, 0.0, 2.0]
     table = found.dyn.table()
     assert list(table["rim_speed_verdict"]) == ["below", "within", "above"]
-
-
-@pytest.mark.compiled
-def test_a_range_of_the_whole_inertia_gives_way_to_its_parts() -> None:
-    """The engine's file has a range of `inertia`; drawn beside the parts it would replace them."""
-    found = sweeps.run(
-        {"engine": "b112", "set": {"flywheel_inertia": 0.09, "auxiliary_inertia": 0.0176},
-         "uncertainty": {"number": 16}, "output": {"quantities": ["inertia_share", "delta"]}}
-    )  # fmt: skip
-    assert "inertia" not in found["uncertain_parameter"].values
-    assert float(found["delta_low"]) < float(found["delta"]) < float(found["delta_high"])
-    assert float(found["inertia_share_low"]) == pytest.approx(float(found["inertia_share"]))
-
-
-# --- the crank throw ------------------------------------------------------------------------------
 
 
 def test_a_throw_is_reduced_to_the_crank_pin() -> None:

@@ -21,9 +21,6 @@ def apart(name: str) -> list[str]:
     return [name, f"gas_{name}", f"inertia_{name}"]
 
 
-# Forces -------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("engine", "settings"),
     [("ntua", {}), ("ntua", {"pin_offset": 0.02}), ("marine_80x345", {}), ("v6_96x81", {})],
@@ -79,9 +76,6 @@ def test_parts_by_the_printed_formulas() -> None:
         overturning = found[f"{part}_overturning_moment"].values
         assert np.abs(overturning + 0.09 * tangential).max() < 1e-13 * size
     np.testing.assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
-
-
-# Volume -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
@@ -161,9 +155,6 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
         computed(["cylinder_volume"], str(engine))
 
 
-# Inertia over the angle, speed at the start -------------------------------------------------------
-
-
 @pytest.mark.parametrize("engine", ["ntua", "v6_96x81", "parallel_twin_270"])
 def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     """Theta(phi) omega^2/2 of the solution with variable inertia gains what the torques do."""
@@ -187,7 +178,7 @@ def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     assert np.abs(energy - energy[0] - gained).max() < 1e-3 * swing
 
 
-def test_speed_at_the_start_is_that_of_the_curve() -> None:
+def test_speed_at_the_start() -> None:
     solver = {"method": "thesis", "passes": 3}
     found = computed(
         ["omega_start", "omega"], axes={"inertia": [2.0, 5.0]},
@@ -197,10 +188,7 @@ def test_speed_at_the_start_is_that_of_the_curve() -> None:
     assert float(computed(["omega_start"])["omega_start"]) == float(
         computed(["omega"])["omega"].sel(crank_angle=-180.0)
     )
-
-
-def test_speed_at_the_start_is_not_interpolated() -> None:
-    """A march that is not closed jumps at its start angle."""
+    # A march that is not closed jumps at its start angle.
     with pytest.raises(SceneError) as told:
         computed(
             ["omega_start"], output={"angle_step": 4.0},
@@ -215,10 +203,7 @@ def test_speed_at_the_start_is_not_interpolated() -> None:
             ["omega_start"], output={"angle_step": 4.0}, solver={"method": "thesis"},
             designs={"start_angle": [0.0, 2.0], "inertia": [2.0, 3.0]},
         )  # fmt: skip
-
-
-def test_start_speeds_of_the_thesis() -> None:
-    """Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted."""
+    # Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted.
     found = computed(
         ["omega_start"], set={"crankcase_pressure": 0.0}, solver={"method": "thesis"},
         designs={
@@ -227,9 +212,6 @@ def test_start_speeds_of_the_thesis() -> None:
         },
     )  # fmt: skip
     assert found["omega_start"].values == pytest.approx([119.038, 124.46], rel=1e-3)
-
-
-# Counterweights -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -271,9 +253,6 @@ def test_counterweight_of_asgari() -> None:
     assert float(np.abs(none["shaking_force"] - orders).max()) < 0.01 * float(np.abs(orders).max())
 
 
-# Figures ------------------------------------------------------------------------------------------
-
-
 def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
     found = computed(
         ["tangential_force", "gas_tangential_force", "inertia_tangential_force",
@@ -286,15 +265,3 @@ def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
         "tangential_force_parts", "tangential_pressure_parts", "kinematics", "work_diagrams",
     } <= stems  # fmt: skip
     assert "gas_tangential_force" not in stems
-
-
-def test_parts_of_the_shaking_force_are_drawn(tmp_path: Path) -> None:
-    found = sweeps.run("asgari_forces")
-    stems = {path.stem for path in draw(found, tmp_path)}
-    assert "shaking_force_parts_counterweight_fraction" in stems
-    one = found.isel(counterweight_fraction=1)
-    stems = {path.stem for path in draw(one, tmp_path / "one")}
-    assert "shaking_force_parts" in stems
-    only = found[["counterweight_force", "shaking_force"]]
-    stems = {path.stem for path in draw(only, tmp_path / "two")}
-    assert not any(stem.startswith("shaking_force_parts") for stem in stems)

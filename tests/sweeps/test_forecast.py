@@ -10,8 +10,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
-from engine_dyn.speed.mechanisms import BATCH, GENERAL
-from engine_dyn.speed.methods import METHOD_NAMES, STEPPING
+from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.planning import forecast
 from sweeps.planning.forecast import (
     diagram_count,
@@ -22,8 +21,7 @@ from sweeps.planning.forecast import (
 )
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.rates import SECONDS, SERIAL
-from sweeps.reading.engine_files import load_engine
+from sweeps.planning.rates import SECONDS
 from sweeps.scene.reading import read_scene
 
 AXES = {"crank_ratio": [0.2, 0.25, 0.3], "inertia": [1.0, 2.0], "speed": [1000, 1100, 1200, 1300]}
@@ -67,10 +65,14 @@ def test_diagrams_that_are_needed(axes: dict[str, list[float]], engine: str, dia
     assert f"{diagrams} diagram" in text(plan)
 
 
-def test_sets_of_cylinders_and_the_part_of_the_cycle() -> None:
+def test_sets_of_cylinders_and_traces_are_told() -> None:
     told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
     assert "work over the angle of up to 2 diagrams and 3 sets of cylinders, for 72 designs" in told
     assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
+    # Traces are told.
+    assert "traces over crank angle kept: none" in text(plan_of("delta"))
+    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
+    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
 
 
 def test_work_of_columns() -> None:
@@ -98,12 +100,6 @@ def test_work_of_columns() -> None:
 )
 def test_iteration(tables: dict[str, Any], expected: str) -> None:
     assert expected in text(plan_of("delta", **tables))
-
-
-def test_traces_are_told() -> None:
-    assert "traces over crank angle kept: none" in text(plan_of("delta"))
-    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
-    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
 
 
 def test_what_is_skipped_and_why() -> None:
@@ -164,12 +160,6 @@ def test_a_second_run_reads_nothing_again(monkeypatch: pytest.MonkeyPatch) -> No
     assert again.attrs["software"] == first.attrs["software"]
 
 
-def test_an_engine_of_the_catalogue_is_read_once() -> None:
-    assert load_engine("b112", Path()) is load_engine("b112", Path())
-
-
-# --- rates ----------------------------------------------------------------------------------------
-
 BENCHMARKS = Path(__file__).resolve().parents[2] / "docs" / "benchmarks"
 
 NEAR = 2.5
@@ -206,11 +196,3 @@ def test_every_piece_of_work_has_its_seconds(tables: dict[str, Any]) -> None:
     assert all(count >= 0.0 for count in work.values())
     assert seconds_of_computing(plan, 1) > seconds_of_computing(plan, 8) > 0.0
     assert "solved by: " in text(plan) or "whole cycles, repeated" in text(plan)
-
-
-def test_every_mechanism_and_stepping_method_has_its_seconds() -> None:
-    for mechanism in (BATCH, GENERAL):
-        assert any(name.startswith(f"{mechanism}: ") for name in SECONDS)
-    assert {f"designs by {method}" for method in STEPPING} <= set(SECONDS)
-    assert set(SECONDS) >= SERIAL
-    assert all(value > 0.0 for value in SECONDS.values())

@@ -33,7 +33,7 @@ from sweeps.archive.partial import Partial
 from sweeps.catalogue import ENGINES
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
-from sweeps.reading import hdf5_links, netcdf_files, regular_files
+from sweeps.reading import netcdf_files, regular_files
 from sweeps.reading.design_files import read_designs
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
@@ -90,7 +90,7 @@ def test_files_of_an_engine_may_lie_anywhere_in_the_folder_of_the_scene(tmp_path
     (tmp_path / "data" / "p.csv").write_bytes(pressure.read_bytes())
     (tmp_path / "engines" / "my.toml").write_text(text.replace(pressure.name, "../data/p.csv"))
     (tmp_path / "scene.toml").write_text(SCENE.replace('"ntua"', '"engines/my.toml"'))
-    assert invoke("plan", tmp_path / "scene.toml").exit_code == 0
+    ok("plan", tmp_path / "scene.toml")
     # By itself the engine's file leads out of its own folder.
     assert "leads out" in refused("info", tmp_path / "engines" / "my.toml")
 
@@ -132,7 +132,7 @@ def test_servers_are_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     # A folder of that name makes it a file: it is opened by its whole path, which is no address.
     (tmp_path / "http:" / "localhost").mkdir(parents=True)
     (tmp_path / "http:" / "localhost" / "x.nc").write_bytes(sound_archive())
-    assert invoke("info", "http://localhost/x.nc").exit_code == 0
+    ok("info", "http://localhost/x.nc")
 
 
 # --- texts --------------------------------------------------------------------------------------
@@ -367,13 +367,13 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
 def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(sound_archive())
-    assert invoke("plot", path, "--format", "svg").exit_code == 0
+    ok("plot", path, "--format", "svg")
     figures = sorted((tmp_path / "a").iterdir())
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
     figures[0].unlink()
     figures[0].symlink_to(precious)
-    assert invoke("plot", path, "--format", "svg").exit_code == 0
+    ok("plot", path, "--format", "svg")
     assert precious.read_text() == "precious" and not figures[0].is_symlink()
 
 
@@ -440,7 +440,7 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
         assert invoke("plan", scene).exit_code == 0  # loads what the package may be hidden from
         good = folder / "good.nc"
         good.write_bytes(sound_archive())
-        assert invoke("export", good, "-o", folder / "before.csv").exit_code == 0
+        ok("export", good, "-o", folder / "before.csv")
         folder.chmod(0o555)
         for path in folder.iterdir():
             path.chmod(0o444)
@@ -461,18 +461,18 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
             folder.chmod(0o755)
 
 
-def test_a_file_is_no_folder(tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", ["file", pytest.param("/proc", marks=unix)])
+def test_what_is_no_folder_to_write_into(place: str, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
-    good = tmp_path / "good.nc"
+    good, place = tmp_path / "good.nc", tmp_path / place
     good.write_bytes(sound_archive())
     for arguments in (
-        ("run", "first", "-o", tmp_path / "file" / "out.nc"),
-        ("export", good, "-o", tmp_path / "file" / "out.csv"),
-        ("plot", good, "-o", tmp_path / "file" / "figures"),
-        ("plot", good, "-o", tmp_path / ("n" * 300)),
-        ("new", tmp_path / "file" / "my.toml"),
-    ):
-        refused(*arguments)
+        ("run", "first", "-o", place / "out.nc"), ("rerun", good, "-o", place / "out.nc"),
+        ("merge", good, good, "-o", place / "out.nc"), ("export", good, "-o", place / "out.csv"),
+        ("plot", good, "-o", place / "figures"), ("new", place / "my.toml"),
+    ):  # fmt: skip
+        assert "cannot be written" in refused(*arguments)
+    refused("plot", good, "-o", tmp_path / ("n" * 300))
     assert (tmp_path / "file").read_text() == "mine"
 
 
@@ -518,7 +518,7 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
     scene.write_text(PLAIN)
     output = tmp_path / "out.nc"
     ok("run", scene, "-o", output)
-    assert invoke("info", output).exit_code == 0
+    ok("info", output)
     ok("rerun", output, "-o", tmp_path / "again.nc")
     # The library of netCDF takes names in UTF-8 alone.
     told = refused("run", scene, "-o", folder / "out.nc")
@@ -590,17 +590,6 @@ def test_styles_of_a_workbook_do_not_fill_the_memory(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"a.xlsx: not an \.xlsx file to be read: it takes more"):
         read_designs(path, "a.xlsx")
     assert time.monotonic() - before < 30.0
-
-
-def test_what_an_archive_says_does_not_steer_the_terminal(tmp_path: Path) -> None:
-    path = tmp_path / "a.nc"
-    path.write_bytes(sound_archive())
-    with netCDF4.Dataset(path, "r+") as file:
-        file.title = "\x1b]0;owned\x07 \u202e title"
-        file.comment = "\x9b2J"
-    told = ok("info", path)
-    assert r"\x1b]0;owned\x07 \u202e title" in told
-    assert all(line.isprintable() for line in told.splitlines())
 
 
 def test_rerun_reads_no_file_but_the_archive(
@@ -736,33 +725,6 @@ def test_damaged_tables_of_parquet(tmp_path: Path) -> None:
             told.append(str(error))
     assert any("Dictionary" in line or "out of bounds" in line for line in told), set(told)
     assert any("of 70 rows; the file is damaged" in line for line in told)
-
-
-def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.nc"
-    path.write_bytes(sound_archive())
-    assert hdf5_links.external_member(path) == ""
-    monkeypatch.setattr(hdf5_links, "MOST_MEMBERS", 3)
-    assert hdf5_links.external_member(path)
-
-
-@pytest.mark.parametrize(
-    "command", ["info", "compare", "export", "plot", "rerun", "merge", "extend"]
-)
-@pytest.mark.parametrize("size", [0, 100, 3000, 0.5, 0.9])
-def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
-    whole = sound_archive()
-    path, good = tmp_path / "cut.nc", tmp_path / "good.nc"
-    path.write_bytes(whole[: int(size * len(whole)) if size < 1 else int(size)])
-    good.write_bytes(whole)
-    arguments: list[str | Path] = [command, path]
-    if command in ("compare", "merge"):
-        arguments.append(good)
-    if command == "extend":
-        arguments += ["--axis", "speed=1800"]
-    if command in ("export", "plot", "rerun", "merge"):
-        arguments += ["-o", tmp_path / "out.csv"]
-    assert str(path) in refused(*arguments)
 
 
 def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

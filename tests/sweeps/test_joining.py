@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import xarray as xr
 
 import sweeps
 from sweeps.archive.contents import read_contents
-from sweeps.archive.netcdf import open_archive, slabs
+from sweeps.archive.netcdf import open_archive
 from sweeps.archive.partial import Partial
 from sweeps.planning.plan import make_plan
 from sweeps.running import limits
@@ -29,7 +30,7 @@ from tests.support.archives import (
 )
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
-from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -96,33 +97,31 @@ def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
 # --- merge --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("axis", ["speed", "inertia"])
+SPEEDS = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
+LOADS = {"load": [10.0, 30.0, 50.0, 90.0], "inertia": np.geomspace(1.0, 12.0, 12).tolist()}
+
+
+@pytest.mark.parametrize(
+    ("every", "axis", "parts", "slab", "chunk"),
+    [
+        (SPEEDS, "speed", (slice(0, 3, 2), slice(1, 4)), 500.0, None),  # 1200 is in both
+        (SPEEDS, "inertia", (slice(0, 3, 2), slice(1, 4)), 500.0, None),
+        # Copied in ranges of which one archive has no point.
+        (LOADS, "load", (slice(0, 2), slice(2, 4)), 100.0, 8),
+        (LOADS, "inertia", (slice(0, 6), slice(6, 12)), 100.0, 8),
+    ],
+)
 def test_archives_that_differ_in_one_axis(
-    axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", 500.0)
-    every = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
+    every: Any, axis: str, parts: Any, slab: float, chunk: int | None, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", slab)
+    if chunk:
+        monkeypatch.setattr("sweeps.archive.netcdf.CHUNK", chunk)
     scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
-    ranges = ([0, 2], [1, 2, 3])  # 2 is in both
-    for number, places in enumerate(ranges):
-        axes = {**every, axis: [every[axis][i] for i in places]}
-        run({**scene, "axes": axes}, tmp_path / f"{number}.nc")
+    for number, part in enumerate(parts):
+        run({**scene, "axes": {**every, axis: every[axis][part]}}, tmp_path / f"{number}.nc")
     ok("merge", tmp_path / "1.nc", tmp_path / "0.nc", "-o", tmp_path / "both.nc")
-    assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
-
-
-@pytest.mark.parametrize("axis", ["load", "inertia"])
-def test_variables_copied_in_ranges_that_an_archive_has_no_point_of(
-    axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sweeps.archive.netcdf.CHUNK", 8)
-    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", 100.0)
-    every = {"load": [10.0, 30.0, 50.0, 90.0], "inertia": np.geomspace(1.0, 12.0, 12).tolist()}
-    scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep"]}}
-    half = len(every[axis]) // 2
-    for number, values in enumerate((every[axis][:half], every[axis][half:])):
-        run({**scene, "axes": {**every, axis: values}}, tmp_path / f"{number}.nc")
-    ok("merge", tmp_path / "0.nc", tmp_path / "1.nc", "-o", tmp_path / "both.nc")
     assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
 
 
@@ -191,17 +190,6 @@ def test_conflicts_are_errors(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("no.nc*")) and not list(tmp_path.glob("*.partial"))
 
 
-@pytest.mark.parametrize("limit", [1, 100, 1000, 1e9])
-@pytest.mark.parametrize("shape", [(), (7,), (5, 6), (3, 4, 50)])
-def test_slabs_cover_everything_once(shape: tuple[int, ...], limit: float) -> None:
-    chunks = tuple(-(-n // 2) for n in shape)
-    seen = np.zeros(shape, dtype=int)
-    for place in slabs(shape, chunks, 8, limit):
-        seen[place] += 1
-        assert all(s.start % c == 0 for s, c in zip(place, chunks, strict=True))
-    assert (seen == 1).all()
-
-
 # --- extend -------------------------------------------------------------------------------------
 
 
@@ -223,22 +211,8 @@ def test_extend_computes_only_what_is_new(
         before["delta"].size // before.sizes[axis] * len(new)
     ]
     union = np.sort(np.concatenate([before[axis].values, new]))
-    axes = {
-        "speed": [1000, 1200, 1500, 1600],
-        "inertia": np.linspace(1.5, 9.0, 7).tolist(),
-        axis: union.tolist(),
-    }
-    expected = sweeps.run(
-        {
-            "title": "To be joined",
-            "engine": "ntua",
-            "axes": axes,
-            "output": {
-                "quantities": ["delta", "imep", "fmep", "torque_max", "load_torque"],
-                "angle_step": 10,
-            },
-        }
-    )
+    scene = tomllib.loads(TO_JOIN)
+    expected = sweeps.run({**scene, "axes": {**scene["axes"], axis: union.tolist()}})
     with open_archive(path) as found:
         assert found[axis].values.tolist() == union.tolist()
         for name in expected.variables:
@@ -442,16 +416,14 @@ def test_rerun_needs_nothing_but_the_archive(
         (folder / "deep" / "my.toml").write_text(
             engine.replace("diesel_105x137_pressure.csv", "../deep/pressure.csv")
         )
-        (folder / "table.csv").write_text("inertia,case\n" + "\n".join(
-            f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200)
-        ))  # fmt: skip
+        table = "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
+        (folder / "table.csv").write_text("inertia,case\n" + table)
         (folder / "published.csv").write_text("speed,delta,case\n1200,0.1,number 3\n")
-        scene = folder / "scene.toml"
-        scene.write_text(
-            'engine = "deep/my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
-            '[indicator]\nfile = "measured é.csv"\n[reference]\nfile = "published.csv"\n'
-            '[output]\nquantities = ["delta", "imep"]\n'
-        )
+        scene = write_scene(
+            folder, ["delta", "imep"], engine="deep/my.toml", designs={"file": "table.csv"},
+            axes={"speed": [1200, 1500]}, indicator={"file": "measured é.csv"},
+            reference={"file": "published.csv"},
+        )  # fmt: skip
     expected = sweeps.run(scene)
     run(scene, tmp_path / "out.nc")
     shutil.rmtree(folder)

@@ -12,12 +12,10 @@ from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.reading import read_scene
-from tests.support.scenes import computed
-
-# Series -------------------------------------------------------------------------------------------
+from tests.support.scenes import computed, refusal
 
 
-def test_series_need_only_what_they_depend_on() -> None:
+def test_series_of_the_mechanism() -> None:
     scene = {
         "engine": "marine_80x345",
         "axes": {"crank_ratio": [0.2, 0.5], "truncation": [2, 4], "speed": [60, 70]},
@@ -30,9 +28,7 @@ def test_series_need_only_what_they_depend_on() -> None:
     assert found["acceleration_coefficient"].dims == ("crank_ratio", "order")
     assert found["order"].values.tolist() == list(range(1, 13))  # two-stroke
     assert found["acceleration_truncation_error"].dims == ("crank_ratio", "truncation")
-
-
-def test_shortened_forms_are_a_choice_with_a_default() -> None:
+    # Shortened forms are a choice with a default.
     names = ["acceleration_truncated", "velocity_truncated", "position_truncated"]
     plain = computed(names)
     phi = np.radians(plain["crank_angle"].values)
@@ -42,25 +38,24 @@ def test_shortened_forms_are_a_choice_with_a_default() -> None:
     exact = slider_crank.acceleration(phi, 9 / 35)
     error = np.abs(four["acceleration_truncated"].values - exact).max()
     assert 0.0 < error < np.abs(wanted - exact).max()
-
-
-@pytest.mark.parametrize("value", [3, 1, 2.5])
-def test_truncation_is_an_even_number(value: float) -> None:
-    wanted = f"truncation = {value:g}: must be an even number from 2 to 40"
-    for table in ({"set": {"truncation": value}}, {"axes": {"truncation": [2, value]}}):
-        # When the scene is read, not while it runs.
-        with pytest.raises(SceneError, match=wanted):
-            read_scene({"engine": "ntua", "output": {"quantities": ["acceleration"]}, **table})
-
-
-def test_series_of_an_offset_mechanism_are_refused() -> None:
+    # Series of an offset mechanism are refused.
     for name in ("position_coefficient", "position_mean", "velocity_truncated",
                  "position_truncation_error"):  # fmt: skip
         with pytest.raises(SceneError, match=f"{name} is that of a centred mechanism"):
             computed([name], set={"pin_offset": 0.002})
 
 
-# Forces -------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("message", "tables"),
+    [
+        *((f"truncation = {value:g}: must be an even number from 2 to 40", table)
+          for value in (3, 1, 2.5)
+          for table in ({"set": {"truncation": value}}, {"axes": {"truncation": [2, value]}})),
+    ],
+)  # fmt: skip
+def test_truncation_is_an_even_number(message: str, tables: dict[str, Any]) -> None:
+    """When the scene is read, not while it runs."""
+    assert message in refusal({"engine": "ntua", "output": {"quantities": ["imep"]}, **tables})
 
 
 def test_forces_are_one_anothers_components() -> None:
@@ -122,6 +117,10 @@ def test_kakaitsas_masses_of_the_rod() -> None:
     assert float(found["two_mass_rod_inertia"]) == pytest.approx(two, rel=1e-12)
     assert found["rod_inertia_excess"].values == pytest.approx([0.1 - two, 0.0], abs=1e-15)
     assert found["rod_torque_error"].values[1] == pytest.approx(0.0, abs=1e-12)
+    # Without the rod's inertia two masses are the rod.
+    plain = computed(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
+    for name in plain.data_vars:
+        assert (plain[name] == 0.0).all(), name
     omega = 1200 * np.pi / 30
     turning = 1.00 + 6.33 * 0.256 / 0.350  # Kakaitsas 4.1 prints 1.00 - 4.63 = 5.63
     assert float(found["rotating_force"]) == pytest.approx(turning * 0.09 * omega**2, rel=1e-12)
@@ -136,14 +135,6 @@ def test_kakaitsas_masses_of_the_rod() -> None:
     # the archive's cycle begins at -360 degrees: order nu/2 is turned by nu half turns
     assert wanted[1::2] == pytest.approx(found_orders[1::2] * 1.0, abs=1e-6 * abs(wanted).max())
 
-
-def test_without_the_rods_inertia_two_masses_are_the_rod() -> None:
-    found = computed(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
-    for name in found.data_vars:
-        assert (found[name] == 0.0).all(), name
-
-
-# Orders -------------------------------------------------------------------------------------------
 
 ORDERS = ["gas_torque", "inertia_torque", "torque", "gravity_torque"]
 
@@ -205,7 +196,7 @@ def test_gas_orders_are_a_table_of_few_axes() -> None:
     assert here.values == pytest.approx(alone["torque_order"].values, rel=1e-12)
 
 
-def test_which_orders_cancel() -> None:
+def test_orders_cancel_and_throws_add_up() -> None:
     names = ["phase_vector_sum", "torque_order", "cylinder_torque_order"]
     found = computed(names, "diesel_105x137", axes={"cylinders": [1, 4, 6]})
     sums = found["phase_vector_sum"]
@@ -216,9 +207,7 @@ def test_which_orders_cancel() -> None:
     product = sums * found["cylinder_torque_order"]
     assert np.allclose(found["torque_order"], product, rtol=1e-11)
     assert found["cylinder_torque_order"].dims == ("order",)
-
-
-def test_throws_add_up_to_the_engine() -> None:
+    # Throws add up to the engine.
     found = computed(
         ["throw_torque_order", "throw_torque_phase", "torque_order", "torque_phase"], "v6_96x81"
     )
@@ -232,19 +221,14 @@ def test_throws_add_up_to_the_engine() -> None:
     assert int(np.isfinite(found["throw_torque_order"]).all("order").sum()) == 3  # bays of a V6
 
 
-# Bearings -----------------------------------------------------------------------------------------
-
-
-def test_journals_of_engines_of_different_length() -> None:
+def test_journals_and_their_largest_load() -> None:
     found = computed(["main_journal_load_max", "main_journal_x"], "diesel_105x137",
                 axes={"cylinders": [1, 4, 6]})  # fmt: skip
     assert found["main_bearing"].values.tolist() == [1, 2, 3, 4, 5, 6, 7]
     known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
     assert known.values.tolist() == [2, 5, 7]
     assert np.isfinite(found["main_journal_x"].sel(cylinders=6)).all()
-
-
-def test_largest_load_is_that_of_the_curve() -> None:
+    # Largest load is that of the curve.
     found = computed(
         ["crank_pin_load", "crank_pin_load_max", "crank_pin_load_mean", "crank_pin_peak_angle",
          "piston_pin_load", "piston_pin_load_max", "main_journal_load", "main_journal_load_max",
@@ -308,9 +292,6 @@ def test_two_stroke_engines_of_other_numbers_take_two_stroke_orders() -> None:
     assert made is not None and made.firing_order == (1, 4, 3, 2, 5)
     with pytest.raises(SceneError, match=r"cylinders = 8: no firing .* of 1, 2, 3, 4, 5, 6, 7$"):
         read_scene({**asked, "set": {"cylinders": 8, "cylinder_spacing": 1.4}})
-
-
-# Built-in scenes ----------------------------------------------------------------------------------
 
 
 def test_scene_mosakowski_is_compared_with_equation_16() -> None:

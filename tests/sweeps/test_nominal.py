@@ -35,6 +35,14 @@ def test_nominal_is_the_engines_own_design(archive: Path) -> None:
     own = named[(named["speed"] == 1200.0) & (named["inertia"] == 2.0)]
     assert own["delta"].item() == 0.0 and (named["delta"] != 0.0).sum() == 5
     assert "+" in ok("show", archive, "--relative-to", "nominal")
+    # A grid without the engines value.
+    with sweeps.open(archive) as found:
+        part = found.isel(speed=[0, 2])
+        with pytest.raises(SceneError, match="speed = 1200, the engine's own value, is not on"):
+            rows(part, relative_to="nominal")
+        without = found.assign_attrs(engine_values="{}")
+        with pytest.raises(SceneError, match="the archive has no value of the engine for it"):
+            rows(without, relative_to="nominal")
 
 
 def test_nominal_is_the_design_of_this_name() -> None:
@@ -47,16 +55,6 @@ def test_nominal_is_the_design_of_this_name() -> None:
     assert changes[1] == 0.0 and changes[0] > 100.0
     with pytest.raises(SceneError, match="no design is named 'nominal'"):
         rows(found.isel(design=[0, 0]), relative_to="nominal")
-
-
-def test_a_grid_without_the_engines_value(archive: Path) -> None:
-    with sweeps.open(archive) as found:
-        part = found.isel(speed=[0, 2])
-        with pytest.raises(SceneError, match="speed = 1200, the engine's own value, is not on"):
-            rows(part, relative_to="nominal")
-        without = found.assign_attrs(engine_values="{}")
-        with pytest.raises(SceneError, match="the archive has no value of the engine for it"):
-            rows(without, relative_to="nominal")
 
 
 def test_units_of_tables_and_descriptions(archive: Path, tmp_path: Path) -> None:

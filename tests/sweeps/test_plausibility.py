@@ -1,7 +1,6 @@
 """Plausibility warnings of scenes: which mistakes are noticed, and where the lines are kept."""
 
 import csv
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from sweeps.reading.engine_files import catalogue
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import invoke
 from tests.support.mistakes import MISTAKES, Mistake
+from tests.support.scenes import write_scene
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "plausibility.md"
 RANGES = DOCUMENT.with_name("plausibility_ranges.csv")
@@ -121,7 +121,7 @@ SCENE: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_python_warns_once_a_measure() -> None:
+def test_python_warns_once_and_results_are_looked_at() -> None:
     with pytest.warns(engine_dyn.ImplausibleWarning) as caught:
         found = sweeps.run(SCENE)
     lines = found.attrs["warnings"].splitlines()
@@ -131,9 +131,7 @@ def test_python_warns_once_a_measure() -> None:
     assert "4 of 8 designs" in lines[0]
     assert "given by" not in lines[0]
     assert len(lines) == 1
-
-
-def test_results_are_looked_at() -> None:
+    # Results are looked at.
     light = {**SCENE, "axes": {"inertia": [0.2, 0.25, 0.3, 2.0], "speed": [1500, 1800, 2000]}}
     found = sweeps.run(light)
     delta = found["delta"].values
@@ -146,7 +144,13 @@ def test_results_are_looked_at() -> None:
     assert at in line
 
 
-def test_tables_tell_how_many_and_which(tmp_path: Path) -> None:
+def test_only_what_is_asked_for_is_looked_at_and_not_what_is_silenced(tmp_path: Path) -> None:
+    given = {"engine": "ntua", "set": {"inertia": 2e4}}
+    assert told_of({**given, "output": {"quantities": ["imep"]}}) == ()
+    assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
+    for names in (["inertia"], ["all"]):
+        assert told_of({**SCENE, "silenced_warnings": names}) == ()
+    # Of a table it is told how many and which.
     table = tmp_path / "table.csv"
     rows = [f"case {i},{2.0 if i % 100 else 2e4 + i}" for i in range(1, 1001)]
     table.write_text("\n".join(["case,inertia", *rows]))
@@ -154,12 +158,6 @@ def test_tables_tell_how_many_and_which(tmp_path: Path) -> None:
                        "output": {"quantities": ["delta"]}})  # fmt: skip
     assert "10 of 1000 designs, the worst is design 1000 ('case 1000')" in line
     assert "inertia = 21000 kg m2" in line
-
-
-def test_only_what_is_asked_for_is_looked_at() -> None:
-    given = {"engine": "ntua", "set": {"inertia": 2e4}}
-    assert told_of({**given, "output": {"quantities": ["imep"]}}) == ()
-    assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
 
 
 def test_the_engine_is_named_where_the_scene_gives_nothing(tmp_path: Path) -> None:
@@ -171,11 +169,6 @@ def test_the_engine_is_named_where_the_scene_gives_nothing(tmp_path: Path) -> No
     assert "given by engine mine" in line
     file.write_text('silenced_warnings = ["inertia"]\n' + file.read_text())
     assert told_of(scene) == ()
-
-
-@pytest.mark.parametrize("names", [["inertia"], ["all"]])
-def test_warnings_are_silenced_by_their_names(names: list[str]) -> None:
-    assert told_of({**SCENE, "silenced_warnings": names}) == ()
 
 
 @pytest.mark.parametrize(
@@ -191,19 +184,13 @@ def test_silenced_warnings_are_names_of_checks(given: Any, message: str) -> None
         read_scene({**SCENE, "silenced_warnings": given})
 
 
-def _written(raw: dict[str, Any], path: Path) -> Path:
-    lines = [f"engine = {json.dumps(raw['engine'])}"]
-    for table in ("axes", "output"):
-        lines += [f"[{table}]", *(f"{k} = {json.dumps(v)}" for k, v in raw[table].items())]
-    path.write_text("\n".join(lines))
-    return path
-
-
 def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> None:
-    scene = _written(
-        {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4, 3e4], "speed": [1500, 2000]}},
-        tmp_path / "scene.toml",
+    asked, axes = (
+        SCENE["output"]["quantities"],
+        {"inertia": [0.25, 2.0, 2e4], "speed": [1500, 2000]},
     )
+    more = {**axes, "inertia": [0.25, 2.0, 2e4, 3e4]}
+    scene = write_scene(tmp_path, asked, axes=more)
     whole = tmp_path / "whole.nc"
     done = _done("run", scene, "-o", whole)
     lines = _lines(whole)
@@ -227,8 +214,7 @@ def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> N
         assert list(sweeps.stream(scene, tmp_path / "stream.nc").warnings) == lines
     assert _lines(tmp_path / "stream.nc") == lines
     extended = tmp_path / "extended.nc"
-    raw = {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4], "speed": [1500, 2000]}}
-    _done("run", _written(raw, tmp_path / "less.toml"), "-o", extended)
+    _done("run", write_scene(tmp_path / "less.toml", asked, axes=axes), "-o", extended)
     assert _lines(extended) != lines
     assert _told(_done("extend", extended, "--axis", "inertia=30000").stderr) == lines
     assert _lines(extended) == lines

@@ -10,7 +10,7 @@ import pytest
 import sweeps
 from sweeps.archive.contents import plan_of, read_contents
 from sweeps.cli.running import _without_folders
-from tests.support.commands import invoke
+from tests.support.commands import ok
 from tests.support.engine_files import ENGINES
 
 SCENE = """
@@ -46,14 +46,14 @@ def test_folders_stay_at_home(study: Path, where: str, monkeypatch: pytest.Monke
     if where == "from within":
         monkeypatch.chdir(study)
     scene = study / "scene.toml" if where == "whole path" else Path("scene.toml")
-    assert invoke("run", scene, "-o", output).exit_code == 0
+    ok("run", scene, "-o", output)
     assert "secret_customer" not in texts_of(output)
     contents = read_contents(output)
     assert contents.folder == ""
     assert "engines/own.toml" in contents.files
     shutil.rmtree(study / "engines")
     again = study.parent / "again.nc"
-    assert invoke("rerun", output, "-o", again).exit_code == 0
+    ok("rerun", output, "-o", again)
     assert "secret_customer" not in texts_of(again)
     assert plan_of(read_contents(again)).designs == 2
 
@@ -61,7 +61,7 @@ def test_folders_stay_at_home(study: Path, where: str, monkeypatch: pytest.Monke
 @pytest.mark.compiled
 def test_folders_are_kept_when_asked_for(study: Path) -> None:
     output = study / "out.nc"
-    assert invoke("run", study / "scene.toml", "-o", output, "--full-paths").exit_code == 0
+    ok("run", study / "scene.toml", "-o", output, "--full-paths")
     with netCDF4.Dataset(output) as file:
         kept = json.loads(file.input_files)
     assert kept["folder"] == str(study)
@@ -77,7 +77,7 @@ def test_absolute_path_of_a_scene_is_found_again(study: Path) -> None:
     result = sweeps.stream(study / "scene.toml", study / "out.nc")
     assert result is not None
     shutil.rmtree(study / "engines")
-    assert invoke("rerun", study / "out.nc", "-o", study / "again.nc").exit_code == 0
+    ok("rerun", study / "out.nc", "-o", study / "again.nc")
 
 
 @pytest.mark.parametrize(

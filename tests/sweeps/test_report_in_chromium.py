@@ -5,13 +5,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
 
 import sweeps
 from tests.support.browser import Browser, browser
-from tests.support.reports import SCENE, any_archive, hostile, large
+from tests.support.reports import SCENE, any_archive, hostile
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -86,45 +85,6 @@ def test_legends_hide_lines_and_selectors_draw_anew(chromium: Browser, tmp_path:
         )
     chromium.settled()
     assert chromium.messages() == []
-
-
-def test_one_design(chromium: Browser, tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "set": {"load": 50}, "output": {"quantities": ["delta", "omega"]}}
-    opened(chromium, sweeps.run(scene), tmp_path)
-    assert chromium.run("return document.querySelectorAll('.control').length") == 0
-    assert chromium.run("return document.querySelectorAll('#figures .card').length") == 1
-
-
-def test_balance_alone_and_bearings_alone(chromium: Browser, tmp_path: Path) -> None:
-    balance = ["shaking_force", "shaking_force_max", "shaking_force_major"]
-    for names in (balance, ["crank_pin_load", "main_journal_load"]):
-        scene = {"engine": "diesel_105x137", "axes": {"speed": [1000, 1500]},
-                 "output": {"quantities": names, "angle_step": 5}}  # fmt: skip
-        opened(chromium, sweeps.run(scene), tmp_path, overwrite=True)
-        assert chromium.run("return document.querySelectorAll('#figures canvas').length") == 0
-        assert chromium.run("return document.querySelectorAll('#figures .plot').length") >= 1
-
-
-def test_thinned_out_curves_say_where_they_are(chromium: Browser, tmp_path: Path) -> None:
-    opened(chromium, large(), tmp_path, limit=1.8e6)
-    moved(chromium, 0, 31)
-    told = chromium.run("return document.querySelector(arguments[0]).innerText",
-                        card("Curves of this design"))  # fmt: skip
-    assert "nearest design in this page" in told
-
-
-def test_a_long_list_of_designs(chromium: Browser, tmp_path: Path) -> None:
-    size = 30_000
-    random = np.random.default_rng(1)
-    archive = xr.Dataset(
-        {"delta": ("design", random.random(size)), "status": ("design", np.zeros(size, "i1"))},
-        {"design": np.arange(size), "inertia": ("design", random.random(size)),
-         "speed": ("design", 1000.0 + 100.0 * random.random(size))},
-    )  # fmt: skip
-    opened(chromium, archive, tmp_path, limit=1.9e6)
-    before = chromium.picture(card("Map over two axes"))
-    moved(chromium, 0, 77)
-    assert chromium.picture(card("Map over two axes")) != before
 
 
 def test_hostile_texts_do_nothing(chromium: Browser, tmp_path: Path) -> None:

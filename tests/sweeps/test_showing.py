@@ -13,7 +13,7 @@ from sweeps.errors import SceneError
 from sweeps.exploring import ranges as reading
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.nearest_values import nearest_notes
-from sweeps.presenting.readable_units import factor, unit_choices
+from sweeps.presenting.readable_units import factor
 from sweeps.presenting.tables import number_text, rows_text
 from tests.support.commands import invoke, ok, refused
 
@@ -38,7 +38,7 @@ def path(archive: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_rows_are_the_designs_in_their_order(archive: xr.Dataset) -> None:
+def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None:
     found = rows(archive)
     assert list(found.table) == [
         "load", "inertia", "delta", "omega_max", "brake_power", "status",
@@ -47,6 +47,21 @@ def test_rows_are_the_designs_in_their_order(archive: xr.Dataset) -> None:
     np.testing.assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
     assert found.designs == 12 and found.curves == ("omega",)
     assert set(found.table["status"]) == {"converged"}
+    # Designs without a number come last.
+    data = archive.copy(deep=True)
+    data.delta[1, 2] = np.nan
+    for sort in ("delta", "-delta"):
+        found = rows(data, sort=sort).table["delta"]
+        assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
+    # Changes in percent of a design.
+    found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
+    here = archive.delta.sel(load=50)
+    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
+    assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
+    first = rows(archive, relative_to={}).table
+    assert first["delta"][0] == 0.0
+    with pytest.raises(SceneError, match="not a single design; also give a value of inertia"):
+        rows(archive, relative_to={"load": 50})
 
 
 @pytest.mark.parametrize("sort", ["delta", "-delta", "-inertia", "status"])
@@ -64,25 +79,6 @@ def test_the_first_of_an_order_whatever_is_read_at_once(
     np.testing.assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
 
 
-def test_designs_without_a_number_come_last(archive: xr.Dataset) -> None:
-    data = archive.copy(deep=True)
-    data.delta[1, 2] = np.nan
-    for sort in ("delta", "-delta"):
-        found = rows(data, sort=sort).table["delta"]
-        assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
-
-
-def test_changes_in_percent_of_a_design(archive: xr.Dataset) -> None:
-    found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
-    here = archive.delta.sel(load=50)
-    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
-    assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
-    first = rows(archive, relative_to={}).table
-    assert first["delta"][0] == 0.0
-    with pytest.raises(SceneError, match="not a single design; also give a value of inertia"):
-        rows(archive, relative_to={"load": 50})
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
@@ -95,7 +91,7 @@ def test_numbers_have_sensible_digits(value: float, text: str) -> None:
     assert number_text(value) == text
 
 
-def test_units_for_people(archive: xr.Dataset) -> None:
+def test_units_for_people_and_their_factors(archive: xr.Dataset) -> None:
     text = rows_text(rows(archive, select={"load": 50, "inertia": 2.0}))
     speed, power = (float(archive[n].sel(load=50, **{"inertia": 2.0} if n != "brake_power" else {}))
                     for n in ("omega_max", "brake_power"))  # fmt: skip
@@ -107,9 +103,7 @@ def test_units_for_people(archive: xr.Dataset) -> None:
     assert re.search(r"omega_max +[0-9.]+ +rad/s", kept)
     other = rows_text(rows(archive), units="power=hp,omega_max=1/min")
     assert "brake_power [hp]" in other and "omega_max [1/min]" in other
-
-
-def test_factors_of_units() -> None:
+    # Factors of units.
     assert factor("rad s-1", "rpm") == pytest.approx(30.0 / np.pi)
     assert factor("kg m2", "g*m^2") == pytest.approx(1e3)
     assert factor("bar", "MPa") == pytest.approx(0.1)
@@ -120,15 +114,6 @@ def test_factors_of_units() -> None:
             factor("W", bad)
     with pytest.raises(SceneError, match="cannot be used for a quantity in"):
         factor("W", "bar")
-
-
-def test_units_that_name_nothing_are_refused() -> None:
-    known = {"delta": "1", "brake_power": "W"}
-    assert unit_choices("power=MW", known) == {"brake_power": "MW"}
-    with pytest.raises(SceneError, match=r"--units speed: no column"):
-        unit_choices("speed=rpm", known)
-    with pytest.raises(SceneError, match="must be NAME=UNIT"):
-        unit_choices("kW", known)
 
 
 def test_the_command(path: Path) -> None:
@@ -153,6 +138,8 @@ def test_the_command(path: Path) -> None:
         (("--relative-to", "load=50"), "not a single design"),
         (("--units", "delta=kW"), "cannot be used for a quantity in"),
         (("--units", "foo=kW"), "--units foo: no column"),
+        (("--units", "kW"), "must be NAME=UNIT"),
+        (("--select", "load=20", "--select", "load=50"), "--select load: given twice"),
     ],
 )
 def test_bad_options(path: Path, options: tuple[str, ...], told: str) -> None:
@@ -220,10 +207,6 @@ def test_a_value_between_those_of_an_axis_is_said_to_be_replaced(
     assert invoke(name, path, *options, *slices, "load=50,inertia=2").stderr == ""
 
 
-def test_nearest_in_python_takes_any_number(archive: xr.Dataset) -> None:
-    assert float(sweeps.nearest(archive, load=5000)["load"]) == 80.0
-
-
 def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
     archive = xr.Dataset(coords={"inertia": [1.5, 9.25297, 12.0]})
     assert nearest_notes(archive, {"inertia": 9.253}) == []
@@ -259,7 +242,9 @@ def of_bearings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_what_has_several_numbers_for_each_design_is_no_curve(of_bearings: Path) -> None:
+def test_several_numbers_for_each_design_have_rows_or_hints(
+    of_bearings: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     told = ok("show", of_bearings).splitlines()
     assert "not shown, because they are curves: omega" in told
     assert (
@@ -273,9 +258,7 @@ def test_what_has_several_numbers_for_each_design_is_no_curve(of_bearings: Path)
         expected = data.main_journal_load_max.sel(main_bearing=2).values / 1e3
     assert all(number_text(float(value)) in one for value in expected)
     assert "not shown" not in one  # what was not asked for
-
-
-def test_bearings_and_orders_have_a_row_each(of_bearings: Path) -> None:
+    # Bearings and orders have a row each.
     with sweeps.open(of_bearings) as data:
         found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
         loads = data.main_journal_load_max.sel(load=50)
@@ -290,21 +273,9 @@ def test_bearings_and_orders_have_a_row_each(of_bearings: Path) -> None:
     names = "torque_order,main_journal_load_max"
     told = refused("show", of_bearings, "--quantities", names)
     assert "(over main_bearing) do not fit into one table" in told
-
-
-def test_hints_are_those_of_python(of_bearings: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # Hints are those of python.
     with sweeps.open(of_bearings) as data:
         data.dyn.show()
     told = capsys.readouterr().out
     assert 'select=dict(order=1) shows one of them, quantities="torque_order" all' in told
     assert "--select" not in told
-
-
-def test_an_axis_that_is_selected_twice(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        'engine = "ntua"\n[axes]\nspeed = [900, 1000]\n[output]\nquantities = ["delta"]\n'
-    )
-    ok("run", scene, "-o", tmp_path / "a.nc")
-    said = refused("show", tmp_path / "a.nc", "--select", "speed=900", "--select", "speed=1000")
-    assert "--select speed: given twice" in said

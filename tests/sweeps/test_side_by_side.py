@@ -1,7 +1,6 @@
 """Several engines or arrangements in one scene: the numbers of each alone, in one archive."""
 
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,13 @@ from sweeps.catalogue import ENGINES
 from sweeps.errors import SceneError
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import make_plan
-from sweeps.planning.points_of_several import points_of_several
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene import engine_choices
-from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, shards
 from tests.support.commands import ok, refused
-from tests.support.scenes import asking
+from tests.support.scenes import asking, refusal, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -80,9 +77,6 @@ def engines() -> xr.Dataset:
     return sweeps.run(ENGINES_BESIDE)
 
 
-# --- numbers ------------------------------------------------------------------------------------
-
-
 def test_numbers_are_those_of_each_engine_alone(engines):
     assert engines["delta"].dims == ("speed", "engine", "inertia")
     assert engines["engine_name"].values.tolist() == ENGINES_BESIDE["axes"]["engine"]
@@ -92,11 +86,31 @@ def test_numbers_are_those_of_each_engine_alone(engines):
     assert np.isfinite(engines["delta"].isel(engine=[0, 1]).values).all()
 
 
-def test_one_engine_in_a_list_is_that_engine():
+def test_one_engine_in_a_list_is_that_engine_and_a_list_at_the_top_varies_slowest():
     raw = {**ENGINES_BESIDE, "axes": {"engine": ["ntua"], "inertia": [1.0, 2.0]}}
     found = sweeps.run(raw)
     assert found.sizes["engine"] == 1
     assert_numbers(found.isel(engine=0), alone(raw, "ntua"))
+    axes = {k: v for k, v in ENGINES_BESIDE["axes"].items() if k != "engine"}
+    raw = {**ENGINES_BESIDE, "axes": axes, "engine": ["ntua", "v6_96x81"]}
+    scene = read_scene(raw)
+    assert scene.dimensions == ("engine", "speed", "inertia")
+    assert [one.scene.engine.name for one in scene.beside] == ["ntua", "v6_96x81"]
+    assert "engine ntua, v6_96x81" in repr(scene) and "12 designs" in repr(make_plan(scene))
+    # Arrangements of the engine's own number of cylinders stay one scene.
+    raw = {"engine": "v6_96x81", "axes": {"arrangement": [V6, "in-line 6"]}, "output": OUTPUT}
+    assert not read_scene(raw).beside
+
+
+def test_columns_of_a_file(tmp_path):
+    (tmp_path / "designs.csv").write_text("engine,inertia\nntua,5\nv6_96x81,0.3\nntua,10\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[designs]\nfile = "designs.csv"\n[output]\nquantities = ["delta"]\n')
+    found = sweeps.run(scene)
+    assert found["delta"].dims == ("design",)
+    for row, (engine, inertia) in enumerate((("ntua", 5), ("v6_96x81", 0.3), ("ntua", 10))):
+        own = sweeps.run(engine=engine, set={"inertia": inertia}, output=DELTA)
+        assert float(found["delta"][row]) == float(own["delta"])
 
 
 @pytest.mark.parametrize("named", [True, False])
@@ -116,35 +130,6 @@ def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path)
     assert {key.rpartition(": ")[0] for key in told} == set(names)
     of_rows = sweeps.run({**scene, "designs": {"engine": [*files, files[0]]}})
     assert of_rows["engine"].values.tolist() == [*files, files[0]]  # which `rerun` reads back
-
-
-def test_list_at_the_top_varies_slowest():
-    axes = {k: v for k, v in ENGINES_BESIDE["axes"].items() if k != "engine"}
-    found = sweeps.run(
-        {**ENGINES_BESIDE, "axes": axes, "engine": ["ntua", "v6_96x81"],
-         "output": {"quantities": ["delta"]}}
-    )  # fmt: skip
-    assert found["delta"].dims == ("engine", "speed", "inertia")
-    assert found.attrs["engine"] == "ntua, v6_96x81"
-
-
-def test_cylinders_follow_from_arrangements():
-    raw = {
-        "engine": "si_four_87x101",
-        "axes": {"arrangement": ["in-line 4", V6, "in-line 6"], "load": [50, 100]},
-        "output": OUTPUT,
-    }
-    found = sweeps.run(raw)
-    assert found["arrangement_name"].values.tolist() == raw["axes"]["arrangement"]
-    for number, (name, count) in enumerate((("in-line 4", 4), (V6, 6), ("in-line 6", 6))):
-        own = alone(raw, raw["engine"], arrangement=name, cylinders=count)
-        assert_numbers(found.isel(arrangement=number), own)
-    assert [one["name"][:2] for one in json.loads(found.attrs["arrangement"])] == ["in", "V6", "in"]
-
-
-def test_arrangements_of_the_engine_s_own_count_stay_one_scene():
-    raw = {"engine": "v6_96x81", "axes": {"arrangement": [V6, "in-line 6"]}, "output": OUTPUT}
-    assert not read_scene(raw).beside
 
 
 def test_engines_times_arrangements():
@@ -176,29 +161,6 @@ def test_columns_of_designs():
         sweeps.nearest(found, engine="ntua", arrangement="in-line 6")
 
 
-def test_columns_of_a_file(tmp_path):
-    (tmp_path / "designs.csv").write_text("engine,inertia\nntua,5\nv6_96x81,0.3\nntua,10\n")
-    scene = tmp_path / "scene.toml"
-    scene.write_text('[designs]\nfile = "designs.csv"\n[output]\nquantities = ["delta"]\n')
-    found = sweeps.run(scene)
-    for row, (engine, inertia) in enumerate((("ntua", 5), ("v6_96x81", 0.3), ("ntua", 10))):
-        own = sweeps.run(
-            {"engine": engine, "set": {"inertia": inertia}, "output": {"quantities": ["delta"]}}
-        )
-        assert float(found["delta"][row]) == float(own["delta"])
-
-
-def test_only_engines_in_the_table():
-    found = sweeps.run(
-        {"designs": {"engine": ["ntua", "ntua", "v6_96x81"]}, "output": {"quantities": ["delta"]}}
-    )
-    assert found["delta"].dims == ("design",)
-    assert float(found["delta"][0]) == float(found["delta"][1]) != float(found["delta"][2])
-
-
-# --- what one of them has not -------------------------------------------------------------------
-
-
 @pytest.fixture
 def with_spacing(tmp_path):
     """A folder with an engine file that gives a spacing, which those of the catalogue do not."""
@@ -208,11 +170,8 @@ def with_spacing(tmp_path):
 
 
 def test_missing_quantities(with_spacing):
-    scene = with_spacing / "scene.toml"
-    scene.write_text(
-        'engine = ["ntua", "spaced.toml"]\n[axes]\ninertia = [2.0, 5.0]\n'
-        '[output]\nquantities = ["shaking_moment_max", "delta"]\n'
-    )
+    asked, engines = ["shaking_moment_max", "delta"], ["ntua", "spaced.toml"]
+    scene = write_scene(with_spacing, asked, engine=engines, axes={"inertia": [2.0, 5.0]})
     read = read_scene(scene)
     assert read.quantities == ("shaking_moment_max", "delta")
     assert read.beside[0].scene.quantities == ("delta",)
@@ -230,10 +189,7 @@ def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
     whole = (with_spacing / "spaced.toml").read_text()
     without = "\n".join(line for line in whole.splitlines() if not line.startswith("inertia ="))
     (with_spacing / "light.toml").write_text(without.replace('"spaced"', '"light"'))
-    scene = with_spacing / "scene.toml"
-    scene.write_text(
-        'engine = ["spaced.toml", "light.toml"]\n[output]\nquantities = ["imep", "delta"]\n'
-    )
+    scene = write_scene(with_spacing, ["imep", "delta"], engine=["spaced.toml", "light.toml"])
     found = sweeps.run(scene)
     assert found["status"].values.tolist() == [0, 4]
     assert np.isfinite(found["imep"].values).all()
@@ -244,32 +200,6 @@ def test_a_quantity_that_none_has_is_refused():
     raw = asking(["delta", "shaking_moment_max"], ["ntua", "v6_96x81"])
     with pytest.raises(SceneError, match="needs cylinder_spacing"):
         read_scene(raw)
-
-
-def test_those_possible():
-    def make(asked):
-        if "b" in asked:
-            raise SceneError("no b")
-        return list(asked)
-
-    made, refused = those_possible(["a", "b", "c"], make)
-    assert made == ["a", "c"]
-    assert str(refused["b"]) == "no b"
-    with pytest.raises(SceneError, match="no b"):
-        those_possible(["b"], make)
-
-
-def test_points_of_several():
-    four = {"cylinder": np.arange(1, 5), "order": np.array([0.5, 1.0, 1.5])}
-    two = {"cylinder": np.arange(1, 3), "order": np.array([1.0, 2.0])}
-    joined, places = points_of_several([two, four])
-    assert joined["cylinder"].tolist() == [1, 2, 3, 4]
-    assert joined["order"].tolist() == [0.5, 1.0, 1.5, 2.0]
-    assert places[0]["order"].tolist() == [1, 3]
-    assert places[1]["cylinder"].tolist() == [0, 1, 2, 3]
-
-
-# --- archives -----------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -331,16 +261,6 @@ def test_best_chooses_among_engines(engines):
     assert float(found["inertia"]) == 0.5
 
 
-def test_scene_and_plan_in_a_notebook():
-    scene = read_scene(ENGINES_BESIDE)
-    assert "engine ntua, v6_96x81, marine_80x345" in repr(scene)
-    assert "18 designs" in repr(scene)
-    assert "18 designs" in repr(make_plan(scene))
-    assert [one.scene.engine.name for one in scene.beside] == ENGINES_BESIDE["axes"]["engine"]
-
-
-# --- what is refused ----------------------------------------------------------------------------
-
 DELTA = {"quantities": ["delta"]}
 
 
@@ -375,27 +295,14 @@ DELTA = {"quantities": ["delta"]}
           "designs": {"arrangement": ["in-line 2"], "inertia": [1.0]}},
          "arrangement: given in [set] and [designs]; give it once"),
         ({"engine": ["ntua", "b112"], "set": {"inertai": 2.0}}, "inertai: unknown key"),
+        ({"engine": ["ntua", "b112"], "output": {"quantities": ["delta", "delta_elasticity"]}},
+         "elasticities of 'delta': only for one engine"),
+        ({"engine": [str(ENGINES / "ntua.toml"), f"{ENGINES}/./ntua.toml"]},
+         "the same engine as number 1"),
     ],
 )  # fmt: skip
 def test_refused(raw, words):
-    with pytest.raises(SceneError) as told:
-        read_scene({**raw, "output": DELTA})
-    assert words in str(told.value)
-    assert "\n" not in str(told.value)
-
-
-def test_elasticities_are_of_one_engine():
-    raw = {"engine": ["ntua", "b112"], "output": {"quantities": ["delta", "delta_elasticity"]}}
-    with pytest.raises(SceneError, match="elasticities of 'delta': only for one engine"):
-        read_scene(raw)
-
-
-def test_the_same_file_twice(tmp_path: Path):
-    shutil.copy(ENGINES / "ntua.toml", tmp_path / "mine.toml")
-    scene = tmp_path / "scene.toml"
-    scene.write_text('engine = ["mine.toml", "./mine.toml"]\n[output]\nquantities = ["delta"]\n')
-    with pytest.raises(SceneError, match=r"duplicate '\./mine\.toml': the same engine as number 1"):
-        read_scene(scene)
+    assert words in refusal({"output": DELTA, **raw})
 
 
 def test_too_many_combinations():

@@ -29,9 +29,6 @@ def in_schema(raw: Any) -> bool:
     return fits(raw, SCHEMA, SCHEMA["$defs"])
 
 
-# --- new --engine ---------------------------------------------------------------------------------
-
-
 def uncommented(text: str, *ways: int) -> str:
     """The template with its optional values and only these ways to a diagram."""
     head, *sections = re.split(r"(?m)^# --- ", text)
@@ -77,9 +74,6 @@ def test_every_option_of_the_data_sheet_is_read(tmp_path: Path) -> None:
     assert made.published.peak == 75 and made.published.fuel_consumption == 250
     assert set(made.sheet.known) == {"compression_ratio", "intake_closing", "exhaust_opening"}
     assert not set(made.assumed) & set(made.sheet.values)
-
-
-# --- new --for ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -147,19 +141,6 @@ def test_what_new_refuses(tmp_path: Path) -> None:
     assert "nowhere.toml" in refused("new", "--for", tmp_path / "nowhere.toml")
 
 
-# --- schema --engine ------------------------------------------------------------------------------
-
-
-def test_the_command_prints_the_schema_of_engine_files() -> None:
-    assert json.loads(ok("schema", "--engine")) == SCHEMA
-    assert "axes" not in SCHEMA["properties"]
-
-
-@pytest.mark.parametrize("name", catalogue())
-def test_engines_of_the_catalogue_fit(name: str) -> None:
-    assert in_schema(tomllib.loads(catalogue()[name].read_text("utf-8")))
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_the_reader_refuses_does_not_fit(kind: str) -> None:
     """Each number of a modelled cycle: its ends, beyond them, a text, an unknown key."""
@@ -182,18 +163,19 @@ def test_what_the_reader_refuses_does_not_fit(kind: str) -> None:
 
 
 def test_a_file_needs_neither_diagrams_nor_a_data_sheet() -> None:
+    assert json.loads(ok("schema", "--engine")) == SCHEMA
+    assert "axes" not in SCHEMA["properties"]
+    for path in catalogue().values():
+        assert in_schema(tomllib.loads(path.read_text("utf-8"))), path
     raw = tomllib.loads(catalogue()["ntua"].read_text("utf-8"))
     without = {k: v for k, v in raw.items() if k != "diagram"}
-    assert in_schema(without)
     sheet = {**without, "data_sheet": {"power": 10}}
-    assert in_schema(sheet)
-    assert not in_schema({**sheet, "data_sheet": {"powr": 10}})
-    assert not in_schema({**sheet, "data_sheet": {"cycle": {"heat": 10}}})
-    assert not in_schema({**raw, "values": {**raw["values"], "compression_ratio": 10}})
-    assert not in_schema({**raw, "engine": "ntua"})
-
-
-# --- documentation of classes ---------------------------------------------------------------------
+    assert in_schema(without) and in_schema(sheet)
+    for wrong in (
+        {**sheet, "data_sheet": {"powr": 10}}, {**sheet, "data_sheet": {"cycle": {"heat": 10}}},
+        {**raw, "values": {**raw["values"], "compression_ratio": 10}}, {**raw, "engine": "ntua"},
+    ):  # fmt: skip
+        assert not in_schema(wrong)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -205,9 +187,6 @@ def test_a_class_says_the_units_of_files(kind: str) -> None:
     for name, field in KINDS[kind].fields.items():
         assert f"{name} [{field.unit}]: {field.low:.6g} to {field.high:.6g}, " in documentation
         assert MEANINGS[name]
-
-
-# --- info of scenes -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", built_in_scenes())

@@ -97,6 +97,8 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "pegging without pressure": (text(), {"pegging": "inlet"}, ("inlet_pressure",)),
     "pegging without ratio": (text(), {"pegging": "compression"}, ("compression_ratio",)),
     "unknown key": (text(), {"colour": 1}, ("unknown", "colour")),
+    "unknown format": (text(), {"format": "fwf"},
+                       ("format = 'fwf': must be one of text, fixed_width, xlsx, mat",)),
     "smoothing of what": (text(), {"smoothing": "spline"}, ("savitzky_golay",)),
 }  # fmt: skip
 

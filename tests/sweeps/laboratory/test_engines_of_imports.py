@@ -1,13 +1,14 @@
 """What `import` takes from an engine: measures and firing angles, without any diagram."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import sweeps
 from sweeps.reading.engine_files import load_engine
-from sweeps.reading.pressure_recordings import read_engine_measures, read_pressure
+from sweeps.reading.pressure_recordings import read_pressure
 from tests.support import recorded_engine as engine
 from tests.support.laboratory import avl, four_cylinders, imep, own, rows, samples
 
@@ -36,19 +37,23 @@ def written(folder: Path, more: str = "") -> str:
     return str(folder / "mine.toml")
 
 
-def test_an_engine_file_needs_no_diagrams(tmp_path: Path) -> None:
+def test_engines_need_no_diagrams_and_give_measures_and_firing_angles(tmp_path: Path) -> None:
     own(tmp_path / "raw.csv")
     found = read_pressure(tmp_path / "raw.csv", engine=written(tmp_path))
     assert found.geometry.crank_ratio == pytest.approx(engine.GEOMETRY.crank_ratio)
     assert (found.geometry.bore, found.geometry.stroke) == (0.1, 0.12)
     assert found.geometry.compression_ratio is None
     assert not any("assumed" in line for line in found.warnings)
-
-
-def test_diagrams_that_are_yet_to_be_written_are_not_read(tmp_path: Path) -> None:
+    # Firing angles come from the file.
+    four_cylinders(tmp_path / "four.csv")
+    told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
+    assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
+    # An engine of the catalogue has the same measures either way.
     own(tmp_path / "raw.csv")
-    path = written(tmp_path, '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n')
-    assert read_pressure(tmp_path / "raw.csv", engine=path).geometry.bore == 0.1
+    by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
+    loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry
+    assert by_name == loaded
+    assert by_name.compression_ratio == 10.3
 
 
 def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
@@ -74,52 +79,38 @@ def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
         read_pressure(tmp_path / "raw.csv", brake_torque=brake)
 
 
-def test_firing_angles_come_from_the_file(tmp_path: Path) -> None:
-    four_cylinders(tmp_path / "four.csv")
-    told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
-    assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
+POINTS = '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "yet to be written.csv"\n'
+DATA_SHEET = "\n[data_sheet.cycle]\ncompression_ratio = {}\n"
 
 
-def test_the_compression_ratio_is_that_of_all_diagrams(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("more", "given", "ratio"),
+    [
+        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0), {}, 16.0),
+        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0), {"compression_ratio": 17.0}, 17.0),
+        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 17.0), {}, "compression_ratio"),
+        (DATA_SHEET.format(16.5), {}, 16.5),
+        (DATA_SHEET.format(900), {}, r"\[data_sheet.cycle\] compression_ratio = 900"),
+        (DATA_SHEET.format(16.5) + POINTS, {}, 16.5),
+        (POINTS, {}, r"or geometric_compression_ratio in \[values\]"),
+    ],
+    ids=["all diagrams", "given", "others", "data sheet", "absurd", "sheet and points", "points"],
+)
+def test_where_the_compression_ratio_comes_from(
+    more: str, given: dict[str, float], ratio: Any, tmp_path: Path
+) -> None:
     avl(tmp_path / "raw.csv")
-    path = written(tmp_path, DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0))
-    found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
-    assert found.geometry.compression_ratio == 16.0
-    given = read_pressure(tmp_path / "raw.csv", engine=path, compression_ratio=17.0)
-    assert given.geometry.compression_ratio == 17.0
-    path = written(tmp_path, DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 17.0))
-    with pytest.raises(sweeps.SceneError, match="compression_ratio"):
-        read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
-
-
-def test_the_compression_ratio_may_be_that_of_the_data_sheet(tmp_path: Path) -> None:
-    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 16.5\n")
-    assert read_engine_measures(path).values["compression_ratio"] == 16.5
-    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 900\n")
-    with pytest.raises(sweeps.SceneError, match=r"\[data_sheet.cycle\] compression_ratio = 900"):
-        read_engine_measures(path)
-
-
-def test_diagrams_of_points_leave_the_compression_ratio_to_the_data_sheet(tmp_path: Path) -> None:
-    avl(tmp_path / "raw.csv")
-    points = '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n'
-    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 16.5\n" + points)
-    found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
-    assert found.geometry.compression_ratio == 16.5
-    assert "compression ratio 16.5 of the engine" in found.steps
-    path = written(tmp_path, points)
-    found = read_pressure(tmp_path / "raw.csv", engine=path)
-    assert any(step.startswith("compression ratio unknown") for step in found.steps)
-    with pytest.raises(sweeps.SceneError, match=r"or geometric_compression_ratio in \[values\]"):
-        read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
-
-
-def test_an_engine_of_the_catalogue_has_the_same_measures_either_way(tmp_path: Path) -> None:
-    own(tmp_path / "raw.csv")
-    by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
-    loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry
-    assert by_name == loaded
-    assert by_name.compression_ratio == 10.3
+    path = written(tmp_path, more)
+    if isinstance(ratio, str):
+        with pytest.raises(sweeps.SceneError, match=ratio):
+            read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression", **given)
+    else:
+        found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression", **given)
+        assert found.geometry.compression_ratio == ratio
+        assert f"compression ratio {ratio:g} of the engine" in found.steps or given
+    if more == POINTS:
+        steps = read_pressure(tmp_path / "raw.csv", engine=path).steps
+        assert any(step.startswith("compression ratio unknown") for step in steps)
 
 
 def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
@@ -49,16 +48,14 @@ def test_it_is_an_archive_that_can_be_written(tmp_path: Path) -> None:
         xr.testing.assert_allclose(found, data)
 
 
-def test_the_sheet_of_many_cycles() -> None:
+def test_the_sheets_of_many_cycles_and_of_one() -> None:
     data = evaluated(engine.cycles(1.0, 30, noise=2e4), engine.GEOMETRY)
     assert titles(data) == [
         "Whole cycle", "Around firing dead centre", "p - V", "log p - log V",
         "Rate of apparent heat release", "Apparent net heat released",
         "Imep, mean and standard deviation", "Largest pressure over its angle",
     ]  # fmt: skip
-
-
-def test_the_sheet_of_one_cycle_without_a_compression_ratio() -> None:
+    # The sheet of one cycle without a compression ratio.
     geometry = replace(engine.GEOMETRY, compression_ratio=None)
     data = evaluated(engine.cycles(1.0), geometry)
     assert "cylinder_volume" not in data
@@ -162,9 +159,3 @@ def test_work_diagrams_of_an_archive(ratio: bool) -> None:
     assert x.max() == pytest.approx(lowest + 1.0)
     if ratio:
         assert panels[1].get_xscale() == panels[1].get_yscale() == "log"
-
-
-def test_a_geometry_may_be_given_without_a_ratio() -> None:
-    geometry = CylinderGeometry(0.1, 0.12, 0.28)
-    with pytest.raises(ValueError, match="compression_ratio"):
-        geometry.volume(0.0)

@@ -12,7 +12,7 @@ import sweeps
 from engine_dyn.quantities import graph
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.scene.confidential import TELLING
-from tests.support.commands import invoke as command
+from tests.support.commands import invoke, ok, refused
 from tests.support.laboratory import (
     avl,
     excel_german,
@@ -23,8 +23,6 @@ from tests.support.laboratory import (
     samples,
 )
 from tests.support.scenes import asking
-
-QUANTITIES = {"quantities": ["imep"]}
 
 
 def scene(folder: Path, keys: str, top: str = "") -> Path:
@@ -37,10 +35,9 @@ def scene(folder: Path, keys: str, top: str = "") -> Path:
 
 def test_a_scene_takes_what_import_writes_and_what_it_reads(tmp_path: Path) -> None:
     excel_german(tmp_path / "excel.csv")
-    made = command("import", tmp_path / "excel.csv", "-o", tmp_path / "pressure.csv",
+    made = ok("import", tmp_path / "excel.csv", "-o", tmp_path / "pressure.csv",
                    "--engine", "ntua")  # fmt: skip
-    assert made.exit_code == 0, made.output
-    assert "column 'Kurbelwinkel' taken as the crank angle" in made.stdout
+    assert "column 'Kurbelwinkel' taken as the crank angle" in made
     raw = sweeps.read_scene(scene(tmp_path, 'file = "excel.csv"'))
     done = sweeps.read_scene(scene(tmp_path, 'file = "pressure.csv"'))
     assert raw.indicator is not None and done.indicator is not None
@@ -53,31 +50,19 @@ def test_a_scene_takes_what_import_writes_and_what_it_reads(tmp_path: Path) -> N
 def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
     matlab(tmp_path / "run.mat")
     path = scene(tmp_path, 'file = "run.mat"\nunit = "MPa"\naverage = true\nangle_step = 1.0')
-    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    ok("run", path, "-o", tmp_path / "a.nc")
     (tmp_path / "run.mat").unlink()
-    again = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
-    assert again.exit_code == 0, again.output
+    ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
     with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
         assert float(one.imep) == float(other.imep)
         notes = one.attrs["indicator_notes"].splitlines()
         assert "average of 20 cycles" in notes and notes[2].startswith("sha256 of the raw file: ")
         kept = json.loads(one.attrs["input_files"])["files"]["run.mat"]
     assert kept.get("text", HEADER).startswith(HEADER)
-    told = command("info", tmp_path / "a.nc", "--provenance").stdout
+    told = ok("info", tmp_path / "a.nc", "--provenance")
     line = told[told.index("input_files") :].splitlines()
     assert "of the CSV that was made of it" in line[0]
     assert any(f"run.mat: sha256 {kept['sha256']}" in row for row in line[1:])
-
-
-def test_a_format_is_chosen_where_no_ending_tells_it(tmp_path: Path) -> None:
-    fixed_width(tmp_path / "run12.txt")
-    words = ["import", tmp_path / "run12.txt", "-o", tmp_path / "pressure.csv"]
-    made = command(*words, "--format", "fixed_width")
-    assert made.exit_code == 0, made.output
-    assert "column 'p' taken as the cylinder pressure" in made.stdout
-    refused = command(*words, "--format", "fwf")
-    assert refused.exit_code == 2 and len(refused.stderr.splitlines()) == 1
-    assert "format = 'fwf': must be one of text, fixed_width, xlsx, mat" in refused.stderr
 
 
 @pytest.mark.parametrize("head", ["angle_deg,sensor_V\n", "angle [deg],sensor [V]\n"])
@@ -86,14 +71,12 @@ def test_a_calibration_is_written_as_its_help_says(volts: str, head: str, tmp_pa
     angle, pressure = samples(-360.0)
     (tmp_path / "v.csv").write_text(head + rows(angle, pressure / 10.0 - 0.05, form=".8f"))
     words = ["import", tmp_path / "v.csv", "-o", tmp_path / "p.csv"]
-    made = command(*words, "--calibration", volts)
-    assert made.exit_code == 0, made.output
+    ok(*words, "--calibration", volts)
     found = sweeps.read_pressure(tmp_path / "p.csv").mean.pressure[0] / 1e5
     assert np.allclose(found, pressure, atol=1e-5)
     for wrong in ("[10, 0.5", "10", "[]"):
-        refused = command(*words, "--overwrite", "--calibration", wrong)
-        assert refused.exit_code == 2 and refused.stderr.count("\n") == 1, refused.output
-        assert "must be a list of two numbers" in refused.stderr
+        told = refused(*words, "--overwrite", "--calibration", wrong)
+        assert "must be a list of two numbers" in told
 
 
 @pytest.mark.parametrize("confidential", ["", "\nconfidential = true"])
@@ -103,10 +86,9 @@ def test_an_archive_holds_the_diagram_of_a_file_of_any_ending(
 ) -> None:
     (fixed_width if form else avl)(tmp_path / "run12.prn")
     path = scene(tmp_path, f'file = "run12.prn"{form}{confidential}')
-    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    ok("run", path, "-o", tmp_path / "a.nc")
     words = ["--indicator", tmp_path / "run12.prn"] if confidential else []
-    again = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", *words)
-    assert again.exit_code == 0, again.output
+    ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", *words)
     with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
         assert float(one.imep) == float(other.imep)
 
@@ -114,34 +96,22 @@ def test_an_archive_holds_the_diagram_of_a_file_of_any_ending(
 def test_a_confidential_diagram_stays_out_of_the_archive(tmp_path: Path) -> None:
     avl(tmp_path / "avl.csv")
     path = scene(tmp_path, 'file = "avl.csv"\nshift = 1.0\nconfidential = true')
-    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    ok("run", path, "-o", tmp_path / "a.nc")
     with sweeps.open(tmp_path / "a.nc") as archive:
         kept = json.loads(archive.attrs["input_files"])["files"]["avl.csv"]
     assert sorted(kept) == ["samples_sha256", "sha256"]
-    refused = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
-    assert refused.exit_code == 2 and "confidential" in refused.stderr
+    assert "confidential" in refused("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
     excel_german(tmp_path / "other.csv")
-    wrong = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator",
-                    tmp_path / "other.csv")  # fmt: skip
-    assert wrong.exit_code == 2 and "not the diagram" in wrong.stderr
+    assert "not the diagram" in refused(
+        "rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator", tmp_path / "other.csv"
+    )
     assert not (tmp_path / "b.nc").exists()
-    right = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator",
+    ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator",
                     tmp_path / "avl.csv")  # fmt: skip
-    assert right.exit_code == 0, right.output
     with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
         assert float(one.imep) == float(other.imep)
         kept = json.loads(other.attrs["input_files"])["files"]["avl.csv"]
     assert "text" not in kept and "zlib" not in kept
-
-
-def test_a_plain_confidential_diagram_too(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0)
-    (tmp_path / "p.csv").write_text("crank_angle_deg,pressure_bar\n" + rows(angle, pressure))
-    path = scene(tmp_path, 'file = "p.csv"\nconfidential = true')
-    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
-    words = ["rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc"]
-    assert command(*words).exit_code == 2
-    assert command(*words, "--indicator", tmp_path / "p.csv").exit_code == 0
 
 
 KEPT = ("gas_torque", "torque", "omega", "imep", "peak_pressure", "inertia_force", "torque_order",
@@ -199,13 +169,13 @@ def test_no_curve_of_one_cylinder_escapes() -> None:
 def test_confidential_notes_tell_no_pressure(tmp_path: Path) -> None:
     angle, pressure = samples(-360.0)
     (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 40.0)))
-    assert command("import", tmp_path / "p.csv", "-o", tmp_path / "made.csv").exit_code == 0
+    ok("import", tmp_path / "p.csv", "-o", tmp_path / "made.csv")
     assert "imep" in (tmp_path / "made.csv").read_text()
     for name in ("p.csv", "made.csv"):
         open_ = sweeps.read_scene(scene(tmp_path, f'file = "{name}"'))
         assert any(": imep " in note for note in open_.indicator_notes)
         path = scene(tmp_path, f'file = "{name}"\nconfidential = true')
-        run = command("run", path, "-o", tmp_path / f"{name}.nc")
+        run = invoke("run", path, "-o", tmp_path / f"{name}.nc")
         assert run.exit_code == 0, run.output
         assert "\nimep  " in run.stdout  # which the scene asks for
         with sweeps.open(tmp_path / f"{name}.nc") as archive:
@@ -219,44 +189,37 @@ def test_what_the_checks_say_stands_in_the_archive(tmp_path: Path) -> None:
     angle, pressure = samples(-360.0)
     (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 40.0)))
     scene(tmp_path, 'file = "p.csv"')
-    planned = command("plan", tmp_path / "scene.toml")
+    planned = invoke("plan", tmp_path / "scene.toml")
     assert "[indicator]: clipped: " in planned.stderr
     scene(tmp_path, 'file = "p.csv"', 'silenced_warnings = ["clipped"]')
-    assert "clipped" not in command("plan", tmp_path / "scene.toml").stderr
+    assert "clipped" not in invoke("plan", tmp_path / "scene.toml").stderr
 
 
 def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path) -> None:
     avl(tmp_path / "avl.csv")
     before = (tmp_path / "avl.csv").read_bytes()
-    same = command("import", tmp_path / "avl.csv", "-o", tmp_path / "avl.csv", "--overwrite")
-    assert same.exit_code == 2 and "is the raw file" in same.stderr
+    assert "is the raw file" in refused(
+        "import", tmp_path / "avl.csv", "-o", tmp_path / "avl.csv", "--overwrite"
+    )
     for words in (["--unit", "kg"], ["--angle-step", "x"], ["--cycle", "0"], ["--shift", "1e9"]):
-        bad = command("import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv", *words)
-        assert bad.exit_code == 2 and bad.stderr.count("\n") == 1, bad.output
+        refused("import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv", *words)
     assert [p.name for p in tmp_path.iterdir()] == ["avl.csv"]
     assert (tmp_path / "avl.csv").read_bytes() == before
     words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv"]
-    assert command(*words).exit_code == 0
-    again = command(*words)
-    assert again.exit_code == 2 and "--overwrite" in again.stderr
-
-
-def test_import_refuses_its_input_before_its_output(tmp_path: Path) -> None:
-    (tmp_path / "p.csv").write_text("mine")
-    missing = command("import", tmp_path / "none.csv", "-o", tmp_path / "p.csv")
-    assert missing.exit_code == 2 and "none.csv: no such file" in missing.stderr
+    ok(*words)
+    assert "--overwrite" in refused(*words)
 
 
 def test_another_unit_than_that_of_the_file_is_warned_of(tmp_path: Path) -> None:
     avl(tmp_path / "avl.csv")
     words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "p.csv"]
-    assert "the file says" not in command(*words).stderr
-    told = command(*words, "--overwrite", "--unit", "kPa").stderr.splitlines()
+    assert "the file says" not in invoke(*words).stderr
+    told = invoke(*words, "--overwrite", "--unit", "kPa").stderr.splitlines()
     assert any("the file says bar, unit = 'kPa' was given and is used" in line for line in told)
     (peak,) = (line for line in told if "peak_pressure: largest pressure is " in line)
     assert "usual is 2 to 350 bar; check the unit of the pressure" in peak
     # The plan repeats both, and makes no guess of its own.
-    told = command("plan", scene(tmp_path, 'file = "p.csv"')).stderr.splitlines()
+    told = invoke("plan", scene(tmp_path, 'file = "p.csv"')).stderr.splitlines()
     assert len([line for line in told if "peak_pressure: " in line]) == 1
     assert not any(line.endswith("?") for line in told)
 
@@ -266,8 +229,7 @@ def test_cylinders_by_name_on_the_command_line(tmp_path: Path) -> None:
     words = ["import", tmp_path / "four.csv", "-o", tmp_path / "p.csv",
              "--pressure-column", "PCYL1", "--pressure-column", "PCYL3",
              "--firing-angles", "0,180"]  # fmt: skip
-    made = command(*words)
-    assert made.exit_code == 0, made.output
+    ok(*words)
     text = (tmp_path / "p.csv").read_text()
     assert "crank_angle_deg,pressure_bar,pressure_1_bar,pressure_2_bar\n" in text
 
@@ -276,15 +238,8 @@ def test_warnings_of_the_command_name_the_file(tmp_path: Path) -> None:
     angle, pressure = samples(-360.0)
     text = "CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 50.0))
     (tmp_path / "cut.csv").write_text(text)
-    made = command("import", tmp_path / "cut.csv", "-o", tmp_path / "p.csv", "--engine", "ntua")
-    assert made.exit_code == 0, made.output
+    made = invoke("import", tmp_path / "cut.csv", "-o", tmp_path / "p.csv", "--engine", "ntua")
     warnings = made.stderr.splitlines()
     assert any("clipped: " in line for line in warnings)
     for line in warnings:
         assert line.startswith(f"warning: {tmp_path / 'cut.csv'}: ")
-
-
-def test_keys_of_wheels_are_options(tmp_path: Path) -> None:
-    listed = command("import", "--help").stdout
-    for option in ("--edge", "--threshold", "--hysteresis", "--crank-ratio", "--gap-angle"):
-        assert option in listed

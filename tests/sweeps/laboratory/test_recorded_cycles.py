@@ -12,6 +12,7 @@ from sweeps.errors import SceneError
 from sweeps.presenting.archives import recorded_cycle_lines
 from tests.support.commands import ok, refused
 from tests.support.laboratory import four_cylinders, rows_of_cycles
+from tests.support.scenes import write_scene
 
 COUNT = 5
 QUANTITIES = ["delta", "imep", "peak_pressure", "omega"]
@@ -39,7 +40,9 @@ def cycles(folder: Path) -> xr.Dataset:
     return sweeps.run(scene(folder, axes=axes))
 
 
-def test_each_cycle_is_that_cycle_alone(folder: Path, cycles: xr.Dataset) -> None:
+def test_each_cycle_is_that_cycle_alone_and_all_scatter_about_their_mean(
+    folder: Path, cycles: xr.Dataset
+) -> None:
     assert cycles["delta"].dims == ("recorded_cycle", "inertia")
     assert cycles["imep"].dims == cycles["peak_pressure"].dims == ("recorded_cycle",)
     assert (cycles["status"] == 0).all()
@@ -48,15 +51,19 @@ def test_each_cycle_is_that_cycle_alone(folder: Path, cycles: xr.Dataset) -> Non
         here = cycles.sel(recorded_cycle=number)
         for name in QUANTITIES:
             np.testing.assert_allclose(here[name], alone[name], rtol=2e-6)
-
-
-def test_cycles_scatter_about_their_mean(folder: Path, cycles: xr.Dataset) -> None:
+    # Cycles scatter about their mean.
     mean = sweeps.run(scene(folder, keys={"average": True}, axes={"inertia": [2.0, 4.0]}))
     assert len(np.unique(cycles["imep"])) == COUNT
     # imep is linear in the pressure, delta nearly so.
     assert float(cycles["imep"].mean()) == pytest.approx(float(mean["imep"]), rel=1e-6)
     off = cycles["delta"].mean("recorded_cycle") / mean["delta"] - 1.0
     assert (np.abs(off) < 0.01).all() and (cycles["delta"].std("recorded_cycle") > 0.0).all()
+    # Numbers do not depend on which cycles are asked for.
+    some = sweeps.run(scene(folder, axes={"recorded_cycle": [4, 2], "inertia": [2.0]}))
+    for name in QUANTITIES:
+        there = cycles[name].sel(recorded_cycle=[4, 2])
+        there = there.sel(inertia=[2.0]) if "inertia" in there.dims else there
+        assert (some[name].values == there.values).all(), name
 
 
 def test_run_and_info_tell_the_spread(folder: Path, cycles: xr.Dataset, tmp_path: Path) -> None:
@@ -73,23 +80,10 @@ def test_run_and_info_tell_the_spread(folder: Path, cycles: xr.Dataset, tmp_path
     assert lines == []  # one cycle has no spread
 
 
-def test_numbers_do_not_depend_on_which_cycles_are_asked_for(
-    folder: Path, cycles: xr.Dataset
-) -> None:
-    some = sweeps.run(scene(folder, axes={"recorded_cycle": [4, 2], "inertia": [2.0]}))
-    for name in QUANTITIES:
-        there = cycles[name].sel(recorded_cycle=[4, 2])
-        there = there.sel(inertia=[2.0]) if "inertia" in there.dims else there
-        assert (some[name].values == there.values).all(), name
-
-
 def test_archives_hold_all_cycles(folder: Path, tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
     (tmp_path / "run.csv").write_bytes((folder / "run.csv").read_bytes())
-    path.write_text(
-        'engine = "ntua"\n[axes]\nrecorded_cycle = [1, 5]\n[indicator]\nfile = "run.csv"\n'
-        'unit = "bar"\n[output]\nquantities = ["delta"]\n'
-    )
+    table = {"file": "run.csv", "unit": "bar"}
+    path = write_scene(tmp_path, axes={"recorded_cycle": [1, 5]}, indicator=table)
     ok("run", path, "-o", tmp_path / "a.nc")
     (tmp_path / "run.csv").unlink()
     ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
@@ -112,8 +106,5 @@ def test_what_has_no_such_cycles_is_refused(folder: Path, tmp_path: Path) -> Non
     wrong["indicator"] = {"file": str(tmp_path / "four.csv")}
     with pytest.raises(SceneError, match="recorded cycles of 4 cylinders; must be of one"):
         sweeps.run(wrong)
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'engine = "ntua"\n[axes]\nrecorded_cycle = [1.5]\n[output]\nquantities = ["delta"]\n'
-    )
+    path = write_scene(tmp_path, axes={"recorded_cycle": [1.5]})
     assert "recorded_cycle = 1.5" in refused("run", path, "-o", tmp_path / "a.nc")

@@ -73,13 +73,11 @@ def test_times_in_other_units(name: str, raw: Path, tmp_path: Path) -> None:
     assert imep(mean.angle, mean.pressure[0]) == pytest.approx(true_imep(), rel=2e-3)
 
 
-def test_the_other_edge_is_a_tooth_away(raw: Path) -> None:
+def test_another_edge_is_a_tooth_away_and_a_chosen_one_told(raw: Path) -> None:
     """What a wrong edge costs is far more than the tolerance above."""
     mean = read_pressure(raw, edge="falling", gap_angle=RISING, threshold=2.5, **KEYS).mean
     assert abs(imep(mean.angle, mean.pressure[0]) / true_imep() - 1.0) > 0.05
-
-
-def test_an_edge_that_was_chosen_is_told(raw: Path) -> None:
+    # An edge that was chosen is told.
     told = "\n".join(read_pressure(raw, gap_angle=RISING, **KEYS).steps)
     assert "edge was chosen" in told and "one tooth width away" in told
 
@@ -100,7 +98,7 @@ def test_a_mark_replaces_the_gap_angle(every: int, raw: Path, tmp_path: Path) ->
         read_pressure(path, mark_column="mark", gap_angle=78.0, **KEYS)
 
 
-def test_threshold_and_hysteresis_are_those_given(raw: Path) -> None:
+def test_threshold_hysteresis_and_a_missing_gap_angle(raw: Path) -> None:
     found = read_pressure(
         raw, gap_angle=RISING, edge="rising", threshold=2.25, hysteresis=0.125, **KEYS
     )
@@ -109,9 +107,7 @@ def test_threshold_and_hysteresis_are_those_given(raw: Path) -> None:
         read_pressure(raw, gap_angle=RISING, threshold=7.0, **KEYS)
     with pytest.raises(sweeps.SceneError, match="'rising' or 'falling'"):
         read_pressure(raw, gap_angle=RISING, edge="both", **KEYS)
-
-
-def test_a_missing_gap_angle_is_refused(raw: Path) -> None:
+    # A missing gap angle is refused.
     with pytest.raises(sweeps.SceneError) as failure:
         read_pressure(raw, edge="falling", **KEYS)
     message = str(failure.value)

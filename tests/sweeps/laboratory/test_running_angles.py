@@ -122,15 +122,6 @@ def test_two_stroke_cycles_are_revolutions(first: float, last: float, tmp_path: 
     assert any("no whole cycle and left out" in line for line in found.steps)
 
 
-def test_other_formats_are_cut_alike(tmp_path: Path) -> None:
-    import pandas as pd
-
-    angle = np.arange(0.0, 1080.0 + 1e-9, 0.7)
-    pd.DataFrame({"CA [deg]": angle, "p [bar]": running(angle)}).to_parquet(tmp_path / "a.parquet")
-    found = read_pressure(tmp_path / "a.parquet")
-    assert works(found) == pytest.approx([true_imep(1500.0)], rel=2e-3)
-
-
 def test_one_cycle_from_any_angle_is_whole(tmp_path: Path) -> None:
     """Nothing is left out of it, and nothing is said."""
     for first in (-360.0, -180.0, 0.0, 100.0):

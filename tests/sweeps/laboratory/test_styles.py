@@ -84,9 +84,7 @@ def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
         assert imep(cycles.angle, cycles.pressure[0]) == pytest.approx(factor * TRUE, rel=2e-3)
     assert any("'PCYL2' differs" in s and "imep +3.7" in s for s in found.steps)
     assert found.text().count("pressure_2_bar") == 1
-
-
-def test_firing_angles_that_are_given_hold(tmp_path: Path) -> None:
+    # Firing angles that are given hold.
     four_cylinders(tmp_path / "four.csv")
     found = read_pressure(tmp_path / "four.csv", firing_angles=[0.0, 540.0, 180.0, 360.0])
     works = [imep(c.angle, c.pressure[0]) for c in found.cylinders.values()]
@@ -162,7 +160,7 @@ def test_a_falling_single_cycle_is_turned_by_its_work(tmp_path: Path) -> None:
     assert any("backward" in step for step in found.steps)
 
 
-def test_motored_cycles_are_not_taken_for_reversed_ones(tmp_path: Path) -> None:
+def test_motored_cycles(tmp_path: Path) -> None:
     angle = np.arange(-360.0, 360.0)
     pressure = recorded_engine.pressure(angle * DEGREE, heat=0.0, loss=8.0) / 1e5
     (tmp_path / "off.csv").write_text("CA [deg],p [bar]\n" + rows(angle, pressure))
@@ -170,9 +168,7 @@ def test_motored_cycles_are_not_taken_for_reversed_ones(tmp_path: Path) -> None:
     assert imep(found.mean.angle, found.mean.pressure[0]) < -0.1
     assert any("dead centre: motored" in step for step in found.steps)
     assert not any("backward" in warning for warning in found.warnings)
-
-
-def test_motored_cycles_have_a_loss_angle_and_no_variation_of_imep(tmp_path: Path) -> None:
+    # Motored cycles have a loss angle and no variation of imep.
     angle = np.arange(-360.0, 360.0 * 11, 0.5)
     one = recorded_engine.pressure(np.arange(-360.0, 360.0, 0.5) * DEGREE, heat=0.0, loss=25.0)
     factor = 1.0 + 0.002 * np.random.default_rng(3).standard_normal(6)

@@ -35,7 +35,7 @@ def fitted(folder: Path) -> xr.Dataset:
     return sweeps.identify(folder / "scene.toml", ["inertia", "gap_angle"])
 
 
-def test_what_made_the_recordings_is_found(fitted: xr.Dataset) -> None:
+def test_what_made_the_recordings_is_found_and_those_left_out_predicted(fitted: xr.Dataset) -> None:
     assert fitted.parameter.values.tolist() == ["inertia", "gap_angle"]
     assert fitted.unit.values.tolist() == ["kg m2", "degree"]
     for place, truth in enumerate((INERTIA, GAP)):
@@ -46,9 +46,7 @@ def test_what_made_the_recordings_is_found(fitted: xr.Dataset) -> None:
     assert fitted.attrs["likelihood_of_noise"] > 0.01
     assert fitted.attrs["condition_number"] < 100.0
     np.testing.assert_allclose(fitted.speed.values, 1500.0, rtol=2e-3)
-
-
-def test_recordings_that_were_left_out_are_predicted(fitted: xr.Dataset) -> None:
+    # Recordings that were left out are predicted.
     off = fitted.delta_predicted - fitted.delta_measured_raw
     unsure = np.hypot(fitted.delta_predicted_deviation, fitted.delta_measured_raw_uncertainty)
     assert (np.abs(off) < 4.0 * unsure).all()
@@ -96,16 +94,16 @@ def test_predictions_are_near_the_measured_speeds(folder: Path) -> None:
                                rtol=1e-3)  # fmt: skip
 
 
-def test_mass_and_teeth_are_refused_together(folder: Path) -> None:
-    with pytest.raises(SceneError, match="reciprocating_mass, the tooth errors: cannot be"):
-        sweeps.identify(folder / "scene.toml", ["inertia", "reciprocating_mass"], predict=False)
-
-
-def test_pressure_and_inertia_are_known_as_a_ratio(folder: Path) -> None:
-    with pytest.raises(
-        SceneError, match=r"inertia, pressure_factor.*cannot be determined separately"
-    ):
-        sweeps.identify(folder / "scene.toml", ["inertia", "pressure_factor"], predict=False)
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("reciprocating_mass", "reciprocating_mass, the tooth errors: cannot be"),
+        ("pressure_factor", "inertia, pressure_factor.*cannot be determined separately"),
+    ],
+)
+def test_what_cannot_be_told_apart_is_refused(folder: Path, key: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        sweeps.identify(folder / "scene.toml", ["inertia", key], predict=False)
 
 
 def test_command(folder: Path) -> None:

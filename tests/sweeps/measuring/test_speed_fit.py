@@ -88,7 +88,7 @@ def test_parameters_and_teeth_are_found_without_noise() -> None:
     np.testing.assert_allclose(fit.tooth_error, errors, atol=5e-6)
 
 
-def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
+def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
     def of_turn(values: np.ndarray) -> list[np.ndarray]:
         wave = np.sin(2.0 * np.pi * np.arange(INTERVALS) / TEETH)
         return [m + values[:, [3]] * wave for m in model(values[:, :3])]
@@ -100,20 +100,7 @@ def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
     told = replace(more[3], prior=0.0, prior_deviation=0.1)
     fit = fit_speeds(of_turn, (*PARAMETERS, told), exact(), teeth=TEETH, largest_condition=1e7)
     assert fit.deviation[3] == pytest.approx(0.1, rel=0.01)  # the prior is all that is known
-
-
-def test_ratios_cannot_be_told_apart() -> None:
-    def scaled(values: np.ndarray) -> list[np.ndarray]:
-        return [values[:, [3]] * m for m in model(values[:, :3])]
-
-    more = (*PARAMETERS, Parameter("pressure_factor", 1.0))
-    with pytest.raises(
-        Inseparable, match="inertia, pressure_factor: cannot be determined separately"
-    ):
-        fit_speeds(scaled, more, exact())
-
-
-def test_without_effect() -> None:
+    # Without effect.
     idle = (*PARAMETERS, Parameter("bore", 1.0))
     with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())
@@ -138,19 +125,6 @@ def test_a_robust_loss_counts_a_wild_interval_less() -> None:
         for loss in ("linear", "soft_l1")
     ]
     assert off[1] < 0.2 * off[0]
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ({"start": 2.0}, "start 2 must lie from 0.001 to 1"),
-        ({"prior": 1.0}, "needs a value and a standard deviation"),
-        ({"prior": 1.0, "prior_deviation": 0.0}, "must be positive"),
-    ],
-)
-def test_parameters_are_refused(change: dict[str, float], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
-        replace(PARAMETERS[0], **change)
 
 
 def test_recordings_are_refused() -> None:

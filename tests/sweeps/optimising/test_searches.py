@@ -39,9 +39,6 @@ def delta_with(inertia: float, **more: Any) -> float:
     return float(one["delta"].max())
 
 
-# --- the exact inverse --------------------------------------------------------------------------
-
-
 def test_the_least_inertia_is_found_exactly() -> None:
     """Delta is at the limit with it, and above with a thousandth less."""
     archive = sweeps.optimise(
@@ -105,8 +102,6 @@ def delta_speed(inertia: float) -> float:
                      output={"quantities": ["omega_max"]})  # fmt: skip
     return float(one["omega_max"].max())
 
-
-# --- generations --------------------------------------------------------------------------------
 
 TWO: dict[str, Any] = {
     "engine": "ntua",
@@ -237,9 +232,6 @@ def test_of_bearings_the_worst_counts() -> None:
     assert int(np.argmin(worst.values)) == int(np.argmax(archive["found"].values))
 
 
-# --- fronts -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("names", [["inertia", "delta"], ["inertia", "delta", "rod_length"]])
 def test_a_front_is_that_of_all_designs(names: list[str]) -> None:
     archive = sweeps.optimise(
@@ -280,8 +272,6 @@ def test_a_front_of_most_and_least() -> None:
     front = sweeps.pareto(archive, "delta", "brake_power", most="brake_power")
     assert sorted(front["design"].values) == sorted(found(archive)["design"].values)
 
-
-# --- archives -----------------------------------------------------------------------------------
 
 SCENE = """
 engine = "ntua"

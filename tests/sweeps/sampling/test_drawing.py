@@ -10,7 +10,6 @@ from scipy import stats
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
-from tests.support.commands import refused
 from tests.support.scenes import refusal
 
 NUMBER = 1 << 12
@@ -38,29 +37,30 @@ def test_values_follow_the_law(law: str, method: str) -> None:
     assert values.min() >= table["low"] and values.max() <= table["high"]
 
 
-def test_whole_numbers_and_choices_are_equally_likely() -> None:
-    drawn = sweeps.sample(
-        {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]},
-        NUMBER,
-    )
-    for key, values in (("cylinders", [3, 4, 5, 6]), ("load", [10, 50, 90])):
-        found, counts = np.unique(drawn[key], return_counts=True)
+def test_whole_numbers_choices_and_words_are_equally_likely() -> None:
+    words = ["V8 90 cross-plane", "in-line 4", "in-line 6"]
+    choices = {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]}
+    numbers = sweeps.sample(choices, NUMBER)
+    of_words = sweeps.sample({"arrangement": words, "inertia": RANGE}, NUMBER)
+    for drawn, values in (
+        (numbers["cylinders"], [3, 4, 5, 6]), (numbers["load"], [10, 50, 90]),
+        (of_words["arrangement"], words),
+    ):  # fmt: skip
+        found, counts = np.unique(drawn, return_counts=True)
         assert found.tolist() == values
         assert np.abs(counts - NUMBER / len(values)).max() <= 2
 
 
-def test_words_are_equally_likely() -> None:
-    words = ["in-line 4", "in-line 6", "V8 90 cross-plane"]
-    drawn = sweeps.sample({"arrangement": words, "inertia": RANGE}, NUMBER)
-    found, counts = np.unique(drawn["arrangement"], return_counts=True)
-    assert found.tolist() == sorted(words)
-    assert np.abs(counts - NUMBER / len(words)).max() <= 2
-
-
-def test_parameters_are_drawn_independently() -> None:
+def test_parameters_are_drawn_independently_and_seeds_repeat() -> None:
     drawn = sweeps.sample({key: LAWS[law][1] for law, key in _KEYS.items()}, NUMBER)
     correlation = np.corrcoef(drawn.to_numpy().T)
     assert np.abs(correlation - np.eye(len(correlation))).max() < 0.01
+    # Seeds differ and repeat.
+    one, two, again = (
+        sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
+        for seed in (1, 2, 1)
+    )
+    assert np.array_equal(one, again) and not np.array_equal(one, two)
 
 
 RANGE = {"low": 1.0, "high": 2.0}
@@ -73,14 +73,6 @@ def test_more_points_begin_with_the_same_ones(method: str) -> None:
     parameters = {key: LAWS[law][1] for law, key in _KEYS.items()}
     few, many = (sweeps.sample(parameters, n, method=method, seed=2) for n in (16, 128))
     assert np.array_equal(few.to_numpy(), many.to_numpy()[: len(few)])
-
-
-def test_seeds_differ_and_repeat() -> None:
-    one, two, again = (
-        sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
-        for seed in (1, 2, 1)
-    )
-    assert np.array_equal(one, again) and not np.array_equal(one, two)
 
 
 def test_saltelli_groups_change_one_parameter_at_a_time() -> None:
@@ -212,12 +204,3 @@ def test_normal_far_from_its_mean_stays_finite() -> None:
     values = sweeps.sample({"inertia": table}, 64)["inertia"]
     assert all(math.isfinite(v) and 2.0 <= v <= 2.2 for v in values)
     assert values.nunique() == 64
-
-
-def test_the_command_refuses_it_in_one_line(tmp_path: Any) -> None:
-    path = tmp_path / "s.toml"
-    path.write_text(
-        'engine = "ntua"\n[sample]\nnumber = 3\ninertia = { low = 1.0, high = 2.0 }\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
-    assert "number = 3: must be a power of two" in refused("plan", str(path))

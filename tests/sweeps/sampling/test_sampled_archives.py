@@ -19,6 +19,7 @@ from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, run, shards, stop_after
 from tests.support.commands import invoke, ok, refused
+from tests.support.scenes import write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -172,11 +173,8 @@ def test_extend_wants_either_an_axis_or_a_number(tmp_path: Path) -> None:
 
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     """What is compiled at every start would be told at every start."""
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'engine = "ntua"\n[sample]\nnumber = 64\nrod_length = { low = 0.3, high = 0.4 }\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
+    drawn = {"number": 64, "rod_length": {"low": 0.3, "high": 0.4}}
+    path = write_scene(tmp_path, sample=drawn)
     start = "from sweeps.cli.main import main; main()"
     command = [sys.executable, "-c", start, "run", str(path), "--overwrite", "-o"]
     said = [
@@ -222,10 +220,3 @@ def test_an_extended_sample_of_words_is_the_whole_one(
         assert "draws different values of " in refused("extend", grown, "--number", "16")
     extend_sample(grown, 16, Options())
     assert_same(grown, open_archive(whole).load())
-
-
-def test_words_are_described() -> None:
-    from sweeps.presenting.scenes import scene_text
-
-    said = scene_text(read_scene(words()), "words")
-    assert "arrangement: one of in-line 4, V6 60 split-pin 1-4-3-6-2-5, in-line 6" in said

@@ -49,7 +49,7 @@ def ishigami_exact() -> tuple[Floats, Floats]:
     return np.array([one, two, 0.0]) / whole, np.array([one + both, two, both]) / whole
 
 
-def test_ishigami() -> None:
+def test_indices_of_known_functions() -> None:
     archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 4096, "saltelli")
     found = sweeps.sensitivities(archive, "delta")
     assert [str(p) for p in found.parameter.values] == list(KEYS[:3])
@@ -59,9 +59,7 @@ def test_ishigami() -> None:
         assert (error < 1.5 * found[f"delta_{name}_confidence"].values + 1e-3).all()
         assert (error < 0.02).all()
     assert found.delta_left_out == 0
-
-
-def test_sobol_g() -> None:
+    # Sobol g.
     a = np.array([0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0])
     archive = archive_of(lambda x: Sobol_G.evaluate(x, a=a), 0.0, 1.0, 8, 4096, "saltelli")
     found = sweeps.sensitivities(archive, "delta")
@@ -81,7 +79,7 @@ def test_data_alone_give_first_indices(method: str) -> None:
     assert "RBD-FAST" in found.attrs["sensitivity_method"]
 
 
-def test_a_failed_design_drops_its_group() -> None:
+def test_failed_designs_drop_their_groups_and_many_are_named() -> None:
     archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 1024, "saltelli")
     few = archive.copy(deep=True)
     few["status"][17] = 1
@@ -96,9 +94,7 @@ def test_a_failed_design_drops_its_group() -> None:
     problem = {"num_vars": 3, "names": list(KEYS[:3]), "bounds": [[0, 1]] * 3}
     expected = sobol.analyze(problem, kept, calc_second_order=False, seed=1)
     assert np.array_equal(found.delta_total.values, expected["ST"])
-
-
-def test_many_failures_are_named() -> None:
+    # Many failures are named.
     archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 4096, "saltelli")
     bad = archive.inertia.values > 2.9
     assert 0.01 < bad.mean() < 0.1
