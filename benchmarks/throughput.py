@@ -73,19 +73,12 @@ def single(run: Run) -> None:
         given = {"NUMBA_CACHE_DIR": caches[0]} if fresh else {}
         warm = statistics.median(_command(ONE_DESIGN, folder, **given) for _ in range(runs))
     first = statistics.median(cold) if cold else np.nan
-    code = (
-        "import time; a = time.perf_counter(); import numba; b = time.perf_counter();"
-        "import engine_dyn; print(b - a, time.perf_counter() - b)"
-    )
-    of_numba, own = map(statistics.median, zip(*(_child(code) for _ in range(runs)), strict=True))
     times = {
         "engine_dyn.periodic_speed, warm": one,
         "sweeps.run(dict), warm": other,
         "engine-dyn run, one design, new process, cache warm": warm,
         "engine-dyn run, one design, first ever (compiles), of three": first,
         "compiling, the difference": first - warm,
-        "import numba": of_numba,
-        "import engine_dyn after it": own,
     }
     run.save("single", ["what", "time"], [[what, span(s)] for what, s in times.items()])
 

@@ -104,8 +104,9 @@ def csv_files(measured: bool) -> Drawn:
 
     def of(kind: str) -> Drawn:
         data, tables = good_texts()[kind]
-        of_data = st.tuples(st.just(tables), cut_up(data))
-        return st.one_of(of_data, of_data, of_data, st.tuples(changed(tables), st.just(data)))
+        # Hypothesis draws the same strategy once only, however often it is given.
+        of_data = [st.tuples(st.just(tables), cut_up(data)) for _ in range(3)]
+        return st.one_of(*of_data, st.tuples(changed(tables), st.just(data)))
 
     return st.sampled_from([k for k, (_, t) in good_texts().items() if measured == ("measured" in t)
                             ]).flatmap(of)  # fmt: skip
@@ -309,10 +310,8 @@ def archives() -> Drawn:
         ),
         max_size=3,
     )
-    of_attributes = st.tuples(st.just("attributes"), st.booleans().flatmap(attributes))
     return st.one_of(
-        of_attributes,
-        of_attributes,
+        *(st.tuples(st.just("attributes"), st.booleans().flatmap(attributes)) for _ in range(2)),
         st.tuples(st.just("variables"), st.tuples(VARIABLES, of_variable)),
         st.tuples(st.just("bytes"), cut_up(good_archive())),
     )

@@ -26,7 +26,6 @@ from benchmarks.stress.judging import BORDER, TOLERANCE, differing
 from benchmarks.studies import SCALARS, STROKE_FRICTION, Scene, angle_load, columns, scene
 from benchmarks.studies import sampled as drawn
 from benchmarks.study_errors import differences
-from benchmarks.workers import in_processes
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mechanisms import counted
@@ -272,41 +271,17 @@ def speed_of(one: Scene) -> Any:
     return RPM * one["designs"].get("speed", one.get("set", {}).get("speed"))
 
 
-# The independent solver ---------------------------------------------------------------------------
-
-
-def exactly(job: tuple[Scene, Any]) -> tuple[float, float]:
-    """Differences of one design from the independent solver, of delta and of the speeds."""
-    one, found = job
-    against = differences(one, found, np.zeros(1, dtype=np.int64), 1)
-    return against.delta, against.speeds
-
-
-def jobs_of(
-    one: Scene, found: dict[str, Any], count: int, checkable: int = 12
-) -> list[tuple[Scene, Any]]:
-    """Jobs of some converged designs of a scene, with so many cylinders at most."""
-    few = np.asarray(one["designs"].get("cylinders", 1)) <= checkable
-    places = np.flatnonzero((found["status"] == CONVERGED) & few)[:count]
-    return [
-        (
-            part_of(one, slice(place, place + 1)),
-            xr.Dataset({name: ("design", found[name][place : place + 1]) for name in SCALARS}),
-        )
-        for place in places.tolist()
-    ]
-
-
-def compare(
-    result: Findings, kind: Kind, jobs: list[tuple[Scene, Any]], pairs: Iterable[Any]
-) -> None:
-    """Add the differences from the independent solver."""
-    for (one, _), (delta, speeds) in zip(jobs, pairs, strict=True):
+def compare(result: Findings, kind: Kind, one: Scene, found: dict[str, Any], most: int) -> None:
+    """Solve some converged designs by the independent solver, one by one."""
+    few = np.asarray(one["designs"].get("cylinders", 1)) <= kind.checkable
+    dataset = xr.Dataset({name: ("design", found[name]) for name in SCALARS})
+    for place in np.flatnonzero((found["status"] == CONVERGED) & few)[:most].tolist():
+        against = differences(one, dataset, np.array([place]), 1)
+        told = {"delta": against.delta, "speeds": against.speeds, "inputs": inputs(one, place)}
         result.counts["independent", kind.name] += 1
-        for what, value in zip(DIFFERENCES, (delta, speeds), strict=True):
-            result.note((kind.name, "independent", what), value)
-        told = {"delta": delta, "speeds": speeds, "inputs": inputs(one, 0)}
-        wrong = not max(delta, speeds) <= TOLERANCE
+        for what in DIFFERENCES:
+            result.note((kind.name, "independent", what), told[what])
+        wrong = not max(against.delta, against.speeds) <= TOLERANCE
         result.mark("off", kind.name, "independent", mask=[wrong], tell=lambda _, t=told: t)  # type: ignore[misc]
 
 
@@ -317,7 +292,7 @@ def uncovered(result: Findings, kind: Kind) -> int:
 
 
 def run(
-    seed: int, designs: int, checked: int, processes: int, say: Say, kinds: Sequence[Kind] = KINDS
+    seed: int, designs: int, checked: int, threads: int, say: Say, kinds: Sequence[Kind] = KINDS
 ) -> Findings:
     """Draw, solve and check every kind of study.
 
@@ -327,9 +302,9 @@ def run(
     designs : int
         Of all kinds together; each has its share.
     checked : int
-        Designs of each kind that the independent solver solves, in processes of their own.
-    processes : int
-        Of these, and threads of the others.
+        Designs of each kind that the independent solver solves.
+    threads : int
+        Of the others.
     say : callable
         Told what goes on.
     kinds : sequence of Kind
@@ -338,13 +313,13 @@ def run(
     result = Findings()
     for kind in kinds:
         size = max(FEWEST, round(designs * kind.designs / DESIGNS))
-        chunks, jobs = -(-size // CHUNK), []
+        chunks = -(-size // CHUNK)
         for number in range(chunks):
-            one, found = add(result, kind, seed, number, -(-size // chunks), processes)
-            jobs += jobs_of(one, found, checked, kind.checkable) if number == 0 else []
+            one, found = add(result, kind, seed, number, -(-size // chunks), threads)
+            if number == 0:
+                compare(result, kind, one, found, checked)
             say(f"sampled, {kind.name}: chunk {number + 1} of {chunks}, "
                 f"{result.defects} defects so far")  # fmt: skip
-        compare(result, kind, jobs, in_processes(exactly, jobs, processes))
         result.counts["uncovered", kind.name] = uncovered(result, kind)
     return result
 
