@@ -277,7 +277,9 @@ def compare(result: Findings, kind: Kind, one: Scene, found: dict[str, Any], mos
     dataset = xr.Dataset({name: ("design", found[name]) for name in SCALARS})
     for place in np.flatnonzero((found["status"] == CONVERGED) & few)[:most].tolist():
         against = differences(one, dataset, np.array([place]), 1)
-        told = {"delta": against.delta, "speeds": against.speeds, "inputs": inputs(one, place)}
+        told: dict[str, Any] = {
+            "delta": against.delta, "speeds": against.speeds, "inputs": inputs(one, place)
+        }  # fmt: skip
         result.counts["independent", kind.name] += 1
         for what in DIFFERENCES:
             result.note((kind.name, "independent", what), told[what])
