@@ -122,7 +122,10 @@ class Runs:
         self.clear()
         for _ in range(2):  # the first one compiles
             began = time.perf_counter()
-            said, _ = self.start("--overwrite").communicate()
+            process = self.start("--overwrite")
+            self.wait(process)
+            self.loading = time.perf_counter() - began
+            said, _ = process.communicate()
             self.took = time.perf_counter() - began
         if not self.output.exists():
             raise RuntimeError(said)
@@ -132,6 +135,12 @@ class Runs:
     def start(self, *more: str) -> subprocess.Popen[str]:
         """Start a run."""
         return start("run", "scene.toml", "-o", "out.nc", *more, folder=self.folder)
+
+    def wait(self, process: subprocess.Popen[str], blocks: int = 0) -> None:
+        """Wait until a run shows and has so many blocks, or ends."""
+        header = self.partial / "run.json"
+        while process.poll() is None and not (header.exists() and len(self.blocks()) >= blocks):
+            time.sleep(0.002)
 
     def clear(self) -> None:
         """Remove what a run has left."""
@@ -188,14 +197,20 @@ def variables(path: Path) -> str:
 
 
 def kills(designs: int, count: int, seed: int, folder: Path) -> Runs:
-    """Kill runs at moments evenly over a run, every third twice; resume and compare them."""
+    """Kill runs, every third twice; resume them, and compare the archives.
+
+    Of ten runs, one is killed while the program starts, nine evenly between then and its end.
+    """
     chance, runs = random.Random(seed), Runs(designs, folder)
     for kill in range(count):
         log(f"kill {kill + 1} of {count}")
         for again in range(2 if kill % 3 == 2 else 1):
             process = runs.start(*["--resume"] * again)
+            moment = chance.random() * runs.loading
+            if kill % 10:
+                moment = chance.uniform(runs.loading, runs.took)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                process.wait(chance.random() * runs.took)
+                process.wait(moment)
             process.kill()
             process.communicate()
         kept = runs.blocks()
@@ -214,12 +229,10 @@ def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Runs:
             return runs
         log(f"worker {len(runs.kept) + 1} of {count}")
         process = runs.start(*WORKERS)
-        header, wanted = runs.partial / "run.json", chance.random()
-        while process.poll() is None and not header.exists():
-            time.sleep(0.002)
+        runs.wait(process)
+        header = runs.partial / "run.json"
         most = json.loads(header.read_text())["blocks"] if header.exists() else 0
-        while process.poll() is None and len(runs.blocks()) < max(1, wanted * (most - 2)):
-            time.sleep(0.002)
+        runs.wait(process, chance.randrange(1, max(2, most - 2)))
         kept = runs.blocks()
         try:
             children = psutil.Process(process.pid).children(recursive=True)
