@@ -1,11 +1,11 @@
 """Stress the solver and write docs/stability/*.csv, of which docs/trust.md is made.
 
 python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
-                            [--driven N] [--sampled N] [--checked N] [--seed N] [--processes N]
-                            [--limit SECONDS] [-o FOLDER]
+                            [--flywheels N] [--driven N] [--sampled N] [--checked N] [--seed N]
+                            [--processes N] [--limit SECONDS] [-o FOLDER]
 
-Diagrams are so many of each kind, checked designs those of each sampled study that an independent
-solver gets; the limit is that of a chunk. Ends with status 1 if
+Diagrams are so many of each kind, flywheels rounds of light ones, checked designs those of each
+sampled study that an independent solver gets; the limit is that of a chunk. Ends with status 1 if
 anything is not as it should be; out/stress.json then has the designs. docs/measurements.md says
 what the tables mean.
 """
@@ -22,7 +22,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
-from benchmarks.stress import absurd, calibration, draw, driven, sampled, spikes
+from benchmarks.stress import absurd, calibration, draw, driven, sampled, spikes, strong
 from benchmarks.stress.checks import CHECKS
 from benchmarks.stress.findings import DEFECTS, Findings, rows
 from benchmarks.stress.judging import VERDICTS
@@ -52,13 +52,14 @@ def main() -> int:
     """Run everything and write the files."""
     chosen = settings(
         "benchmarks.stress", __doc__, designs=10_000_000, sample=4000, calibrate=4000,
-        diagrams=100, driven=3000, sampled=sampled.DESIGNS, checked=24, seed=20261121,
+        diagrams=100, flywheels=8, driven=3000, sampled=sampled.DESIGNS, checked=24, seed=20261121,
         processes=CPUS, limit=absurd.LIMIT, output=ROOT / "docs",
     )  # fmt: skip
     began, seed, processes = time.perf_counter(), chosen.seed, chosen.processes
     found: dict[Any, Findings] = {
         absurd: absurd.run(seed, chosen.designs, chosen.sample, log, chosen.limit),
         spikes: spikes.run(seed, chosen.diagrams, log),
+        strong: strong.run(seed, chosen.flywheels, log),
         driven: driven.run(seed, chosen.driven, processes, log),
         sampled: sampled.run(seed, chosen.sampled, chosen.checked, processes, log),
         calibration: calibration.run(seed, chosen.calibrate, processes, log),

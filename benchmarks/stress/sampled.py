@@ -38,7 +38,7 @@ from engine_dyn.status import (
 
 PART = "Sampled studies"
 
-DESIGNS = 2_350_000
+DESIGNS = 2_110_000
 """Designs of all kinds together, unless asked otherwise."""
 
 CHUNK = 50_000
@@ -67,11 +67,6 @@ WIDE: dict[str, tuple[float, float]] = {
     "speed": (500.0, 2500.0), "load": (0.0, 90.0), "cylinders": (1, 12),
 }  # fmt: skip
 """Twice as wide as `benchmarks.studies.RANGES`, where the engine `ntua` has diagrams."""
-
-LIGHT = {**WIDE, "inertia": (0.05, 1.5), "speed": (100.0, 3800.0)}
-"""With flywheels down to almost none: absurd designs rarely lie in that corner."""
-
-ANY_EXPONENT = {"load_exponent": (0.1, 4.0)}
 
 STROKE = 0.18
 """Of the engine `ntua` [m]."""
@@ -128,11 +123,6 @@ KINDS = (
     Kind("six and friction over the stroke", stroke_friction, 450_000, 2),
     Kind("combustion start, compression ratio and heat",
          partial(drawn, ranges=OF_CYCLE, engine="si_four_87x101", set={"speed": 5200}), 10_000),
-    Kind("light flywheels, load exponent 0",
-         partial(drawn, ranges=LIGHT, set={"load_exponent": 0}), 80_000),
-    Kind("light flywheels, any load exponent", partial(drawn, ranges=LIGHT | ANY_EXPONENT), 80_000),
-    Kind("light flywheels, any load exponent, variable inertia",
-         partial(drawn, ranges=LIGHT | ANY_EXPONENT, solver={"inertia_model": "variable"}), 80_000),
 )  # fmt: skip
 
 
@@ -332,12 +322,7 @@ def run(
 def words(found: Findings) -> dict[str, str]:
     """Sentences with figures, by their names."""
     largest = max((v for k, v in found.worst.items() if k[1:] == ("delta",)), default=math.nan)
-    light = [kind.name for kind in KINDS if kind.name.startswith("light")]
-    converged = sum(found.of("status", name, CONVERGED) for name in light)
-    off = sum(found.of("off", name) for name in light)
     return {
-        "light": f"{count(converged)} ordinary engines with light flywheels that the fast kernels "
-        f"report as converged: {count(off)} beyond the tolerance.",
         "sampled": f"{count(found.of('status'))} designs of sampled studies by `sweeps.run`, all "
         f"solved again by the general solver: largest difference of δ {size(largest)}, "
         f"{count(found.defects)} defects.",

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks import tables
-from benchmarks.stress import absurd, calibration, draw, driven, shapes, spikes
+from benchmarks.stress import absurd, calibration, draw, driven, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from benchmarks.stress.findings import Findings
 from benchmarks.stress.judging import VERDICTS
@@ -104,7 +104,7 @@ def test_a_chunk_that_hangs_is_reported_and_left() -> None:
 def test_command_writes_every_file(tmp_path: Path) -> None:
     """The whole of it, small; the names of the files and sentences are those of docs."""
     root = Path(__file__).resolve().parents[2]
-    words = "--designs 800 --sample 9 --calibrate 40 --diagrams 1 --driven 12"
+    words = "--designs 800 --sample 9 --calibrate 40 --diagrams 1 --flywheels 1 --driven 12"
     words += " --sampled 100 --checked 1 --processes 2 -o"
     command = [sys.executable, "-m", "benchmarks.stress", *words.split(), tmp_path]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
@@ -375,6 +375,14 @@ def test_what_is_said_of_driven_machines_is_judged() -> None:
     assert verdict(status=TOLERANCE_NOT_MET) == "honest"
     wrong = 1.00001 * found["omega_min"][0]
     assert verdict(status=TOLERANCE_NOT_MET, omega_min=wrong) == "off"
+
+
+def test_light_flywheels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(strong, "EXPONENTS", {"0.1 to 4": (0.1, 4.0), "2": (2.0, 2.0)})
+    monkeypatch.setattr(strong, "MOST_CYLINDERS", 3)
+    result = strong.run(SEED, 2, lambda words: None)
+    assert result.defects == 0, result.examples
+    assert min(result.of("agrees", *key) for key in result.worst) > 1000
 
 
 @pytest.mark.parametrize("kind", spikes.KINDS)

@@ -24,9 +24,9 @@ def test_sampled_designs_have_no_defect(kind: Kind) -> None:
     assert found.defects == 0, found.examples[:3]
     assert found.of("status") == sampled.FEWEST
     assert found.total(("agrees", "border", "gave up")) == sampled.FEWEST
-    assert found.of("status", kind.name, CONVERGED) > 0.5 * sampled.FEWEST
+    assert found.of("status", kind.name, CONVERGED) > 0.8 * sampled.FEWEST
     assert found.of("again") == sampled.AGAIN
-    assert found.of("estimated") > 0.5 * sampled.AGAIN
+    assert found.of("estimated") > 0.8 * sampled.AGAIN
     # Another solver has solved them: not a bit would differ otherwise.
     assert 0.0 < found.worst[kind.name, "delta"] <= 1e-6
 
