@@ -208,7 +208,9 @@ def kills(designs: int, count: int, seed: int, folder: Path) -> Runs:
             process = runs.start(*["--resume"] * again)
             moment = chance.random() * runs.loading
             if kill % 10:
-                moment = chance.uniform(runs.loading, runs.took)
+                runs.wait(process)
+                # When it resumes, what was there before is no sign of it.
+                moment = chance.random() * (runs.took - runs.loading) + again * runs.loading
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(moment)
             process.kill()
