@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies quantities rates compile-times warm-run stress \
+.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies rates compile-times stress \
 	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -35,19 +35,17 @@ help:
 	@echo "make misfire-map write docs/misfire_detection.md and its figure: a few minutes"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
-	@echo "make quantities  rates of single quantities, on the terminal (5 min; QUANTITIES='--all', and others)"
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make compile-times  processor time of compiling: run thesis, each study, all studies (10 min; COMPILE_TIMES='--short')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
-	@echo "make warm-run    a warm run of two designs: its calls, the functions on the way, milliseconds"
 	@echo "make stress      docs/trust.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make large-runs  docs/reliability/large_runs.csv: 10^8 designs, a hundred killed runs, killed workers (1 h)"
 	@echo "make reliability docs/trust.md: every promise, its tests, the figures of the last runs"
-	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min; goes on)"
+	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min)"
 	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
 	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
-	@echo "make damage      a hundred thousand damaged archives: none may hang or be taken for sound (1 h; goes on)"
+	@echo "make damage      a hundred thousand damaged archives: none may hang or be taken for sound (1 h)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make dist        the source distribution, and the wheel that is built from it"
 	@echo "make lock        requirements*.txt: the tested versions with the hashes of their files"
@@ -105,17 +103,13 @@ data-sheet: $(VENV)/.installed-test
 misfire-map: $(VENV)/.installed-test
 	$(python) tools/misfire_map.py
 
-# Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
+# Settings: BENCH=--quick (a minute or two, into out/bench).
 bench: $(VENV)/.installed-bench
 	$(python) -m benchmarks $(BENCH)
 
 # Settings: STUDIES='--quick --only sampled v6_load', and others.
 studies: $(VENV)/.installed-test
 	$(python) -m benchmarks studies $(STUDIES)
-
-# Settings: QUANTITIES='--quick --only torque_order --kinds sampled', and others.
-quantities: $(VENV)/.installed-test
-	$(python) -m benchmarks quantities $(QUANTITIES)
 
 # Writes sweeps/planning/rates.py. Settings: RATES='--part 0.1', and others.
 rates: $(VENV)/.installed-test
@@ -124,9 +118,6 @@ rates: $(VENV)/.installed-test
 # Empty caches of its own. Settings: COMPILE_TIMES='--keep' (docs/benchmarks.md too), '--short', and others.
 compile-times: $(VENV)/.installed-test
 	$(python) -m benchmarks compile-times $(COMPILE_TIMES)
-
-warm-run: $(VENV)/.installed-test
-	$(python) -m benchmarks.warm_run
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py
@@ -144,7 +135,7 @@ large-runs: $(VENV)/.installed-test
 reliability: $(VENV)/.installed-test
 	$(python) tools/reliability.py
 
-# Needs Linux and gcc. An interrupted campaign goes on. Settings: FAULTS='--points 12000', and others.
+# Needs Linux and gcc. Settings: FAULTS='--first 2500 --points 12000', and others.
 faults: $(VENV)/.installed-test
 	$(python) -m benchmarks.faults $(FAULTS)
 
@@ -160,7 +151,7 @@ properties: $(VENV)/.installed-test
 fuzz: $(VENV)/.installed-test
 	$(python) -m benchmarks.fuzz $(FUZZ)
 
-# An interrupted campaign goes on. Settings: DAMAGE='--seed 7 --number 1000000', and others.
+# Settings: DAMAGE='--seed 7 --first 5000 --number 1000000', and others.
 damage: $(VENV)/.installed-test
 	$(python) -m benchmarks.fuzz.damage $(DAMAGE)
 

@@ -1,13 +1,12 @@
 """Measure everything and write the report.
 
-python -m benchmarks [--quick] [--huge] [--threads N] [--seconds S] [-o FOLDER]
+python -m benchmarks [--quick] [--threads N] [--seconds S] [-o FOLDER]
 python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies alone
-python -m benchmarks quantities [--all] [--only NAME ...]  rates of single quantities
 python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
 python -m benchmarks identification [--cases N]            coverage of fitted intervals
 python -m benchmarks compile-times [--short] [--keep]      processor time of compiling
 
-`--quick` takes a minute, to see that it works; `--huge` goes up to 10^8 designs.
+`--quick` takes a minute, to see that it works.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ from benchmarks import (
     identification,
     measure,
     page,
-    quantity_times,
     study_rates,
     study_times,
     throughput,
@@ -38,7 +36,6 @@ from sweeps.figures.sheet import STYLE
 
 COMMANDS = {
     "studies": study_times.main,
-    "quantities": quantity_times.main,
     "rates": study_rates.main,
     "identification": identification.main,
     "compile-times": compile_times.main,
@@ -48,33 +45,24 @@ COMMANDS = {
 def write(run: measure.Run) -> None:
     """Measure everything; write the tables, the figures and the page."""
     began = time.perf_counter()
+    facts = comparison.measured(run)
     style: Any = STYLE
     with matplotlib.rc_context(style):
-        facts, work_precision = comparison.measured(run)
-        figures = {"work_precision": work_precision, "throughput": throughput.rates(run)}
-        (run.folder / "figures").mkdir(parents=True, exist_ok=True)
-        for name, figure in figures.items():
-            # 200 dpi: sharp in print at column width, small in the repository.
-            figure.savefig(run.folder / "figures" / f"bench_{name}.png", dpi=200, metadata={})
-    facts |= throughput.traces(run)
+        # 200 dpi: sharp in print at column width, small in the repository.
+        figure = run.folder / "figures" / "bench_work_precision.png"
+        figure.parent.mkdir(parents=True, exist_ok=True)
+        comparison.work_precision(run.folder).savefig(figure, dpi=200, metadata={})
     studies = study_times.measured(
         STUDIES, run.threads, run.runs, 0.005 if run.quick else 1.0, 2 if run.quick else 24, log
     )
     run.save("studies", study_times.HEAD, study_times.body(studies))
     checked = [row.errors.designs for row in studies.rows]
-    log("quantities")
-    quantities = quantity_times.measured(
-        quantity_times.KINDS, quantity_times.CHOSEN[:: 8 if run.quick else 1], run.threads,
-        0.05 if run.quick else 1.0, 1 if run.quick else 3, log,
-    )  # fmt: skip
-    run.save("quantities", quantity_times.HEAD, quantity_times.body(quantities))
     throughput.single(run)
     facts |= throughput.big_run(run)
     page.save_facts(run.folder, {
         "machine": measure.machine(run.threads),
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        "versions": versions("engine-dyn", "numpy", "numba", "scipy", "xarray", "netCDF4", "jax",
-                             "diffrax", "heyoka"),
+        "versions": versions("engine-dyn", "numpy", "numba", "scipy", "xarray", "netCDF4"),
         "quick": "yes" if run.quick else "no",
         "threads": str(run.threads),
         "loop_steps": str(study_times.LOOP_STEPS),
@@ -92,12 +80,10 @@ def main() -> None:
     if sys.argv[1:] and sys.argv[1] in COMMANDS:
         COMMANDS[sys.argv[1]](sys.argv[2:])
         return
-    given = settings(
-        "benchmarks", __doc__, quick=False, huge=False, threads=CPUS, seconds=float, output=Path
-    )
+    given = settings("benchmarks", __doc__, quick=False, threads=CPUS, seconds=float, output=Path)
     folder = given.output or (ROOT / "out" / "bench" if given.quick else ROOT / "docs")
     seconds = given.seconds or (0.05 if given.quick else 0.4)
-    write(measure.Run(given.threads, given.quick, given.huge, seconds, folder))
+    write(measure.Run(given.threads, given.quick, seconds, folder))
     print(folder / "benchmarks.md")
 
 

@@ -26,7 +26,6 @@ class Run:
 
     threads: int
     quick: bool
-    huge: bool
     seconds: float
     folder: Path
 

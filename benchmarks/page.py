@@ -47,7 +47,6 @@ def text(folder: Path) -> str:
         **{_key(row["peer"]): row["share nothing"] for row in read(folder, "peers")},
         **{_key(row["what"]): row["time"] for row in read(folder, "single")},
         **facts,
-        "left_out": f"Left out: {facts['absent']}." if facts["absent"] else "",
         "quick_run": " **A quick run, to see that it works.**" if facts["quick"] == "yes" else "",
     }
     page = re.sub(r"@(\w+)@", lambda place: made.get(place[1], "-"), WORDS.read_text("utf-8"))

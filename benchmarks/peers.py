@@ -1,4 +1,4 @@
-"""What a competent engineer would write instead, one function (or a pair) a peer.
+"""What a competent engineer would write instead: a compiled loop, SciPy, harmonic balance.
 
 All solve for q = (omega/omega_n)^2 in the energy form, over one firing period, constant parts of
 the torque tabulated or evaluated for each design as part of the work:
@@ -10,7 +10,7 @@ equation is linear, so that one step is exact, and at alpha = 0 the return map i
 the level follows from the closure, the mean of log q being zero. Extremes come from a cubic Hermite
 through nodes and slopes, the mean speed from the nodes. Harmonic balance shoots for nothing and has
 the extremes of its Fourier series. Every solver runs on all threads asked for: compiled ones in
-threads, those bound by Python in processes. Those that need a library are in `libraries`.
+threads, those bound by Python in processes.
 """
 
 from __future__ import annotations
@@ -25,16 +25,15 @@ from typing import Any
 
 import numba
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from benchmarks.problem import (
-    BORE,
     CRANKCASE,
     CYCLE,
     LEVER,
     MOTORED,
     PRESSURE,
     RADIUS,
-    STROKE,
     Designs,
 )
 from engine_dyn.types import Floats
@@ -54,8 +53,7 @@ MOST_SWEEPS = 8
 class Case:
     """One solver at one setting.
 
-    `least` and `most` bound the designs of a run: those in arrays need many at once. `scenes`: it
-    is shown in the factorial scenes too.
+    `least` are the designs of a run at least: those in arrays need many at once.
     """
 
     series: str
@@ -63,8 +61,6 @@ class Case:
     solve: Solver
     runs: int = 5
     least: int = 16
-    most: int = 1_000_000
-    scenes: bool = False
     exponents: tuple[float, ...] = ()  # the only ones it solves; none: all
 
 
@@ -156,122 +152,9 @@ def level_of(work: Floats, theta: Floats) -> float:
     return level
 
 
-@compiled
-def deltas_of(q: Floats, slope: Floats, width: float, torque_load: bool) -> Floats:
-    """Delta of each column of nodes; under a torque load q is shifted to its level."""
-    delta, alike = np.empty(q.shape[1]), np.ones(q.shape[0])
-    for i in range(q.shape[1]):
-        one = q[:, i].copy()
-        if torque_load:
-            one -= one[0]
-            one += level_of(one, alike)
-        delta[i] = delta_of(one, slope[:, i].copy(), width)
-    return delta
-
-
 def steps_of(nodes: int, cylinders: int) -> int:
     """Steps over a firing period, of `nodes` over the cycle; many cylinders need a few."""
     return max(nodes // cylinders, 24)
-
-
-MEAN_PHI = np.arange(360) * CYCLE / 360
-"""Equal steps integrate a smooth periodic torque to rounding: 2 degrees are enough here."""
-MEAN_MOTORED = MOTORED(MEAN_PHI) - CRANKCASE
-MEAN_BURNT = PRESSURE(MEAN_PHI) - MOTORED(MEAN_PHI)
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """Of dq/dphi for designs of constant inertia, one exponent and one number of cylinders.
-
-    drive = sum over the cylinders of gas (p - p_crankcase) v - shape b v, less friction. `numbers`
-    are ratio, gas, shape, friction, kappa, and the factor `heat` on the combustion's part of p; the
-    load is kappa q^half.
-    """
-
-    numbers: tuple[Floats, ...]
-    half: float
-    cylinders: int
-
-    @staticmethod
-    def of(designs: Designs) -> Coefficients:
-        """Reduced parameters, with the mean torque by quadrature."""
-        if designs.variable:
-            raise ValueError("this peer is written for constant inertia")
-        v = velocity(MEAN_PHI, designs.ratio[:, None])
-        scale = 2.0 / (designs.inertia * designs.speed**2)
-        mean = (v @ MEAN_MOTORED + designs.heat * (v @ MEAN_BURNT)) / MEAN_PHI.size
-        kappa = scale * (designs.cylinders * LEVER * mean - designs.friction)
-        shape = 2.0 * designs.mass * RADIUS**2 / designs.inertia
-        numbers = (designs.ratio, scale * LEVER, shape, scale * designs.friction, kappa,
-                   designs.heat)  # fmt: skip
-        return Coefficients(numbers, 0.5 * float(designs.exponent[0]), designs.cylinders)
-
-    @property
-    def kappa(self) -> Floats:
-        """Of the load."""
-        return self.numbers[4]
-
-    def slope(self, phi: Floats, q: Any) -> Floats:
-        """dq/dphi at nodes."""
-        return np.asarray(drives(np, self.numbers, phi, self.cylinders) - self.kappa * q**self.half)
-
-
-def drive_of(xp: Any) -> Any:
-    """Drive of one cylinder without friction, by functions of a library; powers are products."""
-
-    def drive(sine: Any, cosine: Any, pressure: Any, numbers: Any) -> Any:
-        ratio, gas, shape = numbers[0], numbers[1], numbers[2]
-        square = sine * sine
-        root = xp.sqrt(1.0 - ratio * ratio * square)
-        v = sine * (1.0 + ratio * cosine / root)
-        b = cosine + ratio * (1.0 - 2.0 * square + ratio * ratio * square * square) / (
-            root * root * root
-        )
-        return (gas * pressure - shape * b) * v
-
-    return drive
-
-
-def drives(xp: Any, numbers: Any, phi: Floats, cylinders: int) -> Any:
-    """Drive of every design at the angles, shape (angles, designs), for NumPy and JAX alike."""
-    total, one = -numbers[3], drive_of(xp)
-    for cylinder in range(cylinders):
-        angle = (phi + cylinder * CYCLE / cylinders)[:, None]
-        motored = MOTORED(angle)
-        pressure = motored - CRANKCASE + numbers[5] * (PRESSURE(angle) - motored)
-        total = total + one(np.sin(angle), np.cos(angle), pressure, numbers)
-    return total
-
-
-Curves = Callable[[Coefficients, Floats], tuple[Any, Any]]
-"""q and dq/dphi of designs of one exponent at nodes of a period; at exponent 0 q has any level."""
-
-
-def solve_curves(
-    designs: Designs, curves: Curves, nodes: int, threads: int = 1, block: int = 1000,
-    padded: bool = False,
-) -> Floats:  # fmt: skip
-    """Delta by curves over a firing period, blocks of designs of one exponent on all threads.
-
-    `padded` blocks have one shape, for what is compiled for it.
-    """
-    delta = np.empty(len(designs))
-    parts: list[Any] = []
-    for exponent in np.unique(designs.exponent):
-        index = np.flatnonzero(designs.exponent == exponent)
-        parts += [index[i : i + block] for i in range(0, index.size, block)]
-    steps = steps_of(nodes, designs.cylinders)
-    phi = np.arange(steps) * CYCLE / designs.cylinders / steps
-
-    def work(begin: int, end: int) -> None:
-        for index in parts[begin:end]:
-            c = Coefficients.of(designs.take(np.resize(index, block) if padded else index))
-            q, slope = (np.asarray(each) for each in curves(c, phi))
-            delta[index] = deltas_of(q, slope, phi[1], c.half == 0.0)[: index.size]
-
-    in_threads(work, len(parts), threads)
-    return delta
 
 
 # Numba: a loop over designs -----------------------------------------------------------------------
@@ -281,49 +164,40 @@ def solve_curves(
 def loop(
     begin: int, end: int, sine: Floats, cosine: Floats, motored: Floats, burnt: Floats,
     ratio: Floats, mass: Floats, speed: Floats, inertia: Floats, friction: Floats,
-    exponent: Floats, heat: Floats, cylinders: int, variable: bool, lever: float, radius: float,
-    nodes: int, share: bool, delta: Floats,
+    exponent: Floats, heat: Floats, cylinders: int, variable: bool, nodes: int, delta: Floats,
 ) -> None:  # fmt: skip
-    """Designs begin .. end - 1; tables over the cycle hold nodes and midpoints.
-
-    `share`: torque shapes of the design before are kept if crank ratio and load are the same, as
-    one would do in a factorial scene.
-    """
+    """Designs begin .. end - 1; tables over the cycle hold nodes and midpoints."""
     period = 4.0 * math.pi / cylinders
     h = period / nodes
     gas, shape, square = np.empty(2 * nodes + 1), np.empty(2 * nodes + 1), np.empty(2 * nodes + 1)
     drive, theta, bend = np.empty(2 * nodes + 1), np.ones(2 * nodes + 1), np.zeros(2 * nodes + 1)
     q, slope, along = np.empty(nodes + 1), np.empty(nodes), np.empty(nodes)
-    last = last_heat = -1.0
-    mean_gas = mean_square = 0.0
     for i in range(begin, end):
         lam, burning = ratio[i], heat[i]
-        if not share or lam != last or burning != last_heat:
-            last, last_heat = lam, burning
-            mean_gas = mean_square = 0.0
-            for j in range(2 * nodes):
-                g = s = w = 0.0
-                for z in range(cylinders):
-                    at = j + 2 * nodes * z
-                    root = math.sqrt(1.0 - (lam * sine[at]) ** 2)
-                    v = sine[at] * (1.0 + lam * cosine[at] / root)
-                    b = cosine[at] + lam * (
-                        cosine[at] ** 2 - sine[at] ** 2 + lam**2 * sine[at] ** 4
-                    ) / (root * root * root)
-                    g += (motored[at] + burning * burnt[at]) * v
-                    s += b * v
-                    w += v * v
-                gas[j], shape[j], square[j] = g, s, w
-                mean_gas += g
-                mean_square += w
-            gas[2 * nodes], shape[2 * nodes], square[2 * nodes] = gas[0], shape[0], square[0]
-            mean_gas /= 2 * nodes
-            mean_square /= 2 * nodes
+        mean_gas = mean_square = 0.0
+        for j in range(2 * nodes):
+            g = s = w = 0.0
+            for z in range(cylinders):
+                at = j + 2 * nodes * z
+                root = math.sqrt(1.0 - (lam * sine[at]) ** 2)
+                v = sine[at] * (1.0 + lam * cosine[at] / root)
+                b = cosine[at] + lam * (
+                    cosine[at] ** 2 - sine[at] ** 2 + lam**2 * sine[at] ** 4
+                ) / (root * root * root)
+                g += (motored[at] + burning * burnt[at]) * v
+                s += b * v
+                w += v * v
+            gas[j], shape[j], square[j] = g, s, w
+            mean_gas += g
+            mean_square += w
+        gas[2 * nodes], shape[2 * nodes], square[2 * nodes] = gas[0], shape[0], square[0]
+        mean_gas /= 2 * nodes
+        mean_square /= 2 * nodes
         scale = 2.0 / (inertia[i] * speed[i] ** 2)
-        eta = mass[i] * radius * radius / inertia[i]
-        kappa = scale * (lever * mean_gas - friction[i])
+        eta = mass[i] * RADIUS * RADIUS / inertia[i]
+        kappa = scale * (LEVER * mean_gas - friction[i])
         half = 0.5 * exponent[i]
-        a0, a1 = scale * lever, scale * friction[i]
+        a0, a1 = scale * LEVER, scale * friction[i]
         a2 = 0.0 if variable else 2.0 * eta
         for j in range(2 * nodes + 1):
             drive[j] = a0 * gas[j] - a1 - a2 * shape[j]
@@ -407,7 +281,7 @@ def _power(u: float, half: float) -> float:
     return u**half
 
 
-def numba_loop(nodes: int, threads: int, share: bool = False) -> Solver:
+def numba_loop(nodes: int, threads: int) -> Solver:
     """The good hand-written loop with `nodes` steps over the cycle of one cylinder."""
 
     def solver(designs: Designs) -> Floats:
@@ -420,8 +294,7 @@ def numba_loop(nodes: int, threads: int, share: bool = False) -> Solver:
         delta = np.empty(len(designs))
 
         def work(begin: int, end: int) -> None:
-            loop(begin, end, *tables, *columns, z, designs.variable, LEVER, RADIUS, steps, share,
-                 delta)  # fmt: skip
+            loop(begin, end, *tables, *columns, z, designs.variable, steps, delta)
 
         in_threads(work, len(designs), threads)
         return delta
@@ -429,78 +302,82 @@ def numba_loop(nodes: int, threads: int, share: bool = False) -> Solver:
     return solver
 
 
-# Steps over arrays of designs: NumPy, and JAX -----------------------------------------------------
+# SciPy, one design after the other ----------------------------------------------------------------
+
+_CHARGE, _COMPRESSION, _RATIO = PRESSURE.charge, PRESSURE.compression, PRESSURE.ratio
+_POLYTROPIC, _BURN, _AFTER = PRESSURE.polytropic, PRESSURE.burn, PRESSURE.after
+_BURN_ANGLE, _BURN_POWER = PRESSURE.burn_angle, 2 * PRESSURE.burn_order
+_AFTER_ANGLE, _AFTER_POWER = PRESSURE.after_angle, 2 * PRESSURE.after_order
+
+MEAN_PHI = np.arange(360) * CYCLE / 360
+"""Equal steps integrate a smooth periodic torque to rounding: 2 degrees are enough here."""
 
 
-def runge_kutta(
-    xp: Any, scan: Any, settled: Callable[[Any], bool], numbers: Any, half: float, phi: Floats,
-    cylinders: int,
-) -> tuple[Any, Any]:  # fmt: skip
-    """Runge-Kutta steps (exact decay at alpha = 2) over arrays of designs of one exponent."""
-    period, nodes = CYCLE / cylinders, phi.size
-    h, kappa = period / nodes, numbers[4]
-    drive = drives(xp, numbers, np.arange(2 * nodes) * period / (2 * nodes), cylinders)
-    rows = (drive[::2], drive[1::2], xp.roll(drive[::2], -1, axis=0))
-    alike = xp.ones_like(kappa)
+@compiled
+def right_side(phi: float, state: Floats, numbers: tuple[float, ...], cylinders: int) -> Floats:
+    """dq/dphi and ds/dphi, compiled, because SciPy calls it thousands of times.
 
-    def rate(q: Any, drive: Any) -> tuple[Any, Any]:
-        load = kappa * (xp.sqrt(q) if half == 0.5 else q**half)
-        return drive - load, -half * load / q
+    `numbers` are ratio, gas, shape, friction, kappa, half and heat: the drive is the sum over the
+    cylinders of gas (p - p_crankcase) v - shape b v, less friction, the load kappa q^half.
+    """
+    ratio, gas, shape, friction, kappa, half, heat = numbers
+    drive = -friction
+    for cylinder in range(cylinders):
+        at = phi + cylinder * CYCLE / cylinders
+        sine, cosine = math.sin(at), math.cos(at)
+        volume = 1.0 + (_RATIO - 1.0) * math.sin(0.5 * at) ** 2
+        compressed = (_RATIO / volume) ** _POLYTROPIC - 1.0
+        bar = _CHARGE + _COMPRESSION * compressed * math.cos(0.25 * at) ** 8
+        bar += heat * _BURN * math.cos(0.25 * (at - _BURN_ANGLE)) ** _BURN_POWER
+        bar += heat * _AFTER * math.cos(0.25 * (at - _AFTER_ANGLE)) ** _AFTER_POWER
+        root = math.sqrt(1.0 - ratio * ratio * sine * sine)
+        v = sine * (1.0 + ratio * cosine / root)
+        b = cosine + ratio * (cosine**2 - sine**2 + ratio**2 * sine**4) / root**3
+        drive += (gas * (1e5 * bar - CRANKCASE) - shape * b) * v
+    load = kappa * state[0] ** half if half > 0.0 else kappa
+    return np.array([drive - load, -half * load / state[0] * state[1] if half > 0.0 else 0.0])
 
-    def march(carry: Any, row: Any) -> Any:
-        (value, tangent), (d0, dm, d1) = carry, row
-        k1, g1 = rate(value, d0)
-        k2, g2 = rate(value + 0.5 * h * k1, dm)
-        g2 = g2 * (1.0 + 0.5 * h * g1)
-        k3, g3 = rate(value + 0.5 * h * k2, dm)
-        g3 = g3 * (1.0 + 0.5 * h * g2)
-        k4, g4 = rate(value + h * k3, d1)
-        g4 = g4 * (1.0 + h * g3)
-        value = value + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-        return (value, tangent * (1.0 + h / 6.0 * (g1 + 2.0 * (g2 + g3) + g4))), carry
 
-    if half == 0.0:
-        simpson = h * ((rows[0] + 4.0 * rows[1] + rows[2]) / 6.0 - kappa)
-        q = xp.cumsum(simpson, axis=0) - simpson
-    elif half == 1.0:
-        fading, part = xp.exp(-kappa * h), xp.exp(-0.5 * kappa * h)
-        work = h / 6.0 * (fading * rows[0] + 4.0 * part * rows[1] + rows[2])
+def scipy_ivp(designs: Designs, tolerance: float, whole: int) -> Floats:
+    """DOP853, shooting for the start, one design after the other."""
+    if designs.variable:
+        raise ValueError("this peer is written for constant inertia")
+    cylinders = designs.cylinders
+    steps = steps_of(whole, cylinders)
+    period = CYCLE / cylinders
+    phi = np.arange(steps) * period / steps
+    motored = MOTORED(MEAN_PHI) - CRANKCASE
+    burnt = PRESSURE(MEAN_PHI) - MOTORED(MEAN_PHI)
+    delta = np.empty(len(designs))
+    for i in range(len(designs)):
+        ratio, mass, speed, inertia, friction, exponent, heat = (
+            float(getattr(designs, name)[i]) for name in Designs.COLUMNS
+        )
+        scale, half = 2.0 / (inertia * speed**2), 0.5 * exponent
+        mean = float(np.mean(velocity(MEAN_PHI, ratio) * (motored + heat * burnt)))
+        numbers = (ratio, scale * LEVER, 2.0 * mass * RADIUS**2 / inertia, scale * friction,
+                   scale * (cylinders * LEVER * mean - friction), half, heat)  # fmt: skip
 
-        def decay(value: Any, gain: Any) -> Any:
-            return fading * value + gain, value
+        def run(start: float, where: Floats | None, numbers: Any = numbers) -> Any:
+            return solve_ivp(
+                right_side, (0.0, period), [start, 1.0], method="DOP853", t_eval=where,
+                args=(numbers, cylinders), rtol=tolerance, atol=tolerance, max_step=0.35,
+            ).y  # fmt: skip
 
-        end, _ = scan(decay, xp.zeros_like(kappa), work)
-        _, q = scan(decay, end / -xp.expm1(-kappa * period), work)
-    else:
-        start = alike
-        for _ in range(3):  # from a start this near three steps are always enough
-            (end, tangent), (q, along) = scan(march, (start, alike), rows)
-            step = (end - start) / (1.0 - tangent)
-            start = start + step
-            if settled(step / start):
+        start = 1.0
+        for _ in range(MOST_SWEEPS if half > 0.0 else 0):
+            end = run(start, None)[:, -1]
+            step = (end[0] - start) / (1.0 - end[1])
+            start += step
+            if half == 1.0 or abs(step) < 0.1 * tolerance:
                 break
-        q = q + step * along
-    return q, rows[0] - kappa * q**half
-
-
-def _numpy_scan(step: Any, carry: Any, rows: Any) -> Any:
-    """As JAX's: what is left at the end, and what each step gives."""
-    kept = []
-    for row in zip(*rows, strict=True) if isinstance(rows, tuple) else rows:
-        carry, given = step(carry, row)
-        kept.append(given)
-    if isinstance(kept[0], tuple):
-        return carry, tuple(np.stack(each) for each in zip(*kept, strict=True))
-    return carry, np.stack(kept)
-
-
-def numpy_steps(c: Coefficients, phi: Floats) -> tuple[Any, Any]:
-    """Steps in Python, designs in arrays."""
-
-    def settled(step: Any) -> bool:
-        return bool(np.abs(step).max() < SMALL_STEP)
-
-    return runge_kutta(np, _numpy_scan, settled, c.numbers, c.half, phi, c.cylinders)
+        q = run(start, phi)[0]
+        if half == 0.0:
+            q += level_of(q - q[0], np.ones(steps)) - q[0]
+        slope = np.array([right_side(*each, numbers, cylinders)[0]
+                          for each in zip(phi, np.stack([q, q], axis=1), strict=True)])  # fmt: skip
+        delta[i] = delta_of(q, slope, phi[1])
+    return delta
 
 
 # Harmonic balance: NumPy again, one FFT of the torque ---------------------------------------------
@@ -606,82 +483,27 @@ def _refined(
     return high, low
 
 
-# The thesis's procedure ---------------------------------------------------------------------------
-
-
-def python_euler(designs: Designs, most_cycles: int) -> Floats:
-    """Explicit Euler at one degree in lists and `math`, cycle after cycle; NaN if it never closes.
-
-    As Kakaitsas (2015) runs it: until the speed at the end is that at the start within 1e-6 rad/s.
-    """
-    area, radius = 0.25 * math.pi * BORE**2, 0.5 * STROKE
-    delta = np.empty(len(designs))
-    width = CYCLE / 720.0
-    pressures = [float(p) for p in PRESSURE(np.radians(np.arange(-360.0, 360.0)))]
-    for i in range(len(designs)):
-        ratio, mass, speed, inertia, friction, alpha, _ = (
-            float(getattr(designs, name)[i]) for name in Designs.COLUMNS
-        )
-        torque = []
-        for j in range(720):
-            phi = math.radians(j - 360.0)
-            sine, cosine = math.sin(phi), math.cos(phi)
-            root = math.sqrt(1.0 - (ratio * sine) ** 2)
-            v = sine * (1.0 + ratio * cosine / root)
-            b = cosine + ratio * (cosine**2 - sine**2 + ratio**2 * sine**4) / root**3
-            force = (pressures[j] - CRANKCASE) * area - mass * radius * speed**2 * b
-            torque.append(force * radius * v - friction)
-        k = sum(torque) / 720.0 / speed**alpha
-        omega = speed
-        delta[i] = math.nan
-        for _ in range(most_cycles):
-            first = high = low = omega
-            total = 0.0
-            for moment in torque:
-                total += omega
-                omega += width * (moment - k * omega**alpha) / (inertia * omega)
-                if omega > high:
-                    high = omega
-                elif omega < low:
-                    low = omega
-            if abs(omega - first) < 1e-6:
-                delta[i] = (high - low) * 720.0 / total
-                break
-    return delta
-
-
 # All of them --------------------------------------------------------------------------------------
 
 
-def cases(threads: int, processes: Processes, quick: bool) -> tuple[list[Case], list[str]]:
-    """Peers that are here, and a line about each that is not."""
-    from benchmarks import libraries
-
-    many = 64 if quick else 2048
-
-    def steps(nodes: int) -> Solver:
-        return partial(solve_curves, curves=numpy_steps, nodes=nodes, threads=threads)
+def cases(threads: int, processes: Processes, quick: bool) -> list[Case]:
+    """All peers at several settings."""
 
     def alone(solver: Callable[..., Floats], **options: Any) -> Solver:
         """Bound by Python: in processes."""
         return partial(processes, partial(solver, **options))
 
     found = [
-        Case(series, f"{n} steps", numba_loop(n, threads, share), scenes=True)
-        for series, share in (("Numba loop", False), ("Numba loop, shared tables", True))
+        Case("Numba loop", f"{n} steps", numba_loop(n, threads))
         for n in (90, 180, 360, 720, 1440, 2880)[:: 2 if quick else 1]
     ]
     found += [
-        Case("NumPy steps", f"{n} steps", steps(n), runs=3, least=many)
-        for n in ((360,) if quick else (180, 360, 720, 1440))
-    ]
-    found += [
-        Case("Harmonic balance", f"{n} nodes", alone(harmonic_balance, whole=n), least=many,
-             exponents=(2.0,))
+        Case("Harmonic balance", f"{n} nodes", alone(harmonic_balance, whole=n),
+             least=64 if quick else 2048, exponents=(2.0,))
         for n in ((96,) if quick else (64, 96, 112, 128, 180))
     ]  # fmt: skip
-    # At exponent 0 Euler never closes: it would only be timed running into its limit.
-    euler = alone(python_euler, most_cycles=300 if quick else 3000)
-    found.append(Case("Euler in Python", "1 degree", euler, 1, 8, 40, exponents=(1.0, 1.6, 2.0)))
-    others, absent = libraries.cases(threads, processes, quick)
-    return found + others, absent
+    found += [
+        Case("SciPy solve_ivp", f"DOP853, {t:.0e}", alone(scipy_ivp, tolerance=t, whole=n), runs=3)
+        for t, n in (((1e-6, 720),) if quick else ((1e-5, 360), (1e-7, 720), (1e-10, 2880)))
+    ]
+    return found

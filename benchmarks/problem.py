@@ -6,8 +6,7 @@ analytic and periodic: solvers that need points get it every half degree, as a f
 the others evaluate the formula.
 
 The reference shares no line with the kernels: collocation by `oracle/spline.py`, with the formula
-in the place of a spline. `agreement` compares it with the adaptive integration of `oracle` on a few
-designs.
+in the place of a spline; tests compare that with the adaptive integration of `oracle`.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,6 @@ from engine_dyn.types import Floats
 from oracle import spline
 from oracle.designs import SmoothPressure
 from oracle.designs import table as points_of
-from oracle.solution import Design, solve
 
 CYCLE = 4.0 * math.pi
 BORE, STROKE, CRANKCASE = 0.14, 0.18, 1.0e5
@@ -228,21 +226,3 @@ def reference(designs: Designs) -> Floats:
     if np.any(found.status != spline.CONVERGED):
         raise RuntimeError("a design of the benchmark stalls")
     return found.delta
-
-
-def agreement(designs: Designs, delta: Floats) -> float:
-    """Largest relative difference of `delta` from the adaptive integration of `oracle`."""
-    worst = 0.0
-    for i in range(len(designs)):
-        one = designs.take([i])
-        design = Design(
-            pressure=partial(pressure_of, heat=float(one.heat[0])), bore=BORE, stroke=STROKE,
-            crank_ratio=float(one.ratio[0]),
-            reciprocating_mass=float(one.mass[0]), inertia=float(one.inertia[0]),
-            speed_rpm=float(one.speed[0]) * 30.0 / math.pi, cylinders=int(np.max(one.cylinders)),
-            load_exponent=float(one.exponent[0]), friction_torque=float(one.friction[0]),
-            crankcase_pressure=CRANKCASE,
-            inertia_model="variable" if one.variable else "constant",
-        )  # fmt: skip
-        worst = max(worst, abs(delta[i] / solve(design).delta - 1.0))
-    return worst

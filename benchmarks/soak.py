@@ -29,7 +29,7 @@ import psutil
 
 import sweeps
 from benchmarks.command import part_file, settings, temporary_files_apart, write_part
-from benchmarks.workers import Lost, answers
+from benchmarks.workers import in_processes
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
@@ -77,12 +77,6 @@ def sample() -> dict[str, int]:
     process = psutil.Process()
     return {"resident": process.memory_info().rss, "descriptors": process.num_fds(),
             "threads": process.num_threads()}  # fmt: skip
-
-
-def growth(runs: list[int], resident: list[int]) -> float:
-    """Bytes a run by which memory grows: a straight line, the first quarter left out."""
-    first = len(runs) // 4
-    return float(np.polyfit(runs[first:], resident[first:], 1)[0])
 
 
 def results(dataset: Any) -> dict[str, bytes]:
@@ -147,25 +141,24 @@ def one_process(runs: int, folder: Path) -> tuple[list[str], dict[str, Any]]:
         name = names[run // len(kinds) % len(names)]
         if not kinds[run % len(kinds)](name):
             wrong.append(f"run {run}, {name}: another result than alone")
-        if (run + 1) % (len(kinds) * len(names)) == 0:
+        # The first quarter is left out: caches fill.
+        if (run + 1) % (len(kinds) * len(names)) == 0 and run >= runs // 4:
             counts.append(run + 1)
             for what, value in sample().items():
                 samples[what].append(value)
     left = [path.name for path in folder.iterdir() if path.name not in ("out.nc", "kept.nc")]
     left += [path.name for path in set(Path(tempfile.gettempdir()).iterdir()) - before]
-    grows = growth(counts, samples["resident"])
+    wrong += [f"left: {name}" for name in left]
+    grows = float(np.polyfit(counts, samples["resident"], 1)[0])
     if grows > GROWTH:
         wrong.append(f"memory grows by {grows:.0f} bytes a run")
-    ends = {what: [values[len(values) // 4], values[-1]] for what, values in samples.items()}
     for what in ("descriptors", "threads"):
-        if ends[what][1] > ends[what][0]:
-            wrong.append(f"{what}: {ends[what][0]}, at the end {ends[what][1]}")
-    wrong += [f"left: {name}" for name in left]
+        if samples[what][-1] > samples[what][0]:
+            wrong.append(f"{what}: {samples[what][0]}, at the end {samples[what][-1]}")
     return wrong, {
         "runs": runs, "seconds": round(time.perf_counter() - began, 1),
-        "resident_first": ends["resident"][0], "resident_last": ends["resident"][1],
         "growth_bytes_per_run": round(grows, 1), "growth_allowed": GROWTH,
-        "descriptors": ends["descriptors"], "threads": ends["threads"], "left": left,
+        **{what: [values[0], values[-1]] for what, values in samples.items()},
     }  # fmt: skip
 
 
@@ -182,9 +175,9 @@ def many_threads(rounds: int, folder: Path) -> list[str]:
         own.mkdir(exist_ok=True)
         try:
             kinds = _kinds_of_runs(own, alone)[:3]  # Ctrl-C goes to the main thread alone
-            for turn in range(rounds):
-                name = list(SCENES)[(turn + number) % len(SCENES)]
-                if not kinds[(turn + number) % len(kinds)](name):
+            for turn in range(number, number + rounds):
+                name = list(SCENES)[turn % len(SCENES)]
+                if not kinds[turn % len(kinds)](name):
                     wrong.append(f"thread {number}, {name}: another result than alone")
         except Exception as error:
             wrong.append(f"thread {number}: {type(error).__name__}: {error}")
@@ -195,15 +188,15 @@ def many_threads(rounds: int, folder: Path) -> list[str]:
 
 
 def _in_process(job: tuple[int, int, Path, bool]) -> tuple[list[str], int]:
-    """Write archives, each process its own or all the same one; says what fell."""
+    """Write archives, each process its own or all the same one; what fell, how many refused."""
     number, rounds, folder, own = job
     limits.LARGEST_BLOCK = BLOCK
     wrong: list[str] = []
     refused = 0
     alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
     output = folder / (f"process {number}.nc" if own else "one for all.nc")
-    for turn in range(rounds):
-        name = list(SCENES)[(turn + number) % len(SCENES)] if own else "scalars"
+    for turn in range(number, number + rounds):
+        name = list(SCENES)[turn % len(SCENES)] if own else "scalars"
         try:
             sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
         except sweeps.SceneError as error:
@@ -220,20 +213,15 @@ def _in_process(job: tuple[int, int, Path, bool]) -> tuple[list[str], int]:
 def many_processes(rounds: int, folder: Path, *, own: bool) -> tuple[list[str], int]:
     """Write archives from several processes; what fell, and how often one was refused."""
     jobs = [(number, rounds, folder, own) for number in range(PROCESSES)]
-    wrong, refused = _gathered(answers(_in_process, jobs, PROCESSES))
+    wrong, refused = _gathered(_in_process, jobs)
     left = [p.name for p in folder.iterdir() if p.suffix == ".partial"]
     return wrong + [f"left: {name}" for name in left], refused
 
 
-def _gathered(said: Iterator[Any]) -> tuple[list[str], int]:
+def _gathered(work: Callable[[Any], Any], jobs: list[Any]) -> tuple[list[str], int]:
     """What processes say: lines, and a sum."""
-    wrong: list[str] = []
-    total = 0
-    for answer in said:
-        lines, count = ([f"a process: {answer.why}"], 0) if isinstance(answer, Lost) else answer
-        wrong += lines
-        total += count
-    return wrong, total
+    said = list(in_processes(work, jobs, len(jobs)))
+    return [line for lines, _ in said for line in lines], sum(count for _, count in said)
 
 
 # --- readers beside a writer --------------------------------------------------------------------
@@ -281,7 +269,7 @@ def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str],
     writer = threading.Thread(target=write)
     writer.start()
     try:
-        return _gathered(answers(_read, [(n, folder) for n in range(readers)], readers))
+        return _gathered(_read, [(n, folder) for n in range(readers)])
     finally:
         (folder / "ends").touch()
         writer.join()

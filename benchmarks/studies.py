@@ -16,20 +16,13 @@ import numpy as np
 
 from benchmarks.tables import save
 
-__all__ = ["LOOP", "ONE_TABLE", "STUDIES", "Aim", "Study", "study"]
+__all__ = ["STUDIES", "Study", "study"]
 
 Scene = dict[str, Any]
 Ranges = Mapping[str, tuple[float, float]]
 Build = Callable[[int], Scene]
 
 SCALARS = ["delta", "omega_max", "omega_min", "omega_mean"]
-
-ONE_TABLE, LOOP = "one table", "the loop"
-"""What a study's rate is compared with: the study `one_table`, or the hand-written Numba loop at
-an error of 1.6e-6; another study is named by its name."""
-
-LOOP_RATE = 157_000.0
-"""Designs a second of that loop where the aims were set, so that they are ratios elsewhere."""
 
 RANGES = {
     "reciprocating_mass": (4.0, 9.0), "inertia": (1.5, 8.0), "crank_ratio": (0.2, 0.33),
@@ -57,14 +50,6 @@ OF_CYCLE = {"combustion_start": (-35.0, -15.0), "compression_ratio": (8.5, 10.5)
             "heat": (14.0, 32.0)}  # fmt: skip
 
 
-class Aim(NamedTuple):
-    """A rate that is wanted, and one to hope for, as multiples of another rate."""
-
-    of: str  # `ONE_TABLE`, `LOOP` or the name of a study
-    wanted: float
-    hoped_for: float | None = None
-
-
 class Study(NamedTuple):
     """One kind of study."""
 
@@ -72,13 +57,7 @@ class Study(NamedTuple):
     words: str  # what tables say
     build: Build  # makes a scene of about so many designs
     designs: int  # of a measurement
-    aim: Aim | None = None
     modelled: bool = False  # whether every design has a modelled cycle of its own
-
-
-def by_rate(wanted: float, hoped_for: float | None = None) -> Aim:
-    """Aim that was set in designs a second, as a multiple of the loop's rate then."""
-    return Aim(LOOP, wanted / LOOP_RATE, None if hoped_for is None else hoped_for / LOOP_RATE)
 
 
 def scene(engine: str = "ntua", quantities: Sequence[str] = (), **tables: Any) -> Scene:
@@ -144,45 +123,35 @@ def of(*, engine: str = "ntua", more: Ranges | None = None, **options: Any) -> B
 
 
 STUDIES = (
-    Study("one_table", "one table: inertia x mass x speed, alpha 2", one_table, 1_000_000,
-          Aim(LOOP, 78.0)),
+    Study("one_table", "one table: inertia x mass x speed, alpha 2", one_table, 1_000_000),
     *(
         Study(f"grid_alpha_{alpha}", f"grid of five parameters and cylinders, alpha {alpha}",
-              partial(grid, exponent=float(alpha)), 800_000, Aim(ONE_TABLE, 0.6, 0.9))
+              partial(grid, exponent=float(alpha)), 800_000)
         for alpha in (0, 1, 2)
     ),
     Study("small_grid", "the same with 6 values each, alpha 2", partial(grid, exponent=2.0),
-          62_208, Aim(ONE_TABLE, 0.4)),
-    Study("sampled", "the six sampled at random", partial(sampled, ranges=RANGES), 1_000_000,
-          Aim(LOOP, 8.0, 20.0)),
-    Study("sampled_four", "sampled without load and cylinders", of(), 1_000_000,
-          by_rate(2_000_000)),
-    Study("any_exponent", "sampled, any exponent", of(more={"load_exponent": (0.5, 3.0)}), 500_000,
-          by_rate(1_500_000)),
+          62_208),
+    Study("sampled", "the six sampled at random", partial(sampled, ranges=RANGES), 1_000_000),
+    Study("sampled_four", "sampled without load and cylinders", of(), 1_000_000),
+    Study("any_exponent", "sampled, any exponent", of(more={"load_exponent": (0.5, 3.0)}), 500_000),
     Study("variable", "sampled, variable inertia", of(solver={"inertia_model": "variable"}),
-          500_000, by_rate(1_500_000)),
+          500_000),
     Study("cycle_time", "sampled, closure cycle_time", of(solver={"closure": "cycle_time"}),
-          50_000, by_rate(500_000)),
-    Study("pin_offset", "pin offset sampled", of(more={"pin_offset": (-0.018, 0.018)}), 50_000,
-          by_rate(200_000, 1_000_000)),
+          50_000),
+    Study("pin_offset", "pin offset sampled", of(more={"pin_offset": (-0.018, 0.018)}), 50_000),
     Study("stroke_friction", "friction over the stroke sampled",
-          of(more=dict.fromkeys(STROKE_FRICTION, (0.0, 0.25)), set={"ring_pressure": 1.5}), 50_000,
-          by_rate(200_000, 1_000_000)),
-    Study("v6_load", "V6, load sampled", of(engine="v6_96x81"), 100_000, by_rate(500_000)),
+          of(more=dict.fromkeys(STROKE_FRICTION, (0.0, 0.25)), set={"ring_pressure": 1.5}), 50_000),
+    Study("v6_load", "V6, load sampled", of(engine="v6_96x81"), 100_000),
     Study("v6_misfire", "V6, misfire and load sampled",
-          of(engine="v6_96x81", more={"misfire": (0, 6)}), 10_000, by_rate(200_000)),
-    Study("driven", "compressor with its motor, sampled", of(engine="compressor_79x83"), 50_000,
-          by_rate(150_000, 500_000)),
-    Study("angle_load", "a load over angle, sampled", partial(angle_load, ranges=FOUR), 50_000,
-          by_rate(150_000, 500_000)),
+          of(engine="v6_96x81", more={"misfire": (0, 6)}), 10_000),
+    Study("driven", "compressor with its motor, sampled", of(engine="compressor_79x83"), 50_000),
+    Study("angle_load", "a load over angle, sampled", partial(angle_load, ranges=FOUR), 50_000),
     Study("wanted_delta", "wanted delta, sampled",
-          partial(sampled, ranges=OF_WANTED, quantities=("inertia_required",)), 50_000,
-          by_rate(300_000)),
+          partial(sampled, ranges=OF_WANTED, quantities=("inertia_required",)), 50_000),
     Study("modelled", "spark ignition: combustion start, compression ratio, heat sampled",
-          of(engine="si_four_87x101"), 5000, by_rate(5_000, 20_000), modelled=True),
+          of(engine="si_four_87x101"), 5000, modelled=True),
     Study("grid_errors", "grid, alpha 2, with delta_error",
-          partial(grid, exponent=2.0, quantities=("delta_error",)), 800_000,
-          Aim("grid_alpha_2", 0.4, 0.5)),
+          partial(grid, exponent=2.0, quantities=("delta_error",)), 800_000),
 )  # fmt: skip
 """Every row of the table of studies, in its order."""
 

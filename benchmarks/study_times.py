@@ -18,7 +18,7 @@ import sweeps
 from benchmarks import measure, peers, problem
 from benchmarks.command import CPUS, settings
 from benchmarks.measure import Errors, Timing
-from benchmarks.studies import LOOP, ONE_TABLE, STUDIES, Scene, Study, study
+from benchmarks.studies import STUDIES, Scene, Study, study
 from benchmarks.study_errors import Differences, differences
 from benchmarks.tables import number, rows, small, span
 from engine_dyn.speed.mechanisms import BATCH, Tally, counted
@@ -90,37 +90,23 @@ def measured(
 
 # The table ----------------------------------------------------------------------------------------
 
-HEAD = ["study", "ratio", "aim", "long-term aim", "over", "designs/s", "designs", "deferred",
+HEAD = ["study", "times the loop", "designs/s", "designs", "deferred",
         "general", "error of delta", "of speeds", "delta_error covers", "status 0",
         "compiling"]  # fmt: skip
 
 
 def body(found: Studies) -> list[list[str]]:
-    """One row a study; ratios below their aim are bold."""
+    """One row a study."""
     lines = []
     for one, timing, compiling, converged, tally, errors in found.rows:
         left = tally.deferred / (tally.designs[BATCH] or math.nan)
         lines.append([
-            one.words, *_beside_aim(found, one, timing), number(timing.rate),
+            one.words, f"{timing.rate / found.loop.rate:.2g}", number(timing.rate),
             number(timing.count, 6), _percent(left), _percent(tally.general_share),
             small(errors.delta), small(errors.speeds), _percent(errors.honest),
             _percent(converged), "-" if compiling < 0.05 else span(compiling),
         ])  # fmt: skip
     return lines
-
-
-def _beside_aim(found: Studies, one: Study, timing: Timing) -> list[str]:
-    """Ratio, aim, long-term aim and what it is over; a dash where that was not measured."""
-    aim = one.aim
-    if aim is None:
-        return ["-"] * 4
-    name = "one_table" if aim.of == ONE_TABLE else aim.of
-    rates = [found.loop.rate] if aim.of == LOOP else []
-    rates += [other.timing.rate for other in found.rows if other.study.name == name]
-    ratio = timing.rate / rates[0] if rates else math.nan
-    shown = "-" if not rates else f"{ratio:.2g}" if ratio >= aim.wanted else f"**{ratio:.2g}**"
-    hoped_for = "-" if aim.hoped_for is None else f"{aim.hoped_for:.2g}"
-    return [shown, f"{aim.wanted:.2g}", hoped_for, aim.of]
 
 
 def _percent(share: float) -> str:

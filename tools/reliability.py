@@ -86,16 +86,22 @@ def numbers_of(part: Part) -> dict[str, Any]:
 def figure(name: str, parts: dict[str, Part]) -> str:
     """Words for the figure of a promise, from the part that has it."""
     if name in OF_STABILITY:
-        return of_stability("summary", name).rstrip(".")
+        return sentence(name).rstrip(".")
     part = parts.get(FIGURES[name]["part"])
     return FIGURES[name]["words"].format_map(numbers_of(part)) if part else NOT_YET
 
 
-def of_stability(file: str, name: str) -> str:
-    """A sentence or a number of a file of docs/stability, by the first cell of its row."""
-    path = DOCS / "stability" / f"{file}.csv"
-    rows = csv_rows(path) if path.is_file() else []
-    return {first: second for first, second, *_ in map(dict.values, rows)}.get(name, NOT_YET)
+def sentence(name: str) -> str:
+    """A sentence of `make stress`."""
+    rows = csv_rows(DOCS / "stability" / "summary.csv")
+    return {row["what"]: row["words"] for row in rows}.get(name, NOT_YET)
+
+
+def largest(name: str) -> str:
+    """Largest difference of a result of absurd designs from the independent solver."""
+    rows = csv_rows(DOCS / "stability" / "findings.csv")
+    of = {row["of"]: row["number"] for row in rows if row["what"] == "largest"}
+    return of.get(name, NOT_YET)
 
 
 def promises() -> list[dict[str, str]]:
@@ -152,10 +158,10 @@ def files() -> dict[Path, str]:
     parts, folder = read_parts(), DOCS / "reliability"
     words = (TOOLS / "trust.md.in").read_text(encoding="utf-8")
     made = {
-        **{name: of_stability("summary", name) for name in OF_STABILITY},
+        **{name: sentence(name) for name in OF_STABILITY},
         **{name: figure(name, parts) for name in FIGURES},
-        "worst_delta": of_stability("independent_differences", "delta"),
-        "worst_mean": of_stability("independent_differences", "omega_mean"),
+        "worst_delta": largest("delta"),
+        "worst_mean": largest("omega_mean"),
         "counted": str(len(promises())),
     }
     told = {name: text for name, text in made.items() if f"{{{{ {name} }}}}" in words}

@@ -1,39 +1,26 @@
 """Make every system call of a run fail once, and kill the run there.
 
-python -m benchmarks.faults [--points N] [--state FILE] [-o FILE]
+python -m benchmarks.faults [--first N] [--points N] [-o FILE]
 
-What is done is kept in the state: an interrupted campaign goes on with the same command, and more
-points can be asked for. The summary (docs/reliability/faults.json) is written at the end. Exit
-status 1 where a point did not end as promised.
+Points are numbered; an interrupted campaign goes on with `--first`. The summary
+(docs/reliability/faults.json) is written at the end. Exit status 1 where a point did not end as
+promised.
 """
 
 from __future__ import annotations
 
-import hashlib
 import sys
-import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from benchmarks.command import ROOT, part_file, settings, write_part
-from benchmarks.faults.campaign import Campaign
-from benchmarks.faults.server import BLOCK, Server, Unavailable
+from benchmarks.command import log, part_file, settings, write_part
+from benchmarks.faults.campaign import Campaign, Point, Verdict
+from benchmarks.faults.server import Server, Unavailable
 
 
-def identity() -> str:
-    """Hash of the code that is tested and that tests."""
-    digest = hashlib.sha256(str(BLOCK).encode())
-    for folder in ("engine_dyn", "sweeps", "benchmarks/faults"):
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".py", ".c", ".toml", ".csv"):
-                digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def summary(campaign: Campaign, count: int) -> dict[str, Any]:
-    """Figures of a campaign."""
-    tried = {p: campaign.verdicts[p] for p in campaign.points[:count] if p in campaign.verdicts}
+def summary(tried: Mapping[Point, Verdict], every: int) -> dict[str, Any]:
+    """Figures of the points that were tried, of so many."""
     reached = {p: v for p, v in tried.items() if v.hit or p.fault.startswith("power")}
 
     def by(kinds: Iterable[str]) -> dict[str, int]:
@@ -41,7 +28,7 @@ def summary(campaign: Campaign, count: int) -> dict[str, Any]:
 
     return {
         "points": len(reached),
-        "of": len(campaign.points),
+        "of": every,
         "not_reached": len(tried) - len(reached),
         "ended": by(v.ended for v in reached.values()),
         "faults": by(p.fault for p in reached),
@@ -55,26 +42,24 @@ def summary(campaign: Campaign, count: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run the campaign, or go on with it."""
+    """Run the campaign."""
     options = settings(
-        "benchmarks.faults", __doc__, points=2500, state=ROOT / "out" / "faults.jsonl",
-        output=part_file("faults"),
-    )  # fmt: skip
+        "benchmarks.faults", __doc__, first=0, points=2500, output=part_file("faults")
+    )
+    tried: dict[Point, Verdict] = {}
     try:
         with Server() as server:
-            campaign = Campaign(server, options.state, identity())
-            missing = campaign.missing(options.points)
-            print(f"{len(campaign.points)} points; {len(missing)} to be tried", flush=True)
-            began = time.monotonic()
-            for number, point in enumerate(missing, 1):
-                verdict = campaign.attempt(point)
+            campaign = Campaign(server)
+            chosen = campaign.points[options.first : options.first + options.points]
+            for number, point in enumerate(chosen, options.first):
+                verdict = tried[point] = campaign.attempt(point)
                 if verdict.wrong:
-                    print(f"{point}: {verdict.hit}: {verdict.wrong}", flush=True)
+                    print(f"{number}, {point}: {verdict.hit}: {verdict.wrong}", flush=True)
                 if number % 100 == 0:
-                    print(f"{number} tried, {time.monotonic() - began:.0f} s", flush=True)
+                    log(f"point {number} of {len(campaign.points)}")
     except Unavailable as error:
         sys.exit(f"{error}")
-    found = summary(campaign, options.points)
+    found = summary(tried, len(campaign.points))
     write_part(options.output, found)
     print(options.output)
     sys.exit(1 if found["wrong"] else 0)

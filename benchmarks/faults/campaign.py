@@ -8,8 +8,6 @@ an archive that is equal to that of an undisturbed run, to the byte, and leave n
 
 from __future__ import annotations
 
-import contextlib
-import json
 import random
 import re
 import shutil
@@ -83,43 +81,15 @@ class Campaign:
     ----------
     server : Server
         It runs.
-    state : Path, optional
-        Verdicts are kept there, a line each: what is in it already is not tried again.
-    identity : str
-        Of the code that is tested; with another one, what was kept is dropped.
     """
 
-    def __init__(self, server: Server, state: Path | None = None, identity: str = "") -> None:
+    def __init__(self, server: Server) -> None:
         self.server = server
         self.work, self.shadows = server.folder / "work", server.folder / "shadows"
         self.expected: dict[str, bytes] = {}
         self.names: dict[str, set[str]] = {}
         self.old: dict[str, bytes | None] = {}
         self.points = self._points()
-        self.verdicts: dict[Point, Verdict] = {}
-        self._state = state
-        if state is not None:
-            self._read(state, identity)
-
-    def _read(self, state: Path, identity: str) -> None:
-        """Read the verdicts of an interrupted campaign."""
-        first, *lines = state.read_text().splitlines() if state.exists() else [""]
-        if first == identity:
-            known = set(self.points)
-            for line in lines:
-                with contextlib.suppress(ValueError):  # the line that was being written
-                    point, verdict = json.loads(line)
-                    if Point(*point) in known:
-                        self.verdicts[Point(*point)] = Verdict(*verdict)
-        state.parent.mkdir(parents=True, exist_ok=True)
-        state.write_text(f"{identity}\n")
-        for found, what in self.verdicts.items():
-            self._keep(found, what)
-
-    def _keep(self, point: Point, verdict: Verdict) -> None:
-        if self._state is not None:
-            with self._state.open("a") as stream:
-                stream.write(json.dumps([point, verdict]) + "\n")
 
     # --- which points there are ---------------------------------------------------------------
 
@@ -199,18 +169,8 @@ class Campaign:
 
     # --- what becomes of them -----------------------------------------------------------------
 
-    def missing(self, count: int) -> list[Point]:
-        """Those of the first `count` points that have not been tried."""
-        return [point for point in self.points[:count] if point not in self.verdicts]
-
     def attempt(self, point: Point) -> Verdict:
-        """Try one point, and keep what became of it."""
-        verdict = self._judged(point)
-        self.verdicts[point] = verdict
-        self._keep(point, verdict)
-        return verdict
-
-    def _judged(self, point: Point) -> Verdict:
+        """Try one point; what became of it."""
         scenario = self._prepare(point.scenario)
         loses = point.fault.startswith("power")
         if loses:

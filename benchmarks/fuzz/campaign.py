@@ -15,38 +15,22 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
 from typing import Any, NoReturn
 
 import hypothesis
-from hypothesis import strategies as st
 
 from benchmarks.command import part_file, settings, temporary_files_apart, write_part
-from benchmarks.fuzz import archives, binary_tables, command_lines, partials, recordings, texts
-from benchmarks.fuzz.checking import COUNTS
-from benchmarks.fuzz.sandbox import engines, scenes
+from benchmarks.fuzz.hostile import COUNTS
+from benchmarks.fuzz.targets import TARGETS
 from benchmarks.workers import Lost, answers
 
-__all__ = ["MEMORY", "TARGETS", "main"]
+__all__ = ["main"]
 
 MEMORY = 8 << 30
 """Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
 
 LONGEST = 60
 """Seconds of the processor that one input may take; where it waits, ten times that of the clock."""
-
-TARGETS: dict[str, tuple[Callable[[], st.SearchStrategy[Any]], Callable[[Any], None]]] = {
-    "scene": (lambda: texts.texts(scenes()), texts.check_scene),
-    "engine": (lambda: texts.texts(engines()), texts.check_engine),
-    "table": (texts.tables, texts.check_table),
-    "binary table": (binary_tables.binary_tables, binary_tables.check_binary_table),
-    "recording": (recordings.recordings, recordings.check_recording),
-    "measured speed": (recordings.measured_speeds, recordings.check_measured_speed),
-    "archive": (archives.archives, archives.check_archive),
-    "figures": (archives.archives, archives.check_figures),
-    "partial": (partials.partials, partials.check_partial),
-    "command line": (command_lines.command_lines, command_lines.check_command_line),
-}
 
 
 def too_slow(*_: Any) -> NoReturn:
@@ -85,10 +69,11 @@ def campaign(job: tuple[str, float, int]) -> Counter[str]:
             signal.alarm(0)
             signal.setitimer(signal.ITIMER_PROF, 0)
 
-    while time.monotonic() < end:
+    while True:
         hypothesis.seed(number)(timed)()
         number += 1
-    return COUNTS
+        if time.monotonic() >= end:
+            return COUNTS
 
 
 def main() -> None:

@@ -4,7 +4,7 @@
 (`benchmarks.fuzz.damaged_bytes`) and reads each as the commands do, in processes that stay; one
 that takes more than `LONGEST` seconds of the processor is killed. Freed memory is overwritten there
 (glibc), so that a library that uses it fails. What went wrong is kept in the folder, with the file.
-The same command goes on where it was stopped.
+With `--first` a campaign goes on where it was stopped.
 
 Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
 `export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
@@ -31,8 +31,8 @@ from unittest import mock
 import psutil
 
 from benchmarks.command import CPUS, ROOT, part_file, settings, temporary_files_apart, write_part
-from benchmarks.fuzz.checking import COUNTS, in_one_line, refused_or_taken
 from benchmarks.fuzz.damaged_bytes import damaged, sound_files
+from benchmarks.fuzz.hostile import COUNTS, in_one_line, refused_or_taken
 from benchmarks.workers import Lost, answers
 from sweeps.archive.contents import part_of, plan_of, read_contents
 from sweeps.cli.files import opened
@@ -48,13 +48,10 @@ LONGEST = 20.0
 """Seconds of the processor that the reading of one file may take; of the clock, ten times that."""
 
 BATCH = 1000
-"""Files after which the state is kept."""
+"""Files after which the counts are printed."""
 
 FORK_SECONDS = 0.5
 """Seconds of the processor that a fork may read a file."""
-
-
-# --- one file -------------------------------------------------------------------------------------
 
 
 def read_damaged(job: tuple[int, int]) -> Counter[str]:
@@ -144,34 +141,24 @@ def silent() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
 
 
-# --- all files ------------------------------------------------------------------------------------
-
-
 def campaign(
-    folder: Path, number: int, seed: int, workers: int, read: Callable[[Any], Any] = read_damaged
-) -> dict[str, int]:
-    """Read damaged files, from where it was stopped; how many were taken, refused and wrong."""
+    folder: Path, first: int, number: int, seed: int, workers: int,
+    read: Callable[[Any], Any] = read_damaged,
+) -> Counter[str]:  # fmt: skip
+    """Read damaged files from the first number on; how many were taken, refused and wrong."""
     folder.mkdir(parents=True, exist_ok=True)
-    state = folder / "state.json"
-    known: Any = {"seed": seed, "counts": {}}
-    if state.exists():
-        known = json.loads(state.read_text())
-    if known["seed"] != seed:
-        raise SystemExit(f"{state}: of seed {known['seed']}; name another folder")
-    counts = Counter[str](known["counts"])
     os.environ["MALLOC_PERTURB_"] = "165"  # of the processes: freed memory is overwritten
-    jobs = [(n, seed) for n in range(counts["files"] + counts["lost"], number)]
-    for done, answer in enumerate(answers(read, jobs, workers, LONGEST, silent), 1):
+    counts = Counter[str]()
+    jobs = [(n, seed) for n in range(first, first + number)]
+    for job, answer in zip(jobs, answers(read, jobs, workers, LONGEST, silent), strict=True):
         if isinstance(answer, Lost):
-            counts.update(wrong=1, lost=1)
-            keep(folder, *jobs[done - 1], answer.why)
+            counts["wrong"] += 1
+            keep(folder, *job, answer.why)
         else:
             counts.update(answer)
-        if done % BATCH == 0 or done == len(jobs):
-            new = state.with_suffix(".new")
-            new.write_text(json.dumps({"seed": seed, "counts": counts}))
-            new.replace(state)
-    return dict(counts)
+        if (job[0] + 1) % BATCH == 0:
+            print(f"number {job[0]}: {json.dumps(counts)}", flush=True)
+    return counts
 
 
 def keep(folder: Path, number: int, seed: int, why: str) -> None:
@@ -185,16 +172,15 @@ def keep(folder: Path, number: int, seed: int, why: str) -> None:
 def main() -> None:
     """Read the command line and run the campaign."""
     given = settings(
-        "benchmarks.fuzz.damage", __doc__, number=100_000, seed=1, workers=CPUS,
+        "benchmarks.fuzz.damage", __doc__, first=0, number=100_000, seed=1, workers=CPUS,
         folder=ROOT / "out" / "damage", part=part_file("damage"),
     )  # fmt: skip
-    began = time.monotonic()
     fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with temporary_files_apart(fast):
-        counts = campaign(given.folder, given.number, given.seed, given.workers)
-    print(f"seed {given.seed}: {json.dumps(counts)} in {time.monotonic() - began:.0f} s")
+        counts = campaign(given.folder, given.first, given.number, given.seed, given.workers)
+    print(f"seed {given.seed}: {json.dumps(counts)}")
     write_part(given.part, {"seed": given.seed, "asked": given.number, **counts})
-    if counts.get("wrong"):
+    if counts["wrong"]:
         sys.exit(f"wrong: {counts['wrong']}; see {given.folder}")
 
 

@@ -20,8 +20,7 @@ from typing import Literal, NamedTuple
 import netCDF4
 
 from benchmarks.command import ROOT
-from benchmarks.fuzz.archives import good_archive
-from benchmarks.fuzz.partials import PLAIN
+from benchmarks.fuzz.sound import PLAIN, good_archive
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive
 from sweeps.running.options import Options
@@ -32,12 +31,9 @@ STRETCH = 500
 
 KINDS = {
     "bit": 16, "bits": 6, "zero byte": 10, "byte": 6, "zeros": 8, "noise": 8, "cut": 4,
-    "spliced": 8, "shifted": 4, "field": 22, "heap": 8,
+    "spliced": 8, "removed": 2, "inserted": 2, "field": 30,
 }  # fmt: skip
 """Kinds of damage, and how often each is made, in percent."""
-
-_WEIGHTS = {"classic table": 1}
-"""How often a file is damaged, 5 unless said otherwise: this one has no structures."""
 
 _SCENES = {
     "compressed": PLAIN,
@@ -180,7 +176,7 @@ def spans_of(name: str) -> list[tuple[int, int, bool]]:
 def damaged(number: int, seed: int) -> Damaged:
     """Make the damaged file of a number, the same in every run."""
     draw = random.Random(f"{seed}/{number}")
-    name = draw.choices(list(sound_files()), [_WEIGHTS.get(n, 5) for n in sound_files()])[0]
+    name = draw.choice(list(sound_files()))
     sound = sound_files()[name]
     kind = draw.choices(list(KINDS), list(KINDS.values()))[0]
     data = bytearray(sound)
@@ -202,10 +198,11 @@ def _place(draw: random.Random, data: bytearray, name: str) -> int:
 
 
 def _damage(draw: random.Random, kind: str, data: bytearray, name: str) -> None:
+    """Change some bytes; nothing is done where none are left."""
     if not data:
         return
     place = _place(draw, data, name)
-    stretch = min(draw.choice((STRETCH, STRETCH, 50, 8)), len(data) - place)
+    end = place + min(draw.choice((STRETCH, STRETCH, 50, 8)), len(data) - place)
     if kind in ("bit", "bits"):
         for _ in range(1 if kind == "bit" else draw.randrange(2, 20)):
             data[place] ^= 1 << draw.randrange(8)
@@ -215,23 +212,19 @@ def _damage(draw: random.Random, kind: str, data: bytearray, name: str) -> None:
     elif kind == "byte":
         data[place] = draw.choice((0xFF, 1, draw.randrange(256)))
     elif kind == "zeros":
-        data[place : place + stretch] = bytes(stretch)
+        data[place:end] = bytes(end - place)
     elif kind == "noise":
-        data[place : place + stretch] = draw.randbytes(stretch)
+        data[place:end] = draw.randbytes(end - place)
     elif kind == "cut":
         del data[draw.choice((place, len(data) - 1, len(data) // 2)) :]
     elif kind == "spliced":
         source = _place(draw, data, name)
-        part = data[source : source + stretch]
+        part = data[source : source + end - place]
         data[place : place + len(part)] = part
-    elif kind == "shifted":
-        length = draw.choice((1, 4, 8, STRETCH))
-        if draw.random() < 0.5:
-            del data[place : place + length]
-        else:
-            data[place:place] = draw.randbytes(length)
-    elif kind == "heap":
-        _damage_heap(draw, data, name)
+    elif kind == "removed":
+        del data[place : place + draw.choice((1, 4, 8, STRETCH))]
+    elif kind == "inserted":
+        data[place:place] = draw.randbytes(draw.choice((1, 4, 8, STRETCH)))
     else:
         _damage_field(draw, data, name)
 
@@ -248,28 +241,3 @@ def _damage_field(draw: random.Random, data: bytearray, name: str) -> None:
          draw.choice(spans)[0], begin, len(data), draw.randrange(1 << 8 * width))
     )  # fmt: skip
     data[place : place + width] = (value % (1 << 8 * width)).to_bytes(width, "little")
-
-
-def _damage_heap(draw: random.Random, data: bytearray, name: str) -> None:
-    """An object of a global heap gets another number, count or size."""
-    heaps = [begin for begin, _, _ in spans_of(name) if data[begin : begin + 4] == b"GCOL"]
-    if not heaps:
-        _damage_field(draw, data, name)
-        return
-    place, size = heaps[0] + 16, struct.unpack_from("<Q", data, heaps[0] + 8)[0]
-    objects = []
-    while place + 16 <= heaps[0] + size and place + 16 <= len(data):
-        number, length = struct.unpack_from("<H6xQ", data, place)
-        objects.append(place)
-        place += max(length if not number else 16 + -(-length // 8) * 8, 16)
-    if not objects:
-        return
-    place = draw.choice((objects[-1], draw.choice(objects)))
-    kind = draw.choice(("number", "size", "size", "byte of size"))
-    if kind == "number":
-        struct.pack_into("<H", data, place, draw.choice((0, 1, 0xFFFF, draw.randrange(1 << 16))))
-    elif kind == "size":
-        value = draw.choice((0, 1, 8, 15, 16, size, (1 << 64) - 1, (1 << 64) - 16, 1 << 63))
-        struct.pack_into("<Q", data, place + 8, value)
-    else:
-        data[place + 8 + draw.randrange(8)] = draw.choice((0, 0xFF, draw.randrange(256)))

@@ -21,19 +21,23 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-from benchmarks import tables
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
-from benchmarks.stress import absurd, calibration, driven, sampled, spikes, strong
-from benchmarks.stress.findings import DEFECTS, Findings
+from benchmarks.stress import absurd, calibration, draw, driven, sampled, spikes, strong
+from benchmarks.stress.checks import CHECKS
+from benchmarks.stress.findings import DEFECTS, Findings, rows
+from benchmarks.stress.judging import VERDICTS
+from benchmarks.tables import save
 
 SHOWN = 4
 """Designs of a kind that are shown."""
 
+DRAWN = {
+    name: f"{low:g} to {high:g} {unit}".strip() for name, (low, high, unit) in draw.RANGES.items()
+} | draw.OTHERS
+
 
 def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
-    """Designs that should not be, a few of each kind, and the worst of the sampled ones."""
-    for words, inputs in found[sampled].largest.values():  # type: ignore[attr-defined]
-        yield [sampled.PART, words, json.dumps(inputs)]
+    """Designs that should not be, a few of each kind."""
     for part, of_part in found.items():
         kinds = Counter[str]()
         for example in of_part.examples:
@@ -53,7 +57,7 @@ def main() -> int:
     )  # fmt: skip
     began, seed, processes = time.perf_counter(), chosen.seed, chosen.processes
     found: dict[Any, Findings] = {
-        absurd: absurd.run(seed, chosen.designs, chosen.sample, processes, log, chosen.limit),
+        absurd: absurd.run(seed, chosen.designs, chosen.sample, log, chosen.limit),
         spikes: spikes.run(seed, chosen.diagrams, log),
         strong: strong.run(seed, chosen.flywheels, log),
         driven: driven.run(seed, chosen.driven, processes, log),
@@ -65,17 +69,22 @@ def main() -> int:
         f"{platform.system()}; {versions('numpy', 'numba', 'engine-dyn')}; seed {seed}; "
         f"{(time.perf_counter() - began) / 60.0:.1f} minutes."
     )
-    words, folder = {"run": run}, chosen.output / "stability"
+    words = {"run": run}
     for part, of_part in found.items():
         words |= part.words(of_part)
-        for name, (head, *body) in part.tables(of_part).items():
-            tables.save(folder / f"{name}.csv", head, body)
-    tables.save(folder / "examples.csv", ["part", "what", "design"], shown(found))
-    tables.save(folder / "summary.csv", ["what", "words"], map(list, words.items()), marks=True)
-    figure = chosen.output / "figures" / "stability_error.png"
-    figure.parent.mkdir(parents=True, exist_ok=True)
-    made = calibration.figure(found[calibration])
-    made.savefig(figure, dpi=160, metadata={"Software": None})
+    numbers = [row for part, of_part in found.items() for row in rows(part.PART, of_part)]
+    head, *meter = calibration.table(found[calibration])
+    for name, heads, body in (
+        ("drawn", ["input", "range"], DRAWN.items()),
+        ("rules", ["rule", "meaning"], CHECKS.items()),
+        ("verdicts", ["verdict", "meaning"], VERDICTS.items()),
+        ("findings", ["part", "what", "of", "number"], numbers),
+        ("error_ranges", ["input", "range"], calibration.RANGES.items()),
+        ("error_estimate", head, meter),
+        ("examples", ["part", "what", "design"], shown(found)),
+        ("summary", ["what", "words"], words.items()),
+    ):
+        save(chosen.output / "stability" / f"{name}.csv", heads, body, marks=name == "summary")
     examples = ROOT / "out" / "stress.json"
     examples.parent.mkdir(exist_ok=True)
     told = [{"part": p.PART, **example} for p, each in found.items() for example in each.examples]

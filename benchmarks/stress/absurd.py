@@ -8,14 +8,13 @@ from __future__ import annotations
 import time
 from collections import Counter
 from dataclasses import replace
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 
 from benchmarks.stress import draw
-from benchmarks.stress.checks import CHECKS, check
-from benchmarks.stress.findings import DEFECTS, Findings, Rows, Say, count, gathered, share, size
+from benchmarks.stress.checks import check
+from benchmarks.stress.findings import DEFECTS, Findings, Say, count
 from benchmarks.stress.judging import QUANTITIES, VERDICTS, judge
 from benchmarks.workers import Lost, answers
 from engine_dyn.status import CONVERGED, MEANINGS
@@ -32,7 +31,7 @@ AGAIN = 300
 
 
 def one(job: tuple[int, int, int, int]) -> Findings:
-    """Solve and check one chunk, and pick a sample of it."""
+    """Solve and check one chunk, and solve a sample of it by the independent solver."""
     seed, number, length, sample = job
     chunk = draw.chunk(seed, number, length)
     begin = time.perf_counter()
@@ -52,7 +51,9 @@ def one(job: tuple[int, int, int, int]) -> Findings:
     for name, mask in unlike_bits(alone, {n: a[picks] for n, a in results.items()}).items():
         result.mark("bits", name, mask=mask, tell=lambda i: example(chunk, picks[i], results))
     picked = pick(columns, results, sample, random)
-    result.keep(seconds=[seconds], chunk=np.full(picked.size, number), index=picked)
+    part = draw.Chunk(chunk.flat(picked), chunk.closure, (picked.size,), chunk.seed)
+    result.keep(seconds=[seconds])
+    result.add(agreement(part, part.solve(threads=1), part.exact(), picked.tolist()))
     return result
 
 
@@ -104,14 +105,6 @@ def pick(
     return np.asarray(np.sort(picked))
 
 
-def compare(job: tuple[int, int, int, list[int]]) -> Findings:
-    """Solve the chosen designs of one chunk by both solvers."""
-    seed, number, length, index = job
-    chunk = draw.chunk(seed, number, length)
-    part = draw.Chunk(chunk.flat(index), chunk.closure, (len(index),), chunk.seed)
-    return agreement(part, part.solve(threads=1), part.exact(), index)
-
-
 def agreement(
     part: draw.Chunk, found: dict[str, Any], exact: spline.Solutions, index: list[int]
 ) -> Findings:
@@ -132,9 +125,7 @@ def agreement(
     return result
 
 
-def run(
-    seed: int, designs: int, sample: int, processes: int, say: Say, limit: float = LIMIT
-) -> Findings:
+def run(seed: int, designs: int, sample: int, say: Say, limit: float = LIMIT) -> Findings:
     """Solve and check `designs` designs, and `sample` of them by the independent solver."""
     result = Findings()
     length, chunks = draw.size_of(designs), draw.count_of(designs)
@@ -146,12 +137,6 @@ def run(
         result.add(answer)
         say(f"chunk {number + 1} of {chunks}: {rate_of(result):,.0f} designs/s, "
             f"{result.of('broken')} broken rules")  # fmt: skip
-    picked = zip(result.array("chunk").tolist(), result.array("index").tolist(), strict=True)
-    of_chunks = [
-        (seed, number, length, [index for _, index in group])
-        for number, group in groupby(sorted(picked), key=lambda pair: pair[0])
-    ]
-    result.add(gathered(compare, of_chunks, processes, say, "sample, chunks"))
     return result
 
 
@@ -174,43 +159,4 @@ def words(found: Findings) -> dict[str, str]:
         f"designs and by one thread: {bits} differs in a bit.",
         "independent": f"{count(found.total(VERDICTS))} of the absurd designs solved again by an "
         f"independent solver: {found.total(('off', 'outcome'))} disagree.",
-        "time": f"{count(found.of('status'))} designs in {found.array('seconds').sum():.0f} s of "
-        f"kernel time, {count(round(rate_of(found)))} a second. With the closure `cycle_time`, the "
-        "load coefficient is solved for as well.",
     }
-
-
-def tables(found: Findings) -> dict[str, Rows]:
-    """Tables by the names of their files, heads first."""
-    kinds = sorted({key[1:3] for key in found.counts if key[0] == "status"})
-    by_code = Counter[int]()
-    for key, n in found.counts.items():
-        by_code.update({key[3]: n} if key[0] == "status" else {})
-    codes = sorted({key[1] for key in found.counts if key[0] in VERDICTS})
-    return {
-        "drawn": [
-            ["input", "range"],
-            *([name, f"{low:g} to {high:g} {unit}".strip()]
-              for name, (low, high, unit) in draw.RANGES.items()),
-            *map(list, draw.OTHERS.items()),
-        ],
-        "rules": [
-            ["rule", "", "broken"],
-            *([name, meaning, count(found.of("broken", name))] for name, meaning in CHECKS.items()),
-        ],
-        "outcomes": [
-            ["status", "designs", "%", *map(", ".join, kinds)],
-            *([f"{code} {MEANINGS[code]}", count(by_code[code]),
-               share(by_code[code], by_code.total()),
-               *(count(found.of("status", *kind, code)) for kind in kinds)]
-              for code in sorted(by_code)),
-        ],
-        "independent": [
-            ["verdict", "", *(MEANINGS[code] for code in codes)],
-            *([name, meaning, *(str(found.of(name, code)) for code in codes)]
-              for name, meaning in VERDICTS.items() if found.of(name) or name in DEFECTS),
-        ],
-        "independent_differences": [
-            ["quantity", "difference"], *([q, size(found.worst[q])] for q in QUANTITIES),
-        ],
-    }  # fmt: skip

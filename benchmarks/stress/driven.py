@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks import problem
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
-from benchmarks.stress.findings import DEFECTS, Findings, Rows, Say, count, gathered, size
+from benchmarks.stress.findings import DEFECTS, Findings, Say, count, gathered
 from benchmarks.stress.judging import TOLERANCE
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
@@ -433,18 +433,3 @@ def words(found: Findings) -> dict[str, str]:
         "over speed and angle, compared with an integration in time: "
         f"{count(found.defects)} wrong."
     }
-
-
-def tables(found: Findings) -> dict[str, Rows]:
-    """Tables by the names of their files, heads first."""
-    codes = sorted({code for _, _, code in found.counts})
-    names = [name for name in VERDICTS if found.of(name)]
-    outcomes = [["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)]]
-    verdicts = [["law", *names, "largest difference", "stiffest that agrees"]]
-    for law in LAWS:
-        numbers = [sum(found.of(verdict, law, code) for verdict in names) for code in codes]
-        outcomes.append([law, *map(count, (sum(numbers), *numbers))])
-        stiffest = found.worst.get((law, "stiffest"), 0.0)
-        verdicts.append([law, *(count(found.of(name, law)) for name in names),
-                         size(found.worst.get(law, 0.0)), f"{stiffest:.3g}"])  # fmt: skip
-    return {"driven_outcomes": outcomes, "driven": verdicts}

@@ -11,8 +11,9 @@ import numpy as np
 
 from benchmarks.tables import small
 from benchmarks.workers import in_processes
+from engine_dyn.status import MEANINGS
 
-__all__ = ["DEFECTS", "Findings", "Rows", "Say", "count", "gathered", "share", "size"]
+__all__ = ["DEFECTS", "Findings", "Say", "count", "gathered", "rows", "size"]
 
 DEFECTS = ("broken", "bits", "lost", "off", "outcome", "uncovered")
 """Counts that should be zero: broken rules, other bits, hangs and crashes, numbers beyond the
@@ -21,7 +22,6 @@ tolerance, another outcome, true errors above `delta_error` beyond the share tha
 KEPT = 40
 """Designs that are kept of each sort and job."""
 
-Rows = list[list[str]]
 Say = Callable[[str], None]
 
 
@@ -107,12 +107,20 @@ def count(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
-def share(part: int, whole: int) -> str:
-    """Percent, small ones with their size."""
-    percent = 100.0 * part / max(whole, 1)
-    return "0" if part == 0 else f"{percent:.2f}" if percent >= 0.01 else f"{percent:.1g}"
-
-
 def size(value: float) -> str:
     """An error's size."""
     return "0" if value == 0.0 else small(value)
+
+
+def rows(part: str, found: Findings) -> list[list[str]]:
+    """Every count and every largest value of a part: what, of which kind, and the number."""
+    told = [(what, of, count(number)) for (what, *of), number in found.counts.items()]
+    told += [
+        ("largest", list(of) if isinstance(of, tuple) else [of], size(value))
+        for of, value in found.worst.items()
+    ]
+    lines = [
+        [part, what, ", ".join(MEANINGS[w] if isinstance(w, int) else str(w) for w in of), number]
+        for what, of, number in told
+    ]
+    return sorted(lines)

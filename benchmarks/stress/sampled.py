@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 from unittest import mock
@@ -21,27 +20,21 @@ import xarray as xr
 
 import sweeps
 from benchmarks.stress.absurd import unlike_bits
-from benchmarks.stress.checks import ROUNDING, check_answers
-from benchmarks.stress.findings import Findings, Rows, Say, count, share, size
+from benchmarks.stress.checks import check_answers
+from benchmarks.stress.findings import Findings, Say, count, size
 from benchmarks.stress.judging import BORDER, TOLERANCE, differing
 from benchmarks.studies import SCALARS, STROKE_FRICTION, Scene, angle_load, columns, scene
 from benchmarks.studies import sampled as drawn
 from benchmarks.study_errors import differences
-from benchmarks.tables import small
-from benchmarks.workers import in_processes
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mechanisms import counted
 from engine_dyn.status import (
     CONVERGED,
-    MEANINGS,
-    NO_STEADY_STATE,
     NOT_CONVERGED,
     STALLED,
     TOLERANCE_NOT_MET,
 )
-from engine_dyn.types import Booleans
-from oracle.solution import IDLE
 
 PART = "Sampled studies"
 
@@ -78,9 +71,6 @@ WIDE: dict[str, tuple[float, float]] = {
 STROKE = 0.18
 """Of the engine `ntua` [m]."""
 
-MEAN_OF_PUMP = 30.0
-"""Mean torque of `benchmarks.studies.pump_torque` [N m]."""
-
 
 def offset(size: int, seed: int) -> Scene:
     """The six, and an offset of pin or crank, of either sign, up to half the crank radius."""
@@ -112,7 +102,6 @@ class Kind(NamedTuple):
     """
 
     name: str
-    words: str  # what the table says
     build: Callable[..., Scene]  # from a number of designs and a seed
     designs: int  # of `DESIGNS`
     checkable: int = 12
@@ -125,23 +114,16 @@ OF_CYCLE = {"combustion_start": (-45.0, -5.0), "compression_ratio": (7.5, 11.5),
             "heat": (5.0, 41.0)}  # fmt: skip
 
 KINDS = (
-    Kind("six", "six parameters", partial(drawn, ranges=WIDE), 700_000),
-    Kind("offset", "six and an offset of pin or crank, load exponent 1", offset, 700_000),
-    Kind("misfire", "V6: inertia, speed, load and misfire",
+    Kind("six parameters", partial(drawn, ranges=WIDE), 700_000),
+    Kind("six and an offset of pin or crank, load exponent 1", offset, 700_000),
+    Kind("V6: inertia, speed, load and misfire",
          partial(drawn, ranges=OF_V6, engine="v6_96x81"), 100_000),
-    Kind("angle_load", "six and a load over angle",
+    Kind("six and a load over angle",
          partial(angle_load, ranges={**WIDE, "load_table_factor": (0.0, 2.0)}), 150_000),
-    Kind("stroke_friction", "six and friction over the stroke", stroke_friction, 450_000, 2),
-    Kind("modelled", "combustion start, compression ratio and heat",
+    Kind("six and friction over the stroke", stroke_friction, 450_000, 2),
+    Kind("combustion start, compression ratio and heat",
          partial(drawn, ranges=OF_CYCLE, engine="si_four_87x101", set={"speed": 5200}), 10_000),
 )  # fmt: skip
-
-
-@dataclass
-class Sampled(Findings):
-    """Findings, and the designs with the largest differences: words, and parameters."""
-
-    largest: dict[tuple[str, str], tuple[str, dict[str, float]]] = field(default_factory=dict)
 
 
 # Solving ------------------------------------------------------------------------------------------
@@ -175,51 +157,10 @@ def seed_of(seed: int, kind: Kind, number: int) -> int:
 def chunk(kind: Kind, seed: int, number: int, size: int) -> Scene:
     """Scene of a chunk."""
     one = kind.build(size, seed=seed_of(seed, kind, number))
-    return part_of(one, slice(None), "delta_midrange", "torque_mean")
+    return part_of(one, slice(None), "delta_midrange")
 
 
 # Checks -------------------------------------------------------------------------------------------
-
-
-def target(speed: Any, exponent: float, found: dict[str, Any]) -> Booleans:
-    """Designs whose mean speed does not suit the closure "power_mean", constant load exponent.
-
-    The mean of omega^alpha, or of log omega where alpha is 0, is that of the asked speed. Between
-    the mean of a function and its value at the mean lies at most half its largest second derivative
-    times the variance, and this is at most (max - mean)(mean - min) (Bhatia and Davis, 2000).
-    """
-    high, low, mean = (found[name] / speed for name in ("omega_max", "omega_min", "omega_mean"))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if exponent == 0.0:
-            value, bent = np.log(mean), -1.0 / np.square(low)
-        else:
-            value = np.power(mean, exponent) - 1.0
-            factor = exponent * (exponent - 1.0)
-            ends = [np.power(end, exponent - 2.0) for end in (low, high)]
-            bent = factor * np.maximum(*ends)
-        most = 0.5 * bent * (high - mean) * (mean - low)
-        slack = ROUNDING + TOLERANCE * found["delta"]
-        fits = (-value >= np.minimum(most, 0.0) - slack) & (-value <= np.maximum(most, 0.0) + slack)
-    return np.isfinite(found["omega_mean"]) & ~fits
-
-
-def idle(one: Scene, found: dict[str, Any]) -> Booleans:
-    """Designs with status 2 though the mean torque exceeds the load's constant part, or without."""
-    factor = one["designs"].get("load_table_factor", 0.0)
-    constant = MEAN_OF_PUMP * factor
-    surplus = found["torque_mean"] - constant
-    # Rounding decides about less; the torque's range is some hundred times the mean torques.
-    clear = np.abs(surplus) > 100.0 * IDLE * (np.abs(found["torque_mean"]) + constant + 100.0)
-    return clear & ((found["status"] == NO_STEADY_STATE) != (surplus < 0.0))
-
-
-def rules(one: Scene, found: dict[str, Any], speed: Any) -> dict[str, Booleans]:
-    """Masks of designs that break a rule."""
-    broken = check_answers({name: found[name] for name in RESULTS})
-    exponent = float(one.get("set", {}).get("load_exponent", 2.0))
-    broken["target"] = target(speed, exponent, found)
-    broken["idle"] = idle(one, found)
-    return broken
 
 
 def judged(found: dict[str, Any], other: dict[str, Any], speed: Any) -> tuple[Any, Any]:
@@ -250,7 +191,7 @@ def judged(found: dict[str, Any], other: dict[str, Any], speed: Any) -> tuple[An
     return verdict, differs
 
 
-def add(result: Sampled, kind: Kind, seed: int, number: int, size: int, threads: int) -> Any:
+def add(result: Findings, kind: Kind, seed: int, number: int, size: int, threads: int) -> Any:
     """Solve and check one chunk; returns its scene and results."""
     one, name = chunk(kind, seed, number, size), kind.name
     random = np.random.default_rng([seed_of(seed, kind, number), 2])
@@ -278,7 +219,7 @@ def add(result: Sampled, kind: Kind, seed: int, number: int, size: int, threads:
         for key, mask in unlike_bits(other, {n: found[n][chosen] for n in names}).items():
             note("bits", f"{key}{when}", mask, chosen)
 
-    for rule, mask in rules(one, found, speed).items():
+    for rule, mask in check_answers({n: found[n] for n in RESULTS}).items():
         note("broken", rule, mask)
     reference = solved_generally(one, threads)
     verdict, differs = judged(found, reference, speed)
@@ -288,12 +229,7 @@ def add(result: Sampled, kind: Kind, seed: int, number: int, size: int, threads:
         note(each, "", verdict == each, other=reference)
     good = (found["status"] == CONVERGED) & np.isfinite(differs["delta"])
     for what in DIFFERENCES:
-        result.keep(**{f"{name} {what}": differs[what][good]})
-        place = int(np.argmax(np.where(good, differs[what], -1.0)))
-        if good.any() and differs[what][place] > result.worst.get((name, what), -1.0):
-            result.note((name, what), float(differs[what][place]))
-            told = f"{kind.words}, {what}, {small(differs[what][place])}"
-            result.largest[name, what] = told, inputs(one, place)
+        result.note((name, what), float(np.max(differs[what][good], initial=0.0)))
 
     # Again in another order, in other company and by one thread.
     chosen = random.permutation(size)[:AGAIN]
@@ -325,41 +261,19 @@ def speed_of(one: Scene) -> Any:
     return RPM * one["designs"].get("speed", one.get("set", {}).get("speed"))
 
 
-# The independent solver ---------------------------------------------------------------------------
-
-
-def exactly(job: tuple[Scene, Any]) -> tuple[float, float]:
-    """Differences of one design from the independent solver, of delta and of the speeds."""
-    one, found = job
-    against = differences(one, found, np.zeros(1, dtype=np.int64), 1)
-    return against.delta, against.speeds
-
-
-def jobs_of(
-    one: Scene, found: dict[str, Any], count: int, checkable: int = 12
-) -> list[tuple[Scene, Any]]:
-    """Jobs of some converged designs of a scene, with so many cylinders at most."""
-    few = np.asarray(one["designs"].get("cylinders", 1)) <= checkable
-    places = np.flatnonzero((found["status"] == CONVERGED) & few)[:count]
-    return [
-        (
-            part_of(one, slice(place, place + 1)),
-            xr.Dataset({name: ("design", found[name][place : place + 1]) for name in SCALARS}),
-        )
-        for place in places.tolist()
-    ]
-
-
-def compare(
-    result: Findings, kind: Kind, jobs: list[tuple[Scene, Any]], pairs: Iterable[Any]
-) -> None:
-    """Add the differences from the independent solver."""
-    for (one, _), (delta, speeds) in zip(jobs, pairs, strict=True):
+def compare(result: Findings, kind: Kind, one: Scene, found: dict[str, Any], most: int) -> None:
+    """Solve some converged designs by the independent solver, one by one."""
+    few = np.asarray(one["designs"].get("cylinders", 1)) <= kind.checkable
+    dataset = xr.Dataset({name: ("design", found[name]) for name in SCALARS})
+    for place in np.flatnonzero((found["status"] == CONVERGED) & few)[:most].tolist():
+        against = differences(one, dataset, np.array([place]), 1)
+        told: dict[str, Any] = {
+            "delta": against.delta, "speeds": against.speeds, "inputs": inputs(one, place)
+        }  # fmt: skip
         result.counts["independent", kind.name] += 1
-        for what, value in zip(DIFFERENCES, (delta, speeds), strict=True):
-            result.note((kind.name, "independent", what), value)
-        told = {"delta": delta, "speeds": speeds, "inputs": inputs(one, 0)}
-        wrong = not max(delta, speeds) <= TOLERANCE
+        for what in DIFFERENCES:
+            result.note((kind.name, "independent", what), told[what])
+        wrong = not max(against.delta, against.speeds) <= TOLERANCE
         result.mark("off", kind.name, "independent", mask=[wrong], tell=lambda _, t=told: t)  # type: ignore[misc]
 
 
@@ -370,8 +284,8 @@ def uncovered(result: Findings, kind: Kind) -> int:
 
 
 def run(
-    seed: int, designs: int, checked: int, processes: int, say: Say, kinds: Sequence[Kind] = KINDS
-) -> Sampled:
+    seed: int, designs: int, checked: int, threads: int, say: Say, kinds: Sequence[Kind] = KINDS
+) -> Findings:
     """Draw, solve and check every kind of study.
 
     Parameters
@@ -380,24 +294,24 @@ def run(
     designs : int
         Of all kinds together; each has its share.
     checked : int
-        Designs of each kind that the independent solver solves, in processes of their own.
-    processes : int
-        Of these, and threads of the others.
+        Designs of each kind that the independent solver solves.
+    threads : int
+        Of the others.
     say : callable
         Told what goes on.
     kinds : sequence of Kind
         Which.
     """
-    result = Sampled()
+    result = Findings()
     for kind in kinds:
         size = max(FEWEST, round(designs * kind.designs / DESIGNS))
-        chunks, jobs = -(-size // CHUNK), []
+        chunks = -(-size // CHUNK)
         for number in range(chunks):
-            one, found = add(result, kind, seed, number, -(-size // chunks), processes)
-            jobs += jobs_of(one, found, checked, kind.checkable) if number == 0 else []
+            one, found = add(result, kind, seed, number, -(-size // chunks), threads)
+            if number == 0:
+                compare(result, kind, one, found, checked)
             say(f"sampled, {kind.name}: chunk {number + 1} of {chunks}, "
                 f"{result.defects} defects so far")  # fmt: skip
-        compare(result, kind, jobs, in_processes(exactly, jobs, processes))
         result.counts["uncovered", kind.name] = uncovered(result, kind)
     return result
 
@@ -405,49 +319,11 @@ def run(
 # What is told -------------------------------------------------------------------------------------
 
 
-def words(found: Sampled) -> dict[str, str]:
+def words(found: Findings) -> dict[str, str]:
     """Sentences with figures, by their names."""
     largest = max((v for k, v in found.worst.items() if k[1:] == ("delta",)), default=math.nan)
     return {
         "sampled": f"{count(found.of('status'))} designs of sampled studies by `sweeps.run`, all "
         f"solved again by the general solver: largest difference of δ {size(largest)}, "
-        f"{count(found.defects)} defects."
+        f"{count(found.defects)} defects.",
     }
-
-
-def tables(found: Sampled) -> dict[str, Rows]:
-    """Tables by the names of their files, heads first."""
-    codes = (0, 1, 2, 3, 5)
-    outcomes = [["sampled", "designs", *(f"{code} {MEANINGS[code]}, %" for code in codes),
-                 "deferred, %", "broken rules"]]  # fmt: skip
-    differences = [["sampled", "δ: largest", "99.9 %", "median", "speeds: largest", "99.9 %",
-                    "median", "off", "another outcome", "border"]]  # fmt: skip
-    again = [["sampled", "again", "other bits", "with delta_error", "below it, %", "independent",
-              "δ", "speeds"]]  # fmt: skip
-    for kind in KINDS:
-        designs = found.of("status", kind.name)
-        if not designs:
-            continue
-
-        def of(*what: Any, name: str = kind.name) -> int:
-            return found.of(what[0], name, *what[1:])
-
-        outcomes.append([
-            kind.words, count(designs), *(share(of("status", code), designs) for code in codes),
-            share(of("deferred"), of("solved")), str(of("broken")),
-        ])  # fmt: skip
-        numbers = [
-            size(float(np.quantile(found.array(f"{kind.name} {what}"), part)))
-            for what in DIFFERENCES for part in (1.0, 0.999, 0.5)
-        ]  # fmt: skip
-        verdicts = (of("off", ""), of("outcome"), of("border"))
-        differences.append([kind.words, *numbers, *map(count, verdicts)])
-        estimated = of("estimated")
-        again.append([
-            kind.words, count(of("again")), str(of("bits")), count(estimated),
-            f"{100.0 * (1.0 - of('above') / max(estimated, 1)):.3f}", str(of("independent")),
-            *(size(found.worst.get((kind.name, "independent", w), 0.0)) for w in DIFFERENCES),
-        ])  # fmt: skip
-    return {
-        "sampled_outcomes": outcomes, "sampled_differences": differences, "sampled_again": again
-    }  # fmt: skip

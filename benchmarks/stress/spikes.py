@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.stress import draw
-from benchmarks.stress.findings import Findings, Rows, Say, size
+from benchmarks.stress.findings import Findings, Say
 from benchmarks.stress.judging import QUANTITIES, judge
 from engine_dyn import diagram_from_points, family_from_diagrams, periodic_speed
 from engine_dyn.status import CONVERGED
@@ -17,12 +17,6 @@ from engine_dyn.types import Floats
 PART = "Diagrams with a spike, with noise, with steps"
 
 KINDS = ("spike", "noise", "steps")
-
-COLUMNS = {
-    "refused": ("refused",), "agree": ("agrees", "honest", "rounding"),
-    "by a hair": ("border", "unknown"), "off": ("off", "outcome"),
-}  # fmt: skip
-"""Verdicts that each column of the table counts."""
 
 
 def spoiled(kind: str, random: np.random.Generator) -> tuple[Floats, Floats]:
@@ -88,7 +82,7 @@ def one(kind: str, random: np.random.Generator, result: Findings) -> None:
     result.counts[verdict, kind] += 1
     if verdict == "agrees" and answer.status == CONVERGED:
         result.note(kind, float(differs["delta"][0]))
-    elif verdict in COLUMNS["off"]:
+    elif verdict in ("off", "outcome"):
         told = {name: float(values[0]) for name, values in {**found, **differs}.items()}
         exactly = int(exact.status[0])
         result.examples.append(
@@ -105,15 +99,6 @@ def run(seed: int, number: int, say: Say) -> Findings:
             one(kind, random, result)
         say(f"diagrams with {kind}: {result.of('off', kind)} off")
     return result
-
-
-def tables(found: Findings) -> dict[str, Rows]:
-    """Tables by the names of their files, heads first."""
-    rows = [["diagram", "made", *COLUMNS, "largest difference"]]
-    for kind in KINDS:
-        numbers = [sum(found.of(v, kind) for v in verdicts) for verdicts in COLUMNS.values()]
-        rows.append([kind, str(sum(numbers)), *map(str, numbers), size(found.worst.get(kind, 0.0))])
-    return {"spikes": rows}
 
 
 def words(_: Findings) -> dict[str, str]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import problem
-from benchmarks.stress.findings import Findings, Rows, Say, count, size
+from benchmarks.stress.findings import Findings, Say, count
 from benchmarks.stress.judging import QUANTITIES, TOLERANCE, differing
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
@@ -82,14 +82,3 @@ def words(found: Findings) -> dict[str, str]:
         "light": f"{count(found.total(('agrees', 'off')))} ordinary engines with light flywheels "
         f"that the fast kernels report as converged: {count(found.of('off'))} beyond the tolerance."
     }
-
-
-def tables(found: Findings) -> dict[str, Rows]:
-    """Tables by the names of their files, heads first."""
-    head = ["inertia model", "load exponent", "both converged", "off", "largest difference"]
-    rows = [
-        [*key, count(found.of("agrees", *key) + found.of("off", *key)),
-         count(found.of("off", *key)), size(worst)]
-        for key, worst in found.worst.items()
-    ]  # fmt: skip
-    return {"light_flywheels": [head, *rows]}

@@ -31,24 +31,16 @@ SEED = 5
 SIZE = 3000
 
 
-@pytest.mark.parametrize("number", [1, 10, 3, 11, 16])
+@pytest.mark.parametrize("number", [1, 2, 5, 10, 3, 11, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
-    found = absurd.one((SEED, number, SIZE, 1))
+    found = absurd.one((SEED, number, SIZE, 20))
     assert found.of("status") > 0
     assert {key[1] for key in found.counts if key[0] == "broken"} == set(CHECKS)
     assert found.of("again") == absurd.AGAIN
-    assert found.defects == 0, found.examples[:3]  # no broken rule, bit for bit
-
-
-def test_sample_agrees_with_the_independent_solver() -> None:
-    total = Findings()
-    for number in (1, 2, 5):
-        picked = absurd.one((SEED, number, SIZE, 20)).array("index").tolist()
-        total.add(absurd.compare((SEED, number, SIZE, picked)))
-    assert total.total(VERDICTS) == 60
-    assert total.defects == 0, total.examples
-    assert total.total(("agrees", "honest")) > 40
+    assert found.total(VERDICTS) == 20
+    assert found.defects == 0, found.examples[:3]  # no broken rule, bit for bit, and the same
+    assert found.total(("agrees", "honest")) > 10
 
 
 def test_every_rule_is_broken_by_something() -> None:
@@ -102,7 +94,7 @@ def test_the_least_inertia_of_the_rules_is_exact_enough(count: int) -> None:
 
 def test_a_chunk_that_hangs_is_reported_and_left() -> None:
     words: list[str] = []
-    found = absurd.run(SEED, 2, 1, 1, words.append, limit=1e-4)
+    found = absurd.run(SEED, 2, 1, words.append, limit=1e-4)
     assert found.of("status") == 0 and words == []
     lost = {f"seed {SEED}, chunk {i}: no answer in 0.0005 s" for i in range(2)}
     assert {key[1] for key in found.counts if key[0] == "lost"} == lost and found.defects == 2
@@ -117,11 +109,9 @@ def test_command_writes_every_file(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "benchmarks.stress", *words.split(), tmp_path]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    made, kept = (sorted((folder / "stability").iterdir()) for folder in (tmp_path, root / "docs"))
-    assert [path.name for path in made] == [path.name for path in kept]
-    for one, other in zip(made, kept, strict=True):
-        heads = [path.read_text("utf-8").splitlines()[0].split(",")[0] for path in (one, other)]
-        assert heads[0] == heads[1], one.name
+    for path in (root / "docs" / "stability").iterdir():
+        made = (tmp_path / "stability" / path.name).read_text("utf-8").splitlines()
+        assert made[0] == path.read_text("utf-8").splitlines()[0]
     found, before = (
         [row["what"] for row in tables.read(folder / "stability" / "summary.csv")]
         for folder in (tmp_path, root / "docs")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.stress import absurd, sampled
-from benchmarks.stress.sampled import KINDS, Kind, Sampled
+from benchmarks.stress.findings import Findings
+from benchmarks.stress.sampled import KINDS, Kind
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 
 SEED = 7
@@ -27,10 +28,7 @@ def test_sampled_designs_have_no_defect(kind: Kind) -> None:
     assert found.of("again") == sampled.AGAIN
     assert found.of("estimated") > 0.8 * sampled.AGAIN
     # Another solver has solved them: not a bit would differ otherwise.
-    differences = found.array(f"{kind.name} delta")
-    assert 0.0 < np.median(differences) < differences.max()
-    lines = sampled.tables(found)
-    assert lines["sampled_again"][1][0] == kind.words and "nan" not in str(lines)
+    assert 0.0 < found.worst[kind.name, "delta"] <= 1e-6
 
 
 @pytest.mark.compiled
@@ -38,14 +36,11 @@ def test_the_independent_solver_agrees_and_would_see_an_error() -> None:
     kind = KINDS[0]
     one = sampled.chunk(kind, SEED, 0, sampled.FEWEST)
     found = sampled.solved(one)
-    result = Sampled()
-    jobs = sampled.jobs_of(one, found, 2, 3)
-    assert max(sampled.inputs(each, 0)["cylinders"] for each, _ in jobs) <= 3
-    sampled.compare(result, kind, jobs, [sampled.exactly(job) for job in jobs])
+    result = Findings()
+    sampled.compare(result, kind, one, found, 2)
     assert (result.of("independent"), result.defects) == (2, 0)
     found["omega_max"] = found["omega_max"] * (1.0 + 2e-6)
-    jobs = sampled.jobs_of(one, found, 1)
-    sampled.compare(result, kind, jobs, [sampled.exactly(job) for job in jobs])
+    sampled.compare(result, kind, one, found, 1)
     assert (result.of("independent"), result.of("off"), result.defects) == (3, 1, 1)
 
 
@@ -53,20 +48,6 @@ def speeds(low: float, high: float, mean: float) -> dict[str, Any]:
     """Results of one design."""
     values = {"omega_min": low, "omega_max": high, "omega_mean": mean, "delta": (high - low) / mean}
     return {name: np.array([value]) for name, value in values.items()}
-
-
-@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0, 3.0])
-def test_a_mean_speed_off_its_target_is_seen(exponent: float) -> None:
-    angle = 2.0 * np.pi * np.arange(1000) / 1000
-    omega = 1.0 + 0.1 * np.sin(angle) + 0.03 * np.cos(2.0 * angle)
-    if exponent:
-        nominal = np.mean(omega**exponent) ** (1.0 / exponent)
-    else:
-        nominal = np.exp(np.mean(np.log(omega)))
-    found = speeds(omega.min(), omega.max(), omega.mean())
-    assert not sampled.target(nominal, exponent, found).any()
-    for factor in (0.985, 1.015):
-        assert sampled.target(factor * nominal, exponent, found).all()
 
 
 def judged(status: int, delta: float, lowest: float, true: int, exact: float) -> str:
@@ -91,11 +72,9 @@ def test_verdicts_tell_agreement_from_defects() -> None:
 
 
 @pytest.mark.compiled
-def test_other_bits_a_wrong_outcome_and_a_small_estimate_are_defects() -> None:
+def test_other_bits_and_a_small_estimate_are_defects() -> None:
     one = sampled.chunk(KINDS[0], SEED, 0, sampled.FEWEST)
     found = sampled.solved(one)
-    speed = sampled.speed_of(one)
-    assert not any(mask.any() for mask in sampled.rules(one, found, speed).values())
     chosen = np.arange(10)
     other = {name: values[chosen].copy() for name, values in found.items()}
     other["delta"][3] = np.nextafter(other["delta"][3], 1.0)
@@ -103,10 +82,7 @@ def test_other_bits_a_wrong_outcome_and_a_small_estimate_are_defects() -> None:
     assert {name: np.flatnonzero(mask).tolist() for name, mask in masks.items() if mask.any()} == {
         "delta": [3]
     }
-    wrong = {name: values.copy() for name, values in found.items()}
-    wrong["torque_mean"] = -wrong["torque_mean"]
-    assert sampled.rules(one, wrong, speed)["idle"].sum() > 0.9 * sampled.FEWEST
-    result = Sampled()
+    result = Findings()
     result.counts["estimated", KINDS[0].name] = 1000
     for above, uncovered in ((1, 0), (2, 1)):
         result.counts["above", KINDS[0].name] = above
