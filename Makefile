@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies rates compile-times stress \
+.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies rates compile-times warm-run stress \
 	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -38,6 +38,7 @@ help:
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make compile-times  processor time of compiling: run thesis, each study, all studies (10 min; COMPILE_TIMES='--short')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
+	@echo "make warm-run    a warm run of two designs: its calls, the functions on the way, milliseconds"
 	@echo "make stress      docs/trust.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make large-runs  docs/reliability/large_runs.csv: 10^8 designs, a hundred killed runs, killed workers (1 h)"
 	@echo "make reliability docs/trust.md: every promise, its tests, the figures of the last runs"
@@ -118,6 +119,9 @@ rates: $(VENV)/.installed-test
 # Empty caches of its own. Settings: COMPILE_TIMES='--keep' (docs/benchmarks.md too), '--short', and others.
 compile-times: $(VENV)/.installed-test
 	$(python) -m benchmarks compile-times $(COMPILE_TIMES)
+
+warm-run: $(VENV)/.installed-test
+	$(python) -m benchmarks.warm_run
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py
