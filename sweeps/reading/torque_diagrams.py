@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from engine_dyn.loads.driven_machine import (
+    LARGEST,
     MOST_REVOLUTIONS,
     REVOLUTION,
     TorqueOverAngle,
@@ -41,7 +42,8 @@ BALANCE = 1e-3
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
-                 "kgfm": "kgf m"}  # fmt: skip
+                 "kgfm": "kgf m", "danm": "daN m", "nmm": "N mm", "lbin": "lbf in",
+                 "lbfft": "lbf ft", "lbfin": "lbf in"}  # fmt: skip
 """Spellings of units of torque, in lower case, that pint reads otherwise."""
 
 
@@ -71,12 +73,14 @@ class TorqueDiagram(Strict):
     )
     mean: float | None = Field(default=None, description="a number in N m: the mean torque")
     harmonics: list[Harmonic] | None = Field(
-        default=None, description="a list of tables with order, sine and cosine", max_length=200
+        default=None,
+        description="a list of at most 200 tables with order, sine and cosine",
+        max_length=200,
     )
     areas: list[float] | None = Field(
         default=None, min_length=2, max_length=1000,
-        description="a list of areas in J between the torque and its mean, in sequence, those "
-        "below it negative",
+        description="a list of 2 to 1000 areas in J between the torque and its mean, in sequence, "
+        "those below it negative",
     )  # fmt: skip
     crossings: list[float] | None = Field(
         default=None,
@@ -119,8 +123,8 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         both = " and ".join(ways)
         said = f"has both {both}" if ways else "file, harmonics or areas: missing"
         raise SceneError(f"{where} {said}: give one of {', '.join(_BESIDE)}")
-    for key in {key for keys in _BESIDE.values() for key in keys} - {*_BESIDE[ways[0]]}:
-        if getattr(given, key) is not None:
+    for key in [key for keys in _BESIDE.values() for key in keys]:
+        if key not in _BESIDE[ways[0]] and getattr(given, key) is not None:
             raise SceneError(f"{where} {key}: not allowed together with {ways[0]}")
     if ways[0] != "file" and given.mean is None:
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
@@ -130,6 +134,8 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         if given.harmonics is not None:
             return harmonics_of(given.harmonics, float(given.mean or 0.0))
         return _of_areas(given)
+    except SceneError:  # names the file and its column already
+        raise
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
 
@@ -146,7 +152,8 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
 def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     """Torque whose areas between crossings with its mean are given; each is a squared sine.
 
-    The energy at the crossings, and so its swing, depends on the areas alone: docs/torque_diagrams.md.
+    The energy at the crossings, and so its swing, depends on the areas alone, see
+    docs/torque_diagrams.md.
     """
     areas, mean = np.array(given.areas), float(given.mean or 0.0)
     if abs(areas.sum()) > BALANCE * np.abs(areas).max():
@@ -166,14 +173,23 @@ def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
         if back is not None:
             raise ValueError(f"crossings: {back:g} degrees: must ascend")
         revolutions = round((edges[-1] - edges[0]) / 360.0)
-        if revolutions < 1 or abs(edges[-1] - edges[0] - 360.0 * revolutions) > 1e-6:
+        whole = abs(edges[-1] - edges[0] - 360.0 * revolutions) <= 1e-6
+        if not (whole and 1 <= revolutions <= MOST_REVOLUTIONS):
             raise ValueError(
-                f"crossings cover {edges[-1] - edges[0]:g} degrees: must cover whole revolutions"
+                f"crossings cover {edges[-1] - edges[0]:g} degrees: must cover whole revolutions, "
+                f"{MOST_REVOLUTIONS} at most"
             )
     edges = edges * DEGREE
     part = np.arange(LOBE) / LOBE
     width = np.diff(edges)[:, None]
-    height = 2.0 * (areas - areas.mean())[:, None] / width
+    with np.errstate(over="ignore"):
+        height = 2.0 * (areas - areas.mean())[:, None] / width
+    high = np.flatnonzero(~(np.abs(height[:, 0]) <= LARGEST))
+    if high.size:
+        raise ValueError(
+            f"areas number {high[0] + 1} = {areas[high[0]]:g} J over "
+            f"{width[high[0], 0] / DEGREE:g} degrees: the torque must be at most {LARGEST:g} N m"
+        )
     angle = (edges[:-1, None] + width * part).reshape(-1)
     torque = mean + (height * np.sin(math.pi * part) ** 2).reshape(-1)
     slope = (height * math.pi / width * np.sin(2.0 * math.pi * part)).reshape(-1)
@@ -184,25 +200,38 @@ def _of_file(given: TorqueDiagram, where: str, folder: Path) -> TorqueOverAngle:
     """Torque through the points of a laboratory's file, in its own units."""
     path = referred(folder, str(given.file), f"{where} file")
     recording = read_recording(path, f"{where} {given.file}")
-    angle = _column(recording, given.angle_column, "angle_column", 0)
-    torque = _column(recording, given.torque_column, "torque_column", 1)
+    angle, torque = _columns(recording, given.angle_column, given.torque_column)
     unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
     size = angle_factor(unit, recording.where(angle)) * DEGREE
-    return torque_over_angle(
-        size * recording.numbers(angle), _newton_metres(recording, torque, given.torque_unit)
-    )
+    radians = size * recording.numbers(angle)
+    try:
+        return torque_over_angle(radians, _newton_metres(recording, torque, given.torque_unit))
+    except SceneError:
+        raise
+    except ValueError as error:
+        raise SceneError(f"{recording.where(angle)}, in {unit}: {mentioned(error)}") from None
 
 
-def _column(recording: Recording, wanted: str | int | None, key: str, place: int) -> str:
-    """Column of the angle or the torque: the one that is named, or that of two in its place."""
-    if wanted is not None:
-        return named_column(recording, wanted, key)
+def _columns(
+    recording: Recording, angle: str | int | None, torque: str | int | None
+) -> tuple[str, str]:
+    """Columns of angle and torque: those that are named; of two, the other, or by their units."""
     names = list(recording.columns)
-    if len(names) != 2:
+    if len(names) != 2 and (angle is None or torque is None):
         listed = one_line(", ".join(names), 200)
+        key = "angle_column" if angle is None else "torque_column"
         raise SceneError(f"{recording.label}: columns {listed}: {key} must say which one")
-    of_angle = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
-    return names[place] if of_angle != [False, True] else names[1 - place]
+    of_angle = None if angle is None else named_column(recording, angle, "angle_column")
+    of_torque = None if torque is None else named_column(recording, torque, "torque_column")
+    if of_angle is not None and of_angle == of_torque:
+        raise SceneError(f"{recording.where(of_angle)}: must not be both angle and torque")
+    if of_angle is None and of_torque is None:
+        turned = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
+        return (names[1], names[0]) if turned == [False, True] else (names[0], names[1])
+    return (
+        of_angle or next(name for name in names if name != of_torque),
+        of_torque or next(name for name in names if name != of_angle),
+    )
 
 
 def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
@@ -215,8 +244,9 @@ def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
         raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
     plain = text.strip().strip("[]()").strip()
     unit = _TORQUE_UNITS.get(plain.lower(), plain)
+    values = recording.numbers(name)
     try:
-        return recording.numbers(name) * number_with_unit(f"1 {unit}", where, "N m")
+        return values * number_with_unit(f"1 {unit}", where, "N m")
     except SceneError as error:
         if "pint" in str(error):
             raise
