@@ -132,7 +132,7 @@ def test_file_in_any_unit(tmp_path: Path, name: str, text: str, more: str) -> No
 @pytest.mark.parametrize(
     ("head", "rows", "more", "message"),
     [
-        ("crank_angle_deg,torque_Nm", "60,1\n75,1\n90,nan", "", "column 'torque_Nm', line 5: a bla"),
+        ("crank_angle_deg,torque_Nm", "60,1\n75,1\n90,nan", "", "'torque_Nm', line 5: a bla"),
         ("crank_angle_deg,torque_Nm", "90,1e308", "", "column 'torque_Nm', line 3: 1e.308: must"),
         ("crank_angle_deg,torque_Nm", "-1,1", "", "column 'crank_angle_deg', in deg: point 2: an"),
         ("crank_angle_rad,torque_Nm", "90,1", "", "column 'crank_angle_rad', in rad: point 2: an"),
