@@ -28,7 +28,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {example["id"]: example for example in DAT
 
 UNITS = {
     "kN": 1e3, "kN m": 1e3, "lb": 0.45359237, "long ton": 1016.0469088, "lbf": 4.4482216152605,
-    "lbf ft": 1.3558179483314004,
+    "lbf ft": 1.3558179483314004, "ft lbf": 1.3558179483314004, "kW": 1e3,
 }  # fmt: skip
 """Units of the sources that are not those of archives, in these."""
 
@@ -94,13 +94,25 @@ def pressure_rows(example: dict[str, Any]) -> list[str]:
     return [f"{phi},{p!r}" for phi, p in zip(angle.tolist(), pressure.tolist(), strict=True)]
 
 
+def torque_rows(example: dict[str, Any]) -> list[str]:
+    """Points of straight lines between the corners of a torque, [degree] and [N m]."""
+    corner, level = np.array(example["torque"], dtype=float).T
+    last, step = corner[-1], example.get("torque_step", 0.1)
+    angle = np.linspace(0.0, last, round(last / step) + 1)
+    torque = np.interp(angle, corner, level)
+    return [f"{phi!r},{m!r}" for phi, m in zip(angle.tolist(), torque.tolist(), strict=True)]
+
+
 def scene(example: dict[str, Any]) -> dict[str, Any]:
     """The scene of an example, whose engine file is engine.toml."""
     asked = [name for value in example["values"] for name in value.get("ask", ())]
     output = {"quantities": list(dict.fromkeys(asked))}
     if "step" in example:
         output["angle_step"] = example["step"]
-    return {"engine": "engine.toml", "output": output, "silenced_warnings": ["all"]}
+    return {
+        "engine": "engine.toml", "set": example.get("set", {}), "output": output,
+        "silenced_warnings": ["all"],
+    }  # fmt: skip
 
 
 @functools.cache
@@ -113,14 +125,20 @@ def computed(name: str) -> xr.Dataset:
         if "pressure" in example:
             rows = ["crank_angle_deg,pressure_bar", *pressure_rows(example)]
             Path(folder, "pressure.csv").write_text("\n".join(rows), encoding="utf-8")
+        if "torque" in example:
+            rows = ["crank_angle_deg,torque_Nm", *torque_rows(example)]
+            Path(folder, "torque.csv").write_text("\n".join(rows), encoding="utf-8")
         return sweeps.run({**scene(example), "engine": str(engine)})
 
 
 PICKS: dict[str, Callable[[xr.DataArray], Any]] = {
     "value": lambda curve: curve,
     "largest": lambda curve: curve.max(),
+    "smallest": lambda curve: curve.min(),
     "angle of largest": lambda curve: curve.idxmax(),
-    "angle of zero": lambda curve: abs(curve.sel(crank_angle=slice(0.0, 180.0))).idxmin(),
+    "angle of smallest": lambda curve: curve.idxmin(),
+    "angle of zero": lambda curve: abs(curve).idxmin(),
+    "reciprocal": lambda number: 1.0 / number,
     "magnitude": lambda vector: np.sqrt(np.square(vector).sum()),
 }
 
@@ -133,6 +151,8 @@ def of_scene(example: dict[str, Any], value: dict[str, Any]) -> float:
         radius = 0.5 * values["stroke"]
         angle = angle_of_travel(at.pop("travel") / radius, True, radius / values["rod_length"])
         at["crank_angle"] = np.degrees(angle)
+    if "between" in value:
+        found = found.sel(crank_angle=slice(*value["between"]))
     asked = found[value["ask"]].interp(at)
     if value.get("pick") == "speed of no force":  # the force of the masses grows with its square
         gas, masses = (float(asked[name]) for name in value["ask"])
@@ -172,6 +192,7 @@ def result(example: dict[str, Any], value: dict[str, Any]) -> Result:
     ours = of_scene(example, value) if "ask" in value else of_function(value)
     if not isinstance(ours, str):
         ours *= value.get("sign", 1.0) * factor(example, value) / UNITS.get(value["unit"], 1.0)
+        ours += value.get("plus", 0.0)
     return Result(example, value, ours)
 
 

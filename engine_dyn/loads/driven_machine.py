@@ -149,13 +149,17 @@ class TorqueOverAngle:
         """How often the torque repeats within its period: found, not declared."""
         torque = self.torque - self.torque.mean()
         within = ALIKE * max(float(np.ptp(torque)), 1e-300)
-        for times in range(len(self.angle), 1, -1):
+        # Most numbers fail at the steepest knot already, and need not be tried at all the others.
+        steepest = int(np.argmax(np.abs(self.slope)))
+        number = np.arange(len(self.angle), 1, -1)
+        there = self(self.angle[steepest] + self.period / number)
+        for times in number[np.abs(there - self.torque[steepest]) <= within].tolist():
             shift = self.period / times
             if all(
                 np.abs(self(self.angle + sign * shift) - self.torque).max() <= within
                 for sign in (1.0, -1.0)
             ):
-                return times
+                return int(times)
         return 1
 
     @cached_property
@@ -391,6 +395,7 @@ def torque_of_harmonics(
         if abs(fraction - order) > WHOLE:
             raise ValueError(
                 f"order = {order:g}: must repeat within {MOST_REVOLUTIONS} revolutions, as 0.5 does"
+                f"; the nearest that does is {fraction}, {float(fraction):.6g}"
             )
         revolutions = math.lcm(revolutions, fraction.denominator)
     if revolutions > MOST_REVOLUTIONS:

@@ -260,7 +260,10 @@ def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> flo
             )
         return period
     if torque is None:
-        raise SceneError(f"{name}: cycle: missing; must be 'four-stroke' or 'two-stroke'")
+        raise SceneError(
+            f"{name}: cycle: missing; must be 'four-stroke' or 'two-stroke'; only a [[diagram]] "
+            f"with kind = '{TORQUE}' has its own"
+        )
     return torque.period
 
 

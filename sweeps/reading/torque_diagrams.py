@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from engine_dyn.loads.driven_machine import (
+    LARGEST,
     MOST_REVOLUTIONS,
     REVOLUTION,
     TorqueOverAngle,
@@ -60,12 +61,14 @@ class TorqueDiagram(Strict):
     )
     mean: float | None = Field(default=None, description="a number in N m: the mean torque")
     harmonics: list[Harmonic] | None = Field(
-        default=None, description="a list of tables with order, sine and cosine", max_length=200
+        default=None,
+        description="a list of at most 200 tables with order, sine and cosine",
+        max_length=200,
     )
     areas: list[float] | None = Field(
         default=None, min_length=2, max_length=1000,
-        description="a list of areas in J between the torque and its mean, in sequence, those "
-        "below it negative",
+        description="a list of 2 to 1000 areas in J between the torque and its mean, in sequence, "
+        "those below it negative",
     )  # fmt: skip
     crossings: list[float] | None = Field(
         default=None,
@@ -108,8 +111,8 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         both = " and ".join(ways)
         said = f"has both {both}" if ways else "file, harmonics or areas: missing"
         raise SceneError(f"{where} {said}: give one of {', '.join(_BESIDE)}")
-    for key in {key for keys in _BESIDE.values() for key in keys} - {*_BESIDE[ways[0]]}:
-        if getattr(given, key) is not None:
+    for key in [key for keys in _BESIDE.values() for key in keys]:
+        if key not in _BESIDE[ways[0]] and getattr(given, key) is not None:
             raise SceneError(f"{where} {key}: not allowed together with {ways[0]}")
     if ways[0] != "file" and given.mean is None:
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
@@ -126,6 +129,8 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         if given.harmonics is not None:
             return harmonics_of(given.harmonics, float(given.mean or 0.0))
         return _of_areas(given)
+    except SceneError:  # names the file and its column already
+        raise
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
 
@@ -163,14 +168,23 @@ def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
         if back is not None:
             raise ValueError(f"crossings: {back:g} degrees: must ascend")
         revolutions = round((edges[-1] - edges[0]) / 360.0)
-        if revolutions < 1 or abs(edges[-1] - edges[0] - 360.0 * revolutions) > 1e-6:
+        whole = abs(edges[-1] - edges[0] - 360.0 * revolutions) <= 1e-6
+        if not (whole and 1 <= revolutions <= MOST_REVOLUTIONS):
             raise ValueError(
-                f"crossings cover {edges[-1] - edges[0]:g} degrees: must cover whole revolutions"
+                f"crossings cover {edges[-1] - edges[0]:g} degrees: must cover whole revolutions, "
+                f"{MOST_REVOLUTIONS} at most"
             )
     edges = edges * DEGREE
     part = np.arange(LOBE) / LOBE
     width = np.diff(edges)[:, None]
-    height = 2.0 * (areas - areas.mean())[:, None] / width
+    with np.errstate(over="ignore"):
+        height = 2.0 * (areas - areas.mean())[:, None] / width
+    high = np.flatnonzero(~(np.abs(height[:, 0]) <= LARGEST))
+    if high.size:
+        raise ValueError(
+            f"areas number {high[0] + 1} = {areas[high[0]]:g} J over "
+            f"{width[high[0], 0] / DEGREE:g} degrees: the torque must be at most {LARGEST:g} N m"
+        )
     angle = (edges[:-1, None] + width * part).reshape(-1)
     torque = mean + (height * np.sin(math.pi * part) ** 2).reshape(-1)
     slope = (height * math.pi / width * np.sin(2.0 * math.pi * part)).reshape(-1)

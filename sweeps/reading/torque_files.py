@@ -7,6 +7,7 @@ from typing import Any
 
 from engine_dyn.loads.driven_machine import TorqueOverAngle, torque_over_angle
 from engine_dyn.units import DEGREE
+from sweeps.checks import mentioned
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.laboratory.columns import named_column
 from sweeps.reading.laboratory.recorded_columns import Recording
@@ -18,7 +19,8 @@ __all__ = ["torque_of_file"]
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
-                 "kgfm": "kgf m"}  # fmt: skip
+                 "kgfm": "kgf m", "danm": "daN m", "nmm": "N mm", "lbin": "lbf in",
+                 "lbfft": "lbf ft", "lbfin": "lbf in"}  # fmt: skip
 """Spellings of units of torque, in lower case, that pint reads otherwise."""
 
 
@@ -41,29 +43,41 @@ def torque_of_file(
 
     Raises
     ------
-    SceneError, ValueError
+    SceneError
         For a file that is none, columns that are not told, and what is no torque.
     """
     recording = read_recording(path, label)
-    angle = _column(recording, angle_column, "angle_column", 0)
-    torque = _column(recording, torque_column, "torque_column", 1)
+    angle, torque = _columns(recording, angle_column, torque_column)
     unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
     size = angle_factor(unit, recording.where(angle)) * DEGREE
-    return torque_over_angle(
-        size * recording.numbers(angle), _newton_metres(recording, torque, torque_unit)
-    )
+    radians = size * recording.numbers(angle)
+    values = _newton_metres(recording, torque, torque_unit)
+    try:
+        return torque_over_angle(radians, values)
+    except ValueError as error:
+        raise SceneError(f"{recording.where(angle)}, in {unit}: {mentioned(error)}") from None
 
 
-def _column(recording: Recording, wanted: str | int | None, key: str, place: int) -> str:
-    """Column of the angle or the torque: the one that is named, or that of two in its place."""
-    if wanted is not None:
-        return named_column(recording, wanted, key)
+def _columns(
+    recording: Recording, angle: str | int | None, torque: str | int | None
+) -> tuple[str, str]:
+    """Columns of angle and torque: those that are named; of two, the other, or by their units."""
     names = list(recording.columns)
-    if len(names) != 2:
+    if len(names) != 2 and (angle is None or torque is None):
         listed = one_line(", ".join(names), 200)
+        key = "angle_column" if angle is None else "torque_column"
         raise SceneError(f"{recording.label}: columns {listed}: {key} must say which one")
-    of_angle = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
-    return names[place] if of_angle != [False, True] else names[1 - place]
+    of_angle = None if angle is None else named_column(recording, angle, "angle_column")
+    of_torque = None if torque is None else named_column(recording, torque, "torque_column")
+    if of_angle is not None and of_angle == of_torque:
+        raise SceneError(f"{recording.where(of_angle)}: must not be both angle and torque")
+    if of_angle is None and of_torque is None:
+        turned = [is_angle_unit(recording.columns[n].unit or unit_of_name(n, "")) for n in names]
+        return (names[1], names[0]) if turned == [False, True] else (names[0], names[1])
+    return (
+        of_angle or next(name for name in names if name != of_torque),
+        of_torque or next(name for name in names if name != of_angle),
+    )
 
 
 def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
@@ -76,8 +90,9 @@ def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
         raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
     plain = text.strip().strip("[]()").strip()
     unit = _TORQUE_UNITS.get(plain.lower(), plain)
+    values = recording.numbers(name)
     try:
-        return recording.numbers(name) * number_with_unit(f"1 {unit}", where, "N m")
+        return values * number_with_unit(f"1 {unit}", where, "N m")
     except SceneError as error:
         if "pint" in str(error):
             raise

@@ -138,6 +138,30 @@ def test_file_in_any_unit(tmp_path: Path, name: str, text: str, more: str) -> No
     assert found.torque_mean == pytest.approx(25e3, rel=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("head", "rows", "more", "message"),
+    [
+        ("crank_angle_deg,torque_Nm", "60,1\n75,1\n90,nan", "", "'torque_Nm', line 5: a bla"),
+        ("crank_angle_deg,torque_Nm", "90,1e308", "", "column 'torque_Nm', line 3: 1e.308: must"),
+        ("crank_angle_deg,torque_Nm", "-1,1", "", "column 'crank_angle_deg', in deg: point 2: an"),
+        ("crank_angle_rad,torque_Nm", "90,1", "", "column 'crank_angle_rad', in rad: point 2: an"),
+        ("crank_angle_deg,torque_bar", "90,1", "", "torque_unit = 'bar': must be a unit of torq"),
+        ("phi,M", "90,1", "torque_column = 1\nangle_column = 1", "must not be both angle and torq"),
+        # The other of two columns is the torque.
+        ("M_Nm,phi", "90,1", "angle_column = 'phi'", "column 'phi', in deg: point 3: an"),
+    ],
+)  # fmt: skip
+def test_no_torque_in_the_file(
+    tmp_path: Path, head: str, rows: str, more: str, message: str
+) -> None:
+    pytest.importorskip("pint")
+    later = [f"{phi},0" for phi in range(120, 361, 30)]
+    (tmp_path / "bad.csv").write_text("\n".join([head, "0,0", rows, *later]))
+    with pytest.raises(sweeps.SceneError, match=message) as refused:
+        posed(tmp_path, f'file = "bad.csv"\n{more}', ["delta"])
+    assert str(refused.value).count("[[diagram]]") == 1
+
+
 def test_factor_is_an_axis_and_the_inertia_follows(tmp_path: Path) -> None:
     found = posed(
         tmp_path, CLOSED, ["inertia_required", "inertia_energy_swing", "torque_mean"],
@@ -195,6 +219,11 @@ def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:
         ("mean = 1\nareas = [3, -3]\ncrossings = [0, 100]", "2 angles for 2 areas: must be one"),
         ("mean = 1\nareas = [3, -3]\ncrossings = [0, 90, 80]", "crossings: 80 degrees: must asc"),
         ("mean = 1\nareas = [3, -3]\ncrossings = [0, 90, 300]", "cover 300 degrees: must cover"),
+        ("mean = 1\nareas = [3, -3]\ncrossings = [0, 1, 36000]", "whole revolutions, 64 at most"),
+        ("mean = 1\nareas = [1e308, -1e308]", "areas number 1 = 1e.308 J over 180 degrees: the"),
+        ("mean = 1\nareas = [3, -3]\ncrossings = [0, 1e-300, 360]", "must be at most 1e.12 N m"),
+        ("mean = 1\nareas = [3]", "a list of 2 to 1000 areas in J"),
+        ("mean = 1\nharmonics = [{order = 0.3333}]", "the nearest that does is 1/3, 0.333333"),
         ("mean = 1\nharmonics = []\ncrossings = [0, 360]", "crossings: not allowed together with"),
         ("mean = 1\nharmonics = []\nload = 50", "load"),
         ('file = "none.csv"', "none.csv"),
