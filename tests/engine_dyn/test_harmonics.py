@@ -154,9 +154,11 @@ def test_gravity_harmonics(text: str) -> None:
     by_count = engine_of(text)
     (count,) = by_count
     limit = ROUNDING * mechanism.GRAVITY * 0.06 * (1.4 + 2.2) * count  # they may cancel
-    curve = mechanism.gravity_torque(PHI, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2)
-    found = harmonics.gravity_harmonics(ORDERS, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2)
-    assert found == pytest.approx(transform(curve), abs=limit)
+    of_all = 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2
+    for inclination in (0.0, 0.7):
+        curve = mechanism.gravity_torque(PHI, *of_all, inclination=inclination)
+        found = harmonics.gravity_harmonics(ORDERS, *of_all, inclination=inclination)
+        assert found == pytest.approx(transform(curve), abs=limit)
     alone = harmonics.gravity_harmonics(ORDERS, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2, True)
     shift = by_count[count].members[0].phase
     bank = mechanism.banks_of(by_count[count])[0]

@@ -99,10 +99,11 @@ def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
             assert error(ratio[i], excess[i], mass, radius, offset) == found[i]
 
 
+@pytest.mark.parametrize("inclination", [0.0, 0.7])
 @pytest.mark.parametrize(
     "text", ["in-line 4", "V6 60 split-pin", "boxer 4", "V8 cross-plane", "radial 5"]
 )
-def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
+def test_gravity_torque_is_the_slope_of_the_height(text: str, inclination: float) -> None:
     # Power of the weights is -G dy/dt; per unit crank speed, by differences of the masses' heights.
     engine = cylinders_of(arrangement_from_text(text))
     count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
@@ -110,8 +111,8 @@ def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
 
     def height(phi: Any) -> Any:
         total: Any = 0.0
-        for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
-            angle = phi + member.phase
+        for member, from_upright in zip(engine.members, mechanism.banks_of(engine), strict=True):
+            angle, bank = phi + member.phase, from_upright + inclination
             theta = angle + slider_crank.dead_centres(ratio, offset).top
             down = slider_crank.position(angle, ratio, offset)
             total = total - piston * down * np.cos(bank) + turning * np.cos(theta + bank)
@@ -120,8 +121,9 @@ def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
     step = 1e-5
     slope = (height(PHI + step) - height(PHI - step)) / (2.0 * step)
     found = mechanism.gravity_torque(
-        PHI, ratio, piston, turning, radius, count, {count: engine}, offset
-    )
+        PHI, ratio, piston, turning, radius, count, {count: engine}, offset,
+        inclination=inclination,
+    )  # fmt: skip
     assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
 
 
