@@ -32,7 +32,11 @@ __all__ = [
     "mean_diameter",
     "method_one",
     "required_inertia",
+    "rim_mass",
     "rim_speed",
+    "rim_speed_at_stress",
+    "rim_stress",
+    "rim_thickness",
     "ring_inertia",
     "ring_mass",
     "ring_thickness",
@@ -331,6 +335,46 @@ def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density:
     _check_positive(density=density)
     square = np.square(np.asarray(outer_diameter, float)) - np.square(np.asarray(inner_diameter))
     return given_array("mass", mass) / (np.asarray(density) * 0.25 * math.pi * square)
+
+
+# --- the thin rim ---------------------------------------------------------------------------------
+
+
+def rim_speed_at_stress(stress: Any, density: Any) -> Any:
+    """Speed of a thin rim [m/s] with that hoop stress [Pa]: sqrt(sigma/rho). Khurmi, chapter 16.
+
+    Raises
+    ------
+    ValueError
+        Here and below: for a stress, density, diameter or ratio that is not above 0.
+    """
+    _check_positive(stress=stress, density=density)
+    return np.sqrt(np.asarray(stress) / density)
+
+
+def rim_stress(mean_diameter: Any, speed: Any, density: Any) -> Any:
+    """Hoop stress [Pa] of a thin rim that turns freely [rad/s]: rho v^2, arms left out."""
+    _check_positive(mean_diameter=mean_diameter, speed=speed, density=density)
+    return density * np.square(0.5 * np.asarray(mean_diameter) * speed)
+
+
+def rim_mass(inertia: Any, mean_diameter: Any) -> Any:
+    """Mass [kg] of a thin rim of that inertia [kg m2]: I/(D/2)^2."""
+    _check_positive(mean_diameter=mean_diameter)
+    return 4.0 * given_array("inertia", inertia) / np.square(np.asarray(mean_diameter, float))
+
+
+def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickness: Any) -> Any:
+    """Radial thickness [m] of a rectangular rim, whose section is m/(pi D rho).
+
+    NaN where it is not below the mean diameter, which no rim has.
+    """
+    _check_positive(
+        mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
+    )
+    section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
+    thickness = np.sqrt(section / width_over_thickness)
+    return np.where(thickness < mean_diameter, thickness, np.nan)
 
 
 def _check_ring(outer: Any, inner: Any) -> None:

@@ -20,7 +20,7 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.geometry.slider_crank import angle_of_travel, position
-from engine_dyn.units import DEGREE, RPM
+from engine_dyn.units import RPM
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 DATA = tomllib.loads((TESTS / "reference" / "worked_examples.toml").read_text(encoding="utf-8"))
@@ -155,8 +155,8 @@ def of_scene(example: dict[str, Any], value: dict[str, Any]) -> float:
         found = found.sel(crank_angle=slice(*value["between"]))
     asked = found[value["ask"]].interp(at)
     if value.get("pick") == "speed of no force":  # the force of the masses grows with its square
-        gas, masses = (float(asked[name]) for name in value["ask"])
-        return values["speed"] * math.sqrt(-gas / masses)
+        *others, masses = (float(asked[name]) for name in value["ask"])
+        return values["speed"] * math.sqrt(-sum(others) / masses)
     total = sum(asked[name] for name in value["ask"])
     assert isinstance(total, xr.DataArray)
     return float(PICKS[value.get("pick", "value")](total))
@@ -178,10 +178,7 @@ def factor(example: dict[str, Any], value: dict[str, Any]) -> float:
         return times
     values = engine_values(example)
     radius, omega = 0.5 * values["stroke"], values["speed"] * RPM
-    factors = {
-        "r": radius, "r omega": radius * omega, "r omega^2": radius * omega**2,
-        "omega^2": omega**2, "degree": 1.0 / DEGREE,
-    }  # fmt: skip
+    factors = {"r": radius, "r omega": radius * omega, "r omega^2": radius * omega**2}
     return factors[times]
 
 

@@ -211,6 +211,7 @@ def gravity_harmonics(
     offset: Any = 0.0,
     first_only: bool = False,
     throw_turning_mass: Any = 0.0,
+    inclination: Any = 0.0,
 ) -> Complexes:
     """Harmonics of the gravity torque [N m], as `mechanism.gravity_torque`.
 
@@ -224,7 +225,8 @@ def gravity_harmonics(
     def summed(nu: Floats, engine: Cylinders) -> Any:
         each = list(zip(engine.members, banks_of(engine), engine.throw_shares, strict=True))
         total: Any = 0.0
-        for member, bank, share in each[:1] if first_only else each:
+        for member, from_upright, share in each[:1] if first_only else each:
+            bank = from_upright + inclination
             speed, top = of_radius[member.radius_factor]
             lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
             along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed

@@ -5,7 +5,7 @@ Directions
 Everything is seen so that the crank turns clockwise, the cylinder upright; theta is the angle of
 the crank to the cylinder (phi without offset), beta that of the rod, positive while the big end is
 on the side on which the crank pin goes down ("the far side" is the other). Friction and weight are
-left out.
+left out; the net forces have them besides.
 
 =========  ========================  ==========================================================
 force      made from P                positive
@@ -69,6 +69,7 @@ __all__ = [
     "gravity_torque",
     "inertia_pressure",
     "of_cylinder",
+    "piston_friction_torque",
     "radial_ratio",
     "rod_acceleration",
     "rod_couple",
@@ -78,6 +79,7 @@ __all__ = [
     "rod_thrust",
     "rod_thrust_error",
     "rod_torque_error",
+    "sense_of_motion",
     "thrust_ratio",
     "two_mass_rod_inertia",
 ]
@@ -85,6 +87,9 @@ __all__ = [
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2] (CGPM 1901)."""
+
+AT_REST = 1e-12
+"""Reduced velocity of the piston below which it stands still but for rounding."""
 
 SAMPLES = 720
 """Of a turn, where a largest value is looked for."""
@@ -138,6 +143,7 @@ def gravity_torque(
     by_count: CylindersByCount,
     offset: Any = 0.0,
     throw_turning_mass: Any = 0.0,
+    inclination: Any = 0.0,
 ) -> Any:
     """Torque of the weights of all running gear [N m], r (G_l c/(r omega) + G_r sin(theta)) each.
 
@@ -145,13 +151,15 @@ def gravity_torque(
     throw stands at theta + g.
     `reciprocating_mass` and `rotating_mass` are those of each cylinder, `throw_turning_mass` that
     of each throw [kg]; what turns is at its own crank radius, less what its counterweight is there.
+    `inclination` of the engine [rad] adds to g.
     Rakopoulos notes, T_G (printed with two errors).
     """
 
     def of_engine(engine: Cylinders) -> Any:
         whole: Any = 0.0
         each = zip(engine.members, banks_of(engine), engine.throw_shares, strict=True)
-        for member, bank, share in each:
+        for member, from_upright, share in each:
+            bank = from_upright + inclination
             angle, own = phi + member.phase, member.own(crank_ratio, offset)
             turning = rotating_mass + share * throw_turning_mass
             sine, cosine = _sine_and_cosine(angle, *own)
@@ -163,6 +171,31 @@ def gravity_torque(
         return whole
 
     return GRAVITY * crank_radius * value_of_sets(cylinders, by_count, of_engine)
+
+
+def sense_of_motion(velocity: Any) -> Any:
+    """Return 1 where the piston moves towards the crank, -1 where away, 0 at the dead centres."""
+    return np.where(np.abs(velocity) < AT_REST, 0.0, np.sign(velocity))
+
+
+def piston_friction_torque(
+    phi: Any, crank_ratio: Any, friction: Any, crank_radius: Any, cylinders: Any,
+    by_count: CylindersByCount, offset: Any = 0.0,
+) -> Any:  # fmt: skip
+    """Torque of a constant friction force [N] against each piston's motion [N m], against rotation.
+
+    F r abs(c/(r omega)) each; its mean is F s/pi a cylinder.
+    """
+
+    def of_engine(engine: Cylinders) -> Any:
+        whole: Any = 0.0
+        for member in engine.members:
+            own = member.own(crank_ratio, offset)
+            speed = np.abs(slider_crank.velocity(phi + member.phase, *own))
+            whole = whole + member.radius_factor * speed
+        return whole
+
+    return friction * crank_radius * value_of_sets(cylinders, by_count, of_engine)
 
 
 def banks_of(engine: Cylinders) -> tuple[float, ...]:

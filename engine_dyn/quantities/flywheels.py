@@ -12,7 +12,7 @@ from engine_dyn.forces import energy_levels
 from engine_dyn.geometry import masses
 from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, parameter
-from engine_dyn.units import DEGREE
+from engine_dyn.units import DEGREE, MPA
 
 __all__ = ["NODES", "PARAMETERS"]
 
@@ -65,6 +65,27 @@ PARAMETERS = (
         "given_energy_fluctuation", "C_E", "1",
         "coefficient of fluctuation of energy that is known: energy swing over the work of a cycle",
         "Khurmi and Gupta chapter 16", low=0.0,
+    ),
+    parameter(
+        "rim_stress_limit", r"\sigma_{max}", "MPa", "allowed hoop stress of the flywheel's rim",
+        "Khurmi and Gupta chapter 16", si=MPA, low=0.0,
+    ),
+    parameter(
+        "rim_mean_diameter", "D_m", "m",
+        "mean diameter of the flywheel's rim, by default the largest that the allowed hoop stress "
+        "permits",
+        "Khurmi and Gupta chapter 16", low=0.0, needs=("rim_largest_diameter",),
+        make=lambda rim_largest_diameter: 1.0 * rim_largest_diameter,
+    ),
+    parameter(
+        "rim_width_over_thickness", "b/t", "1",
+        "width of the flywheel's rim along the shaft over its radial thickness",
+        "Khurmi and Gupta chapter 16", low=0.0,
+    ),
+    parameter(
+        "rim_inertia_share", "I_r/I_F", "1",
+        "share of the rim in the flywheel's moment of inertia, beside hub and arms",
+        "Khurmi and Gupta chapter 16", low=0.0, high=1.0, high_included=True, unless_given=1.0,
     ),
 )  # fmt: skip
 
@@ -436,5 +457,51 @@ NODES = (
         flywheel_density: flywheel.ring_thickness(
             flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter, flywheel_density
         ),
+    ),
+    Node(
+        "rim_speed_at_stress_limit", r"v_\sigma", "m s-1",
+        "largest speed of the rim's mean diameter, at the allowed hoop stress of a thin rim",
+        _ENERGY, needs=("rim_stress_limit", "flywheel_density"),
+        make=lambda rim_stress_limit, flywheel_density: flywheel.rim_speed_at_stress(
+            rim_stress_limit, flywheel_density
+        ),
+    ),
+    Node(
+        "rim_largest_diameter", r"D_\sigma", "m",
+        "largest mean diameter of the flywheel's rim, at the allowed hoop stress", _ENERGY,
+        needs=("rim_speed_at_stress_limit", "speed"),
+        make=lambda rim_speed_at_stress_limit, speed: flywheel.largest_diameter(
+            rim_speed_at_stress_limit, speed
+        ),
+    ),
+    Node(
+        "rim_stress", r"\sigma_r", "MPa", "hoop stress of the flywheel's rim at nominal speed",
+        _ENERGY, si=MPA, needs=("rim_mean_diameter", "speed", "flywheel_density"),
+        make=lambda rim_mean_diameter, speed, flywheel_density: flywheel.rim_stress(
+            rim_mean_diameter, speed, flywheel_density
+        ),
+    ),
+    Node(
+        "rim_mass", "m_r", "kg",
+        "mass of the flywheel's rim with its share of the inertia of the flywheel, given or "
+        "required",
+        _ENERGY, needs=("rim_inertia_share", "sized_flywheel_inertia", "rim_mean_diameter"),
+        make=lambda rim_inertia_share, sized_flywheel_inertia, rim_mean_diameter: flywheel.rim_mass(
+            rim_inertia_share * sized_flywheel_inertia, rim_mean_diameter
+        ),
+    ),
+    Node(
+        "rim_thickness", "t_r", "m", "radial thickness of the flywheel's rim", _ENERGY,
+        needs=("rim_mass", "rim_mean_diameter", "flywheel_density", "rim_width_over_thickness"),
+        make=lambda rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness:
+        flywheel.rim_thickness(
+            rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness
+        ),
+    ),
+    Node(
+        "rim_width", "b_r", "m", "width of the flywheel's rim along the shaft", _ENERGY,
+        needs=("rim_thickness", "rim_width_over_thickness"),
+        make=lambda rim_thickness, rim_width_over_thickness: rim_width_over_thickness
+        * rim_thickness,
     ),
 )  # fmt: skip

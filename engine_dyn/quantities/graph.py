@@ -62,6 +62,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *characteristics.PARAMETERS,
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
+    *mechanism_forces.PARAMETERS,
     *shaft_numbers.PARAMETERS,
     *generator.PARAMETERS,
 )

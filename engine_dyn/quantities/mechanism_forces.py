@@ -5,14 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["NODES"]
+__all__ = ["NODES", "PARAMETERS"]
 
 NOTES = "Rakopoulos notes"
+KHURMI = "Khurmi and Gupta chapter 15"
+
+PARAMETERS = (
+    parameter(
+        "engine_inclination", r"\gamma", "degree",
+        "angle by which the engine is turned in the sense of rotation from where its outermost "
+        "banks stand equally far from upright: 0 upright, 90 or -90 horizontal",
+        "this project", si=DEGREE, low=-360.0, high=360.0, low_included=True, high_included=True,
+        unless_given=0.0,
+    ),
+    parameter(
+        "piston_friction", "F_f", "N",
+        "friction force against the motion of each piston, constant, in net forces and net torque "
+        "alone",
+        KHURMI, low=0.0, low_included=True, unless_given=0.0,
+    ),
+    parameter(
+        "piston_travel", "x_g", "m", "travel of the piston from top dead centre whose crank angle "
+        "is asked for", KHURMI, low=0.0, low_included=True,
+    ),
+)  # fmt: skip
 
 _ANGLE = ("crank_angle", "crank_ratio", "offset_ratio")
 
@@ -48,6 +72,7 @@ _PARTS = (
     _Part("gas_", "g", "gas_force", " of the gas"),
     _Part("inertia_", "l", "inertia_force", " of the reciprocating masses"),
 )
+_NET = _Part("net_", "n", "net_piston_force", " with weight and piston friction")
 
 
 class _Component(NamedTuple):
@@ -134,6 +159,38 @@ _COMPONENTS = tuple(
     for component in _FORCES
     for part, source in zip(_PARTS, component.sources, strict=True)
 )
+
+
+_NET_COMPONENTS = (
+    _force(
+        "net_wall_thrust", "N_n",
+        "wall thrust with weight and piston friction, positive opposite to the side where the "
+        "crank pin moves down",
+        KHURMI, ("net_piston_force", "mass_of_first", "direction_of_first", *_ANGLE),
+        # Of a cylinder that leans, the weight also lies on the wall.
+        lambda net_piston_force, mass_of_first, direction_of_first, crank_angle, crank_ratio,
+        offset_ratio: net_piston_force
+        * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)
+        - mechanism.GRAVITY * mass_of_first * np.sin(direction_of_first),
+    ),
+    *(_component(one, _NET, KHURMI) for one in _FORCES if one.name != "wall_thrust"),
+)  # fmt: skip
+
+
+def _angle_at_travel(
+    *, piston_travel: Any, crank_ratio: Any, offset_ratio: Any, double_radius: Any, stroke: Any
+) -> Any:
+    far = np.asarray(piston_travel > stroke)
+    if far.any():
+        travel, most = np.broadcast_arrays(piston_travel, stroke, far)[:2]
+        at = np.unravel_index(np.argmax(far), far.shape)
+        raise ValueError(
+            f"piston_travel = {travel[at]:g} m: must be at most the stroke, {most[at]:g} m"
+        )
+    # The quotient of equal numbers may exceed the stroke by rounding.
+    most = 2.0 * np.asarray(slider_crank.dead_centres(crank_ratio, offset_ratio).stroke)
+    travel = np.minimum(2.0 * piston_travel / double_radius, most)
+    return slider_crank.angle_of_travel(travel, True, crank_ratio, offset_ratio)
 
 
 def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
@@ -240,6 +297,41 @@ NODES: tuple[Node, ...] = (
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
+    Node(
+        "rod_angular_velocity", r"\dot\beta", "rad s-1",
+        "angular velocity of the rod at nominal speed, positive while the rod angle grows", KHURMI,
+        kind="curve", needs=(*_ANGLE, "speed"),
+        make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed
+        * mechanism.rod_speed(crank_angle, crank_ratio, offset_ratio),
+    ),
+    Node(
+        "rod_angular_acceleration", r"\ddot\beta", "rad s-2",
+        "angular acceleration of the rod at nominal speed, positive in the sense of increasing rod "
+        "angle",
+        KHURMI, kind="curve", needs=(*_ANGLE, "speed"),
+        make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed**2
+        * mechanism.rod_acceleration(crank_angle, crank_ratio, offset_ratio),
+    ),
+    Node(
+        "crank_angle_at_travel", r"\varphi_x", "degree",
+        "crank angle at which the piston on its way down has the given travel", KHURMI, si=DEGREE,
+        needs=("piston_travel", "crank_ratio", "offset_ratio", "double_radius", "stroke"),
+        make=_angle_at_travel,
+    ),
+    hidden(
+        "direction_of_first", "rad", "direction of cylinder 1",
+        ("engine_inclination", "cylinder_set", "cylinders_by_count"),
+        lambda engine_inclination, cylinder_set, cylinders_by_count: engine_inclination
+        + value_of_sets(
+            cylinder_set, cylinders_by_count, lambda engine: mechanism.banks_of(engine)[0]
+        ),
+    ),
+    Node(
+        "cylinder_direction", r"\gamma_1", "degree",
+        "angle of cylinder 1 from the upward vertical, positive in the sense of rotation",
+        "this project", si=DEGREE, needs=("direction_of_first",),
+        make=lambda direction_of_first: 1.0 * direction_of_first,
+    ),
     _force(
         "gas_force", "P_g", "gas force on the piston, positive towards the crank",
         "Kakaitsas eq. 2.1", ("pressure", "crankcase_pressure", "bore"),
@@ -259,7 +351,24 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eq. 2.16", ("gas_force", "inertia_force"),
         lambda gas_force, inertia_force: gas_force + inertia_force,
     ),
+    Node(
+        "weight_force", "P_w", "N",
+        "weight of the reciprocating masses along the cylinder, positive towards the crank, "
+        "cylinder 1",
+        KHURMI, needs=("mass_of_first", "direction_of_first"),
+        make=lambda mass_of_first, direction_of_first: mechanism.GRAVITY * mass_of_first
+        * np.cos(direction_of_first),
+    ),
+    _force(
+        "net_piston_force", "P_n",
+        "force of gas, masses, weight and piston friction on the piston, positive towards the "
+        "crank",
+        KHURMI, ("piston_force", "weight_force", "piston_friction", "velocity"),
+        lambda piston_force, weight_force, piston_friction, velocity: piston_force + weight_force
+        - piston_friction * mechanism.sense_of_motion(velocity),
+    ),
     *_COMPONENTS,
+    *_NET_COMPONENTS,
     *_OVERTURNING,
     Node(
         "rotating_force", "P_r", "N",
@@ -275,13 +384,33 @@ NODES: tuple[Node, ...] = (
         f"{NOTES}, T_G", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "journal_rod_mass",
                "journal_throw_mass", "double_radius", "cylinder_set", "cylinders_by_count",
-               "offset_ratio"),
+               "offset_ratio", "engine_inclination"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass,
-        journal_throw_mass, double_radius, cylinder_set, cylinders_by_count, offset_ratio:
-        mechanism.gravity_torque(
+        journal_throw_mass, double_radius, cylinder_set, cylinders_by_count, offset_ratio,
+        engine_inclination: mechanism.gravity_torque(
             crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass, 0.5 * double_radius,
-            cylinder_set, cylinders_by_count, offset_ratio, journal_throw_mass,
+            cylinder_set, cylinders_by_count, offset_ratio, journal_throw_mass, engine_inclination,
         ),
+    ),
+    Node(
+        "piston_friction_torque", "M_{Ff}", "N m",
+        "torque of the given friction force at the pistons, positive against the rotation, all "
+        "cylinders",
+        KHURMI, kind="curve",
+        needs=(*_ANGLE, "piston_friction", "double_radius", "cylinder_set", "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, offset_ratio, piston_friction, double_radius,
+        cylinder_set, cylinders_by_count: mechanism.piston_friction_torque(
+            crank_angle, crank_ratio, piston_friction, 0.5 * double_radius, cylinder_set,
+            cylinders_by_count, offset_ratio,
+        ),
+    ),
+    Node(
+        "net_torque", "M_n", "N m",
+        "engine torque with the weights of the running gear and less the given friction at the "
+        "pistons, positive in the sense of rotation",
+        KHURMI, kind="curve", needs=("torque", "gravity_torque", "piston_friction_torque"),
+        make=lambda torque, gravity_torque, piston_friction_torque: torque + gravity_torque
+        - piston_friction_torque,
     ),
     *_PRESSURES,
     *_REDUCED_TORQUES,

@@ -1,7 +1,7 @@
 """The keys of scenes and of engine files that belong to no single subject, as plain data.
 
 Keys of one subject alone stand beside its quantities: `single_cylinders`, `balance`, `flywheels`,
-`characteristics`.
+`characteristics`, `mechanism_forces`.
 """
 
 from __future__ import annotations

@@ -51,7 +51,8 @@ def keys_of_torque_tables() -> Schema:
     """Schemas of the keys that name tables of torque; a load's may stand in closed form."""
     found: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
     closed_form = reference(LoadInClosedForm.__name__)
-    found["load_table"] = {"anyOf": [found["load_table"], closed_form]}
+    about = found["load_table"].pop("description")
+    found["load_table"] = {"description": about, "anyOf": [found["load_table"], closed_form]}
     return found
 
 

@@ -93,6 +93,13 @@ def test_ring() -> None:
         (lambda: flywheel.triangular_torque(0.0, 1.0, 0.1), "power = 0: must be above 0"),
         (lambda: flywheel.rim_speed(-0.3, 300.0), "outer_diameter = -0.3: must be above 0"),
         (lambda: flywheel.largest_diameter(30.0, 0.0), "speed = 0: must be above 0"),
+        (lambda: flywheel.rim_speed_at_stress(7e6, 0.0), "density = 0: must be above 0"),
+        (lambda: flywheel.rim_stress(-1.0, 30.0, 7200.0), "mean_diameter = -1: must be above 0"),
+        (lambda: flywheel.rim_mass(1.0, 0.0), "mean_diameter = 0: must be above 0"),
+        (
+            lambda: flywheel.rim_thickness(1.0, 1.0, 7200.0, 0.0),
+            "width_over_thickness = 0: must be above 0",
+        ),
         (lambda: flywheel.mean_diameter(0.2, 0.3), "the outer must be larger than the inner"),
         (lambda: flywheel.energy_swing_inertia(1.0, 0.0, 1.0), "delta = 0: must be above 0"),
         (

@@ -143,8 +143,10 @@ def test_gravity_harmonics(text: str, factors: dict[str, Any]) -> None:
     ((count, engine),) = by_count.items()
     limit = ROUNDING * mechanism.GRAVITY * 0.06 * (1.4 + 2.2) * count  # they may cancel
     given = (0.3, 1.4, 2.2, 0.06, count, by_count, 0.2)
-    found = harmonics.gravity_harmonics(ORDERS, *given)
-    assert found == pytest.approx(transform(mechanism.gravity_torque(PHI, *given)), abs=limit)
+    for inclination in (0.0, 0.7):
+        curve = mechanism.gravity_torque(PHI, *given, inclination=inclination)
+        found = harmonics.gravity_harmonics(ORDERS, *given, inclination=inclination)
+        assert found == pytest.approx(transform(curve), abs=limit)
     if not factors and mechanism.banks_of(engine)[0] == 0.0:
         alone = harmonics.gravity_harmonics(ORDERS, *given, True)
         one = {1: even_cylinders(1, PERIOD)}

@@ -95,12 +95,15 @@ def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
 UNEQUAL = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 0.9, 1.2)}
 
 
+@pytest.mark.parametrize("inclination", [0.0, 0.7])
 @pytest.mark.parametrize(
     ("text", "factors"),
     [("in-line 4", {}), ("V6 60 split-pin", {}), ("boxer 4", {}), ("V8 cross-plane", {}),
      ("radial 5", {}), ("in-line 3", UNEQUAL)],
 )  # fmt: skip
-def test_gravity_torque_is_the_slope_of_the_height(text: str, factors: dict[str, Any]) -> None:
+def test_gravity_torque_is_the_slope_of_the_height(
+    text: str, factors: dict[str, Any], inclination: float
+) -> None:
     # Power of the weights is -G dy/dt; per unit crank speed, by differences of the masses' heights.
     engine = cylinders_of(arrangement_from_text(text)).with_factors(**factors)
     count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
@@ -108,8 +111,9 @@ def test_gravity_torque_is_the_slope_of_the_height(text: str, factors: dict[str,
 
     def height(phi: Any) -> Any:
         total: Any = 0.0
-        for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
+        for member, from_upright in zip(engine.members, mechanism.banks_of(engine), strict=True):
             angle, own = phi + member.phase, member.radius_factor
+            bank = from_upright + inclination
             crank = angle + slider_crank.dead_centres(own * ratio, offset / own).top + bank
             down = own * slider_crank.position(angle, own * ratio, offset / own)
             total = total - member.mass_factor * piston * down * np.cos(bank)
@@ -119,8 +123,9 @@ def test_gravity_torque_is_the_slope_of_the_height(text: str, factors: dict[str,
     step = 1e-5
     slope = (height(PHI + step) - height(PHI - step)) / (2.0 * step)
     found = mechanism.gravity_torque(
-        PHI, ratio, piston, turning, radius, count, {count: engine}, offset
-    )
+        PHI, ratio, piston, turning, radius, count, {count: engine}, offset,
+        inclination=inclination,
+    )  # fmt: skip
     assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
 
 

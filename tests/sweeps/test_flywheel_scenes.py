@@ -194,6 +194,65 @@ def test_a_given_flywheel_has_a_mass_as_the_required_one() -> None:
     assert float(loaded["flywheel_mass"]) == pytest.approx(8 * 1.5 / (0.5**2 + 0.3**2))
 
 
+RIMS = {
+    "16.14": ({"speed": 800, "rim_stress_limit": 7.0, "flywheel_density": 7200,
+               "rim_width_over_thickness": 5}, 23561.94490192345, 0.04,
+              {"rim_largest_diameter": 0.7443790855767206, "rim_thickness": 0.08483391947200754,
+               "rim_width": 0.4241695973600377, "rim_mass": 605.8785831923173}),
+    "16.16": ({"speed": 600, "rim_stress_limit": 6.0, "flywheel_density": 7250,
+               "rim_width_over_thickness": 2, "rim_inertia_share": 0.92}, 2578.7239698216217, 0.02,
+              {"rim_thickness": 0.05861886570475286, "rim_width": 0.11723773140950571}),
+    "16.18": ({"speed": 150, "rim_stress_limit": 4.0, "flywheel_density": 7200,
+               "rim_width_over_thickness": 4, "rim_inertia_share": 0.9375},
+              46446.42857142858, 0.01,
+              {"rim_largest_diameter": 3.001054387190354, "rim_thickness": 0.16989865471884073,
+               "rim_width": 0.6795946188753629, "rim_mass": 7837.834821428572}),
+    "16.10": ({"speed": 200, "rim_mean_diameter": 2.4}, 17510.29411764706, 0.02,
+              {"rim_mass": 1386.0654108792692}),
+}  # fmt: skip
+"""Examples of Khurmi and Gupta, chapter 16: keys, energy swing [J], coefficient of fluctuation of
+speed, and what follows, computed apart (tests/reference/worked_examples.toml)."""
+
+
+@pytest.mark.parametrize("example", RIMS)
+def test_rims_of_textbooks(example: str) -> None:
+    keys, swing, fluctuation, wanted = RIMS[example]
+    inertia = swing / (fluctuation * (keys["speed"] * math.pi / 30.0) ** 2)
+    found = sweeps.run(scene([*wanted], set={**keys, "flywheel_inertia": inertia}))
+    for name, value in wanted.items():
+        assert float(found[name]) == pytest.approx(value, rel=1e-12), name
+
+
+def test_stress_of_a_rim() -> None:
+    keys = {"flywheel_inertia": 5.0, "rim_stress_limit": 7.0, "flywheel_density": "cast iron",
+            "rim_width_over_thickness": 2.0}  # fmt: skip
+    asked = ["rim_stress", "rim_largest_diameter", "rim_speed_at_stress_limit", "rim_thickness"]
+    found = sweeps.run(scene(asked, set=keys))
+    # Half a ring is held by two sections: sigma = rho v^2.
+    assert float(found["rim_speed_at_stress_limit"]) == pytest.approx(math.sqrt(7e6 / 7200.0))
+    assert float(found["rim_stress"]) == pytest.approx(7.0, rel=1e-12)
+    diameters = [0.05, float(found["rim_largest_diameter"]) / 2.0]
+    given = sweeps.run(scene(asked, set=keys, axes={"rim_mean_diameter": diameters}))
+    assert float(given["rim_stress"][1]) == pytest.approx(7.0 / 4.0, rel=1e-12)
+    assert np.isnan(given["rim_thickness"]).values.tolist() == [True, False]  # no room for it
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"rim_stress_limit": 0}, "rim_stress_limit = 0: must be a finite number above 0"),
+        ({"rim_inertia_share": 1.2},
+         "rim_inertia_share = 1.2: must be a finite number above 0 and at most 1"),
+        ({"rim_width_over_thickness": 0}, "rim_width_over_thickness = 0: must be a finite"),
+        ({**PARTS, "flywheel_density": "steel"}, "'rim_mass' needs .*rim_stress_limit"),
+        ({"inertia": 2.0, "rim_mean_diameter": 1.0}, "'rim_mass' needs the separate inertias"),
+    ],
+)  # fmt: skip
+def test_bad_rims(keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        sweeps.run(scene(["rim_mass"], set=keys))
+
+
 def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     found = sweeps.run("asgari_flywheel")
     at = found.sel(flywheel_inertia=0.09, speed=3000)
