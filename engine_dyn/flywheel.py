@@ -373,7 +373,8 @@ def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickn
         mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
     )
     section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
-    thickness = np.sqrt(section / width_over_thickness)
+    with np.errstate(invalid="ignore"):  # of an inertia that leaves nothing for a rim
+        thickness = np.sqrt(section / width_over_thickness)
     return np.where(thickness < mean_diameter, thickness, np.nan)
 
 

@@ -180,17 +180,11 @@ _NET_COMPONENTS = (
 def _angle_at_travel(
     *, piston_travel: Any, crank_ratio: Any, offset_ratio: Any, double_radius: Any, stroke: Any
 ) -> Any:
-    far = np.asarray(piston_travel > stroke)
-    if far.any():
-        travel, most = np.broadcast_arrays(piston_travel, stroke, far)[:2]
-        at = np.unravel_index(np.argmax(far), far.shape)
-        raise ValueError(
-            f"piston_travel = {travel[at]:g} m: must be at most the stroke, {most[at]:g} m"
-        )
     # The quotient of equal numbers may exceed the stroke by rounding.
     most = 2.0 * np.asarray(slider_crank.dead_centres(crank_ratio, offset_ratio).stroke)
     travel = np.minimum(2.0 * piston_travel / double_radius, most)
-    return slider_crank.angle_of_travel(travel, True, crank_ratio, offset_ratio)
+    angle = slider_crank.angle_of_travel(travel, True, crank_ratio, offset_ratio)
+    return np.where(piston_travel <= stroke, angle, np.nan)
 
 
 def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
@@ -314,7 +308,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "crank_angle_at_travel", r"\varphi_x", "degree",
-        "crank angle at which the piston on its way down has the given travel", KHURMI, si=DEGREE,
+        "crank angle at which the piston on its way down has the given travel, within the stroke",
+        KHURMI, si=DEGREE,
         needs=("piston_travel", "crank_ratio", "offset_ratio", "double_radius", "stroke"),
         make=_angle_at_travel,
     ),
