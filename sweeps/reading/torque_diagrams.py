@@ -1,6 +1,7 @@
 """[[diagram]] of kind 'torque': the engine's torque over the crank angle in place of pressure.
 
-It is given as points of a file, in closed form, or as areas between crossings with the mean line.
+It is given as points or orders of a file, in closed form, or as areas between crossings with the
+mean line.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ LOBE = 36
 BALANCE = 1e-3
 """Part of the largest area by which the areas of a cycle may fail to add up to zero."""
 
+MOST_ORDERS = 200
+"""Of a torque in closed form."""
+
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
                  "kgfm": "kgf m"}  # fmt: skip
@@ -58,7 +62,8 @@ class TorqueDiagram(Strict):
 
     kind: str
     file: str | None = Field(
-        default=None, description="a string: the path of a file with angle and torque"
+        default=None,
+        description="a string: the path of a file with angle and torque, or with a table of orders",
     )
     angle_column: str | int | None = Field(
         default=None, description="the name or number of the column of the crank angle"
@@ -71,8 +76,9 @@ class TorqueDiagram(Strict):
     )
     mean: float | None = Field(default=None, description="a number in N m: the mean torque")
     harmonics: list[Harmonic] | None = Field(
-        default=None, description="a list of tables with order, sine and cosine", max_length=200
-    )
+        default=None, description="a list of tables with order, sine and cosine",
+        max_length=MOST_ORDERS,
+    )  # fmt: skip
     areas: list[float] | None = Field(
         default=None, min_length=2, max_length=1000,
         description="a list of areas in J between the torque and its mean, in sequence, those "
@@ -88,8 +94,11 @@ class TorqueDiagram(Strict):
     )  # fmt: skip
 
 
+ORDER = "order"
+"""The column that tells a table of orders."""
+
 _BESIDE = {
-    "file": ("angle_column", "torque_column", "torque_unit"),
+    "file": ("angle_column", "torque_column", "torque_unit", "mean"),
     "harmonics": ("mean",),
     "areas": ("mean", "crossings", "revolutions"),
 }
@@ -185,6 +194,10 @@ def _of_file(given: TorqueDiagram, where: str, folder: Path) -> TorqueOverAngle:
     """Torque through the points of a laboratory's file, in its own units."""
     path = referred(folder, str(given.file), f"{where} file")
     recording = read_recording(path, f"{where} {given.file}")
+    if ORDER in recording.columns:
+        return _of_orders(given, where, recording)
+    if given.mean is not None:
+        raise SceneError(f"{where} mean: not allowed together with file, unless it has orders")
     angle = _column(recording, given.angle_column, "angle_column", 0)
     torque = _column(recording, given.torque_column, "torque_column", 1)
     unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
@@ -192,6 +205,40 @@ def _of_file(given: TorqueDiagram, where: str, folder: Path) -> TorqueOverAngle:
     return torque_over_angle(
         size * recording.numbers(angle), _newton_metres(recording, torque, given.torque_unit)
     )
+
+
+def _of_orders(given: TorqueDiagram, where: str, recording: Recording) -> TorqueOverAngle:
+    """Torque of a table of orders: sine and cosine, or A and psi of A cos(order phi + psi)."""
+    if given.mean is None:
+        raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
+    for key in ("angle_column", "torque_column"):
+        if getattr(given, key) is not None:
+            raise SceneError(f"{where} {key}: not allowed together with a table of orders")
+    orders = recording.numbers(ORDER)
+    if len(orders) > MOST_ORDERS:
+        raise SceneError(f"{recording.label}: {len(orders)} orders; at most {MOST_ORDERS}")
+
+    def torque(name: str) -> Any:
+        unit = given.torque_unit or recording.columns[name].unit or "N m"
+        return _newton_metres(recording, name, unit)
+
+    if {"sine", "cosine"} <= recording.columns.keys():
+        sine, cosine = torque("sine"), torque("cosine")
+    elif {"amplitude", "phase"} <= recording.columns.keys():
+        stated = recording.columns["phase"].unit or "deg"
+        phase = recording.numbers("phase") * DEGREE
+        phase *= angle_factor(stated, recording.where("phase"))
+        amplitude = torque("amplitude")
+        sine, cosine = -amplitude * np.sin(phase), amplitude * np.cos(phase)
+    else:
+        listed = one_line(", ".join(recording.columns), 200)
+        raise SceneError(
+            f"{recording.label}: columns {listed}: orders need sine and cosine, or amplitude and "
+            "phase"
+        )
+    columns = (orders.tolist(), sine.tolist(), cosine.tolist())
+    rows = [Harmonic(order=o, sine=a, cosine=b) for o, a, b in zip(*columns, strict=True)]
+    return harmonics_of(rows, given.mean)
 
 
 def _column(recording: Recording, wanted: str | int | None, key: str, place: int) -> str:
