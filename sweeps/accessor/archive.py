@@ -292,7 +292,7 @@ class ArchiveAccessor:
 
     def export(
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
-        overwrite: bool = False, head_units: bool = False,
+        orders: str | None = None, overwrite: bool = False, head_units: bool = False,
     ) -> Exported:  # fmt: skip
         """Write a table in .csv, .parquet or .xlsx; see `sweeps.export`.
 
@@ -310,8 +310,9 @@ class ArchiveAccessor:
         from sweeps.exploring.export import export
 
         return export(
-            self._archive, path, quantities=quantities, overwrite=overwrite, head_units=head_units
-        )
+            self._archive, path, quantities=quantities, orders=orders, overwrite=overwrite,
+            head_units=head_units,
+        )  # fmt: skip
 
     def report(
         self, path: str | Path, *, limit: float = 20e6,

@@ -213,6 +213,12 @@ def compare(
     "Quantities to write, such as delta,imep. Default: all with one number per design."
 )
 @click.option(
+    "--orders",
+    metavar="NAME",
+    help="In place of quantities: the orders of NAME, such as torque, with amplitude, phase, real "
+    "and imaginary part. The archive must have NAME_order, NAME_phase and order_frequency.",
+)
+@click.option(
     "--head-units", is_flag=True, help="Write units into the column headings of a CSV file."
 )
 @units_option("Units of columns, such as brake_power=kW,speed=rpm. Default: those of the archive.")
@@ -222,7 +228,7 @@ def compare(
 @guarded
 def export(
     archive: Path, output: Path, slices: tuple[str, ...], quantities: str | None,
-    head_units: bool, units: str | None, overwrite: bool, quiet: bool,
+    orders: str | None, head_units: bool, units: str | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write ARCHIVE as a table (CSV, Parquet or Excel) with one row for each design.
 
@@ -245,7 +251,10 @@ def export(
 
         check_slices(dataset, select)
         asked = in_units(nearest(dataset, **select), units)
-        done = write(asked, output, quantities=names, overwrite=overwrite, head_units=head_units)
+        done = write(
+            asked, output, quantities=names, orders=orders, overwrite=overwrite,
+            head_units=head_units,
+        )  # fmt: skip
     if quiet:
         return
     if done.left_out:

@@ -27,6 +27,7 @@ from sweeps.exploring.columns import (
     words_for_numbers,
 )
 from sweeps.exploring.excel import check_rows, unit_of, workbook
+from sweeps.exploring.order_table import COLUMNS, CONVENTION, order_table
 from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class Exported:
 
 def export(
     archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
-    overwrite: bool = False, head_units: bool = False,
+    orders: str | None = None, overwrite: bool = False, head_units: bool = False,
 ) -> Exported:  # fmt: skip
     """Write an archive as a table.
 
@@ -79,6 +80,11 @@ def export(
     quantities : str or sequence of str, optional
         Those to write; if not given, all that have one number for each design. With a curve, such
         as omega over crank_angle, there is a row for each of its points.
+    orders : str, optional
+        In place of quantities: what to write the orders of, such as "torque", of which the archive
+        has `torque_order` and `torque_phase`, beside `order_frequency`. There is a row for each
+        order, with frequency, amplitude, phase, real and imaginary part; a CSV file begins with
+        lines (#) that state the convention of the phase.
     overwrite : bool
         Replace an older file.
     head_units : bool
@@ -87,9 +93,9 @@ def export(
     Raises
     ------
     SceneError
-        For another extension, quantities that the archive does not have or that do not fit into one
-        table, or a file that exists; for Parquet without pyarrow, Excel without openpyxl, and more
-        rows than a sheet has.
+        For another extension, quantities or orders that the archive does not have or that do not
+        fit into one table, or a file that exists; for Parquet without pyarrow, Excel without
+        openpyxl, and more rows than a sheet has.
     OSError
         Where the table cannot be written.
 
@@ -114,6 +120,10 @@ def export(
         raise SceneError(f"{path}: exists and is not overwritten")
     if head_units and path.suffix.lower() != ".csv":
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
+    if orders is not None:
+        if quantities is not None:
+            raise SceneError("quantities: not allowed together with orders")
+        archive, quantities = order_table(archive, orders), COLUMNS
     names = chosen_quantities(archive, quantities)
     check_one_table(archive, names)
     dims = dims_of(archive, names)
@@ -180,6 +190,7 @@ def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) ->
     import pandas as pd
 
     with path.open("w", encoding="utf-8", newline="") as stream:
+        stream.writelines(f"# {line}\n" for line in archive.attrs.get(CONVENTION, "").splitlines())
         pd.DataFrame(columns=list(columns)).to_csv(stream, index=False, lineterminator="\n")
 
         def put(table: Mapping[str, Any]) -> None:

@@ -1,6 +1,7 @@
 """[[diagram]] of kind 'torque': the engine's torque over the crank angle in place of pressure.
 
-It is given as points of a file, in closed form, or as areas between crossings with the mean line.
+It is given as points or orders of a file, in closed form, or as areas between crossings with the
+mean line.
 """
 
 from __future__ import annotations
@@ -34,6 +35,9 @@ LOBE = 36
 BALANCE = 1e-3
 """Part of the largest area by which the areas of a cycle may fail to add up to zero."""
 
+MOST_ORDERS = 200
+"""Of a torque in closed form."""
+
 
 class Harmonic(Strict):
     """One order of a torque in closed form."""
@@ -48,7 +52,8 @@ class TorqueDiagram(Strict):
 
     kind: str
     file: str | None = Field(
-        default=None, description="a string: the path of a file with angle and torque"
+        default=None,
+        description="a string: the path of a file with angle and torque, or with a table of orders",
     )
     angle_column: str | int | None = Field(
         default=None, description="the name or number of the column of the crank angle"
@@ -62,8 +67,8 @@ class TorqueDiagram(Strict):
     mean: float | None = Field(default=None, description="a number in N m: the mean torque")
     harmonics: list[Harmonic] | None = Field(
         default=None,
-        description="a list of at most 200 tables with order, sine and cosine",
-        max_length=200,
+        description=f"a list of at most {MOST_ORDERS} tables with order, sine and cosine",
+        max_length=MOST_ORDERS,
     )
     areas: list[float] | None = Field(
         default=None, min_length=2, max_length=1000,
@@ -81,7 +86,7 @@ class TorqueDiagram(Strict):
 
 
 _BESIDE = {
-    "file": ("angle_column", "torque_column", "torque_unit"),
+    "file": ("angle_column", "torque_column", "torque_unit", "mean"),
     "harmonics": ("mean",),
     "areas": ("mean", "crossings", "revolutions"),
 }
@@ -124,7 +129,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
             path = referred(folder, given.file, f"{where} file")
             return torque_of_file(
                 path, f"{where} {given.file}", given.angle_column, given.torque_column,
-                given.torque_unit,
+                given.torque_unit, given.mean,
             )  # fmt: skip
         if given.harmonics is not None:
             return harmonics_of(given.harmonics, float(given.mean or 0.0))

@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from engine_dyn.loads.driven_machine import TorqueOverAngle, torque_over_angle
+import numpy as np
+
+from engine_dyn.loads.driven_machine import (
+    TorqueOverAngle,
+    torque_of_harmonics,
+    torque_over_angle,
+)
 from engine_dyn.units import DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError, one_line, shown
@@ -17,6 +23,9 @@ from sweeps.reading.numbers_with_units import number_with_unit
 
 __all__ = ["torque_of_file"]
 
+ORDER, MOST_ORDERS = "order", 200
+"""The column that tells a table of orders; most of them."""
+
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
                  "kgfm": "kgf m", "danm": "daN m", "nmm": "N mm", "lbin": "lbf in",
@@ -26,9 +35,9 @@ _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft
 
 def torque_of_file(
     path: Path, label: str, angle_column: str | int | None, torque_column: str | int | None,
-    torque_unit: str | None,
+    torque_unit: str | None, mean: float | None,
 ) -> TorqueOverAngle:  # fmt: skip
-    """Torque through the points of a laboratory's file, in its own units.
+    """Torque through the points of a laboratory's file, or of the orders in it, in its own units.
 
     Parameters
     ----------
@@ -40,6 +49,8 @@ def torque_of_file(
         Names or numbers of columns, which a file of more than two needs.
     torque_unit : str, optional
         Where the file does not state it.
+    mean : float, optional
+        Mean torque [N m], which a table of orders needs; points have their own.
 
     Raises
     ------
@@ -47,6 +58,16 @@ def torque_of_file(
         For a file that is none, columns that are not told, and what is no torque.
     """
     recording = read_recording(path, label)
+    if ORDER in recording.columns:
+        if angle_column is not None or torque_column is not None:
+            raise SceneError(
+                f"{label}: angle_column, torque_column: not allowed with a table of orders"
+            )
+        if mean is None:
+            raise SceneError(f"{label}: mean: missing; must be a number in N m: the mean torque")
+        return _of_orders(recording, torque_unit, mean)
+    if mean is not None:
+        raise SceneError(f"{label}: mean: not allowed together with points, which have their own")
     angle, torque = _columns(recording, angle_column, torque_column)
     unit = recording.columns[angle].unit or unit_of_name(angle, "") or "deg"
     size = angle_factor(unit, recording.where(angle)) * DEGREE
@@ -56,6 +77,38 @@ def torque_of_file(
         return torque_over_angle(radians, values)
     except ValueError as error:
         raise SceneError(f"{recording.where(angle)}, in {unit}: {mentioned(error)}") from None
+
+
+def _of_orders(recording: Recording, torque_unit: str | None, mean: float) -> TorqueOverAngle:
+    """Torque of a table of orders: sine and cosine, or A and psi of A cos(order phi + psi)."""
+    orders, columns = recording.numbers(ORDER).tolist(), recording.columns
+
+    def torque(name: str) -> Any:
+        return _newton_metres(recording, name, torque_unit or columns[name].unit or "N m")
+
+    if {"sine", "cosine"} <= columns.keys():
+        sine, cosine = torque("sine"), torque("cosine")
+    elif {"amplitude", "phase"} <= columns.keys():
+        unit = columns["phase"].unit or "deg"
+        size = angle_factor(unit, recording.where("phase")) * DEGREE
+        phase, amplitude = size * recording.numbers("phase"), torque("amplitude")
+        sine, cosine = -amplitude * np.sin(phase), amplitude * np.cos(phase)
+    else:
+        listed = one_line(", ".join(columns), 200)
+        raise SceneError(
+            f"{recording.label}: columns {listed}: orders need sine and cosine, or amplitude and "
+            "phase"
+        )
+    if len(orders) > MOST_ORDERS or len(set(orders)) < len(orders):
+        raise SceneError(
+            f"{recording.label}: {len(orders)} orders, {len(set(orders))} of them different: must "
+            f"be at most {MOST_ORDERS}, each once; --select takes the orders of one design"
+        )
+    pairs = zip(sine.tolist(), cosine.tolist(), strict=True)
+    try:
+        return torque_of_harmonics(mean, dict(zip(orders, pairs, strict=True)))
+    except ValueError as error:
+        raise SceneError(f"{recording.label}: {mentioned(error)}") from None
 
 
 def _columns(
