@@ -146,6 +146,26 @@ PLAIN: dict[str, tuple[int, Any]] = {
         "flywheel_inner_diameter": near(0.2, 0.35), "flywheel_density": near(7000.0, 7900.0),
         "rim_speed_limit": near(25.0, 60.0), "rim_speed_lowest": near(5.0, 24.0),
     }),
+    "rim": (ALL, lambda _: {
+        "rim_stress_limit": near(5.0, 20.0), "rim_mean_diameter": near(0.4, 0.6),
+        "rim_width_over_thickness": near(1.0, 4.0), "rim_inertia_share": near(0.7, 1.0),
+    }),
+    "energy": (ALL, lambda _: {
+        "given_energy_swing": near(100.0, 900.0), "given_energy_fluctuation": near(0.1, 2.0),
+        "torque_factor": near(0.5, 1.5),
+    }),
+    "weight": (ALL, lambda _: {
+        "engine_inclination": near(-90.0, 90.0), "piston_friction": near(0.0, 300.0),
+        "piston_travel": near(0.0, 0.04),
+    }),
+    "generator": (ALL, lambda _: {
+        "pole_pairs": st.integers(1, 4).map(float), "angle_deviation_limit": near(1.0, 5.0),
+        "damping_torque": near(0.0, 50.0), "resonance_band": near(0.1, 0.4),
+        "interval_begin": near(-90.0, 0.0), "interval_end": near(10.0, 90.0),
+    }),
+    "grid": (1, lambda _: {
+        "synchronising_torque": near(1e3, 1e5), "synchronising_power": near(1e4, 9e5),
+    }),
     "truncation": (ALL, lambda _: {"truncation": st.sampled_from([2.0, 4.0, 6.0])}),
     "inertia_alone": (
         ALL, lambda g: {"inertia": around(g.own["inertia"])} if "inertia" in g.own else {}

@@ -91,7 +91,10 @@ VARIED: tuple[dict[str, Any], ...] = (
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""
 
-ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles", "over_cycles"}
+ELSEWHERE = {
+    "table", "angle_load", "over_speed", "own_cycles", "over_cycles", "by_torque",
+    "speed_of_largest", "speed_of_smallest",
+}  # fmt: skip
 """Words of scenes with files or engines of their own: `test_driven`, `test_modelled` ..."""
 
 

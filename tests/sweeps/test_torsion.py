@@ -118,7 +118,7 @@ def test_shaft_systems_agree_with_openTorsion(speed: float) -> None:
 def test_the_document_is_current() -> None:
     number = re.compile(r"[-+]?\d+(?:\.\d+)?")
     fresh = example.documents(example.diesel())
-    assert len(fresh) == 3
+    assert len(fresh) == 4
     for path, made in fresh.items():
         kept = path.read_text(encoding="utf-8")
         assert path == example.DOCUMENT or f"]({path.name})" in fresh[example.DOCUMENT]
