@@ -83,7 +83,8 @@ def measured_sweep(designs: int, memory: str, folder: Path) -> tuple[Rows, dict[
     process = start("run", "large.toml", "-o", "large.nc", "--memory", memory, folder=folder,
                     block=1e9)  # fmt: skip
     assert process.stdout is not None
-    said = process.stdout.read()
+    with process.stdout as stream:
+        said = stream.read()
     _, outcome, usage = os.wait4(process.pid, 0)
     wall, process.returncode = time.perf_counter() - began, os.waitstatus_to_exitcode(outcome)
     if process.returncode:
