@@ -19,6 +19,8 @@ from engine_dyn.pressure.family import flat_family
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes
 
+pytestmark = pytest.mark.compiled
+
 NOMINAL, INERTIA = 420.0 * math.pi / 30.0, 900.0
 ENGINE = torque_of_harmonics(25e3, {3: (-8e3, 0.0)})
 

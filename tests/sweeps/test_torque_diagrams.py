@@ -14,6 +14,8 @@ import sweeps
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok, refused
 
+pytestmark = pytest.mark.compiled
+
 ENGINE = """
 title = "25 - 8 sin(3 theta) kN m"
 [values]
