@@ -64,12 +64,12 @@ def cells(one: Result) -> dict[str, str]:
 
 
 def table(found: list[Result]) -> list[list[str]]:
-    """What is printed or computed, an example's name only in its first row."""
+    """What is printed, an example's name only in its first row; the file has all values."""
     rows = [["example", "value", *PAGE]]
     before = None
     for one in found:
         row = cells(one)
-        if not row["printed"] and not row["ours"]:
+        if not row["printed"]:
             continue
         unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
         row["ours"] = row["ours"] or "waits"
