@@ -130,7 +130,7 @@ _DEVIATIONS = (
     _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme(0),
                removes=("crank_angle",)),
     _deviation(
-        "_largest", r"|\theta|_{max}", f"largest {_TEXT}, to either side",
+        "_largest", r"\theta_{largest}", f"largest {_TEXT}, to either side",
         ("angle_deviation_max", "angle_deviation_min"),
         lambda angle_deviation_max, angle_deviation_min: np.maximum(
             angle_deviation_max, -angle_deviation_min
@@ -315,7 +315,7 @@ NODES: tuple[Node, ...] = (
     *_DEVIATIONS,
     *(_electrical(node) for node in _DEVIATIONS),
     Node(
-        "angle_deviation_over_limit", r"p|\theta|_{max}/\theta_{lim}", "1",
+        "angle_deviation_over_limit", r"p\theta_{largest}/\theta_{lim}", "1",
         "largest electrical angle to either side over its limit, above 1 where it is exceeded",
         DEVIATION, needs=("angle_deviation_electrical_largest", "angle_deviation_limit"),
         make=lambda angle_deviation_electrical_largest, angle_deviation_limit:

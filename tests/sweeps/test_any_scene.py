@@ -202,6 +202,9 @@ def test_by_the_oracle(scene: dict[str, Any], data: st.DataObject) -> None:
     if read.engine.period < 10.0 or "inertia" not in {*read.engine.values}:
         event("not covered")
         return
+    if read.closure == "cycle_time" and "variable" in read.inertia_models:
+        event("takes the adaptive integration a quarter of an hour")  # `make stress` has them
+        return
     scene["output"]["quantities"] = ["delta", "omega_max", "omega_min", "friction_torque"]
     scene = any_scene.listed(scene)
     note(repr(scene))
