@@ -322,8 +322,9 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
         # Counterweights of four throws in line cancel: no fraction is better than another.
         expected = not name.startswith("best_fraction")
         finite = np.isfinite(found[name])
-        if "shaft" in finite.dims:  # not each has a node or a diameter
-            finite = finite.any([d for d in ("mode", "shaft") if d in finite.dims])
+        if not {"shaft", "crossing"}.isdisjoint(finite.dims):
+            # Not each shaft has a node or a diameter, and crossings are few.
+            finite = finite.any([d for d in ("mode", "shaft", "crossing") if d in finite.dims])
         assert finite.all() == expected, name
     assert "pin_offset" not in found["fmep"].dims
 
