@@ -128,7 +128,7 @@ SLOW = {"speed": 2000}
     ("tables", "cycle", "message"),
     [
         ([{**FOUR, "kind": "otto"}], "four-stroke",
-         "number 1 kind = 'otto': must be one of 'points', 'torque', 'diesel_cycle', 'first_law', "),
+         "number 1 kind = 'otto': must be one of 'points', 'torque', 'diesel_cycle', 'first_law'"),
         ([FOUR], "two-stroke", "kind = 'first_law': must belong to a four-stroke engine"),
         ([TWO], "four-stroke", "kind = 'two_stroke': must belong to a two-stroke engine"),
         ([COMPRESSOR], "four-stroke", "kind = 'compressor': must belong to a two-stroke engine"),
