@@ -56,7 +56,9 @@ MOST_REVOLUTIONS = 64
 """Of the period of a torque over an angle."""
 
 FEWEST_POINTS = 8
-HIGHEST_ORDER = 64.0
+HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
+"""Of a torque in closed form."""
+
 KNOTS, KNOTS_OF_ORDER = 720, 480
 """Knots of a revolution, and of a period of a harmonic, of a torque in closed form."""
 

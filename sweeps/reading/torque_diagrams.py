@@ -17,6 +17,7 @@ from pydantic import Field
 
 from engine_dyn.loads.driven_machine import (
     LARGEST,
+    MOST_ORDERS,
     MOST_REVOLUTIONS,
     REVOLUTION,
     TorqueOverAngle,
@@ -34,9 +35,6 @@ LOBE = 36
 
 BALANCE = 1e-3
 """Part of the largest area by which the areas of a cycle may fail to add up to zero."""
-
-MOST_ORDERS = 200
-"""Of a torque in closed form."""
 
 
 class Harmonic(Strict):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.loads.driven_machine import (
+    MOST_ORDERS,
     TorqueOverAngle,
     torque_of_harmonics,
     torque_over_angle,
@@ -23,8 +24,8 @@ from sweeps.reading.numbers_with_units import number_with_unit
 
 __all__ = ["torque_of_file"]
 
-ORDER, MOST_ORDERS = "order", 200
-"""The column that tells a table of orders; most of them."""
+ORDER = "order"
+"""The column that tells a table of orders."""
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
