@@ -1,8 +1,8 @@
 """Energy that the flywheel takes up over the angle, and its levels where torque and load cross.
 
 The excess energy is the work of the torque less the load, both less their means, see
-docs/torque_diagrams.md. Its extremes lie among the crossings of both, and its range is the energy swing, from which
-textbooks size flywheels (Khurmi and Gupta, Theory of Machines, chapter 16).
+docs/torque_diagrams.md. Its extremes lie among the crossings of both, and its range is the energy
+swing, from which textbooks size flywheels (Khurmi and Gupta, Theory of Machines, chapter 16).
 """
 
 from __future__ import annotations
