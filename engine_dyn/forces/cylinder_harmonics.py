@@ -26,12 +26,15 @@ Source: Rakopoulos notes, harmonics of the tangential force.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.cylinders import SEALED, PressureFactor
 from engine_dyn.geometry.velocity_waves import AT_ONCE, by_highest_order, velocity_waves
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.family import Family
@@ -156,7 +159,7 @@ def gas_harmonics(
     row: Any,
     family: Family,
     period: float,
-    pressure_factor: float = 1.0,
+    pressure_factor: PressureFactor = 1.0,
     threads: int | None = 1,
 ) -> Complexes:
     """Harmonics of p c/(r omega) [Pa] of one cylinder, with the absolute pressure.
@@ -171,11 +174,15 @@ def gas_harmonics(
         Indicator diagrams.
     period : float
         Angle of the cycle [rad], that of the family.
-    pressure_factor : float
-        See `motored`.
+    pressure_factor : float or tuple of float
+        See `motored`; of each cycle where they differ. Orders are of all these cycles.
     threads : int, optional
         Largest number of threads; None: one for each processor.
     """
+    if isinstance(pressure_factor, tuple):
+        one = partial(gas_harmonics, orders, crank_ratio, offset, row, family, period,
+                      threads=threads)  # fmt: skip
+        return _over_cycles(one, np.asarray(orders, dtype=float), pressure_factor, period)
     slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
     nu, shape, columns = _designs(orders, crank_ratio, offset, row)
     result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
@@ -188,6 +195,25 @@ def gas_harmonics(
         for some in np.split(order, begins[1:]):
             _add_gas(some, columns, below, family, pressure_factor, highest, reached, most, result)
     return _along_orders(result, orders, shape)
+
+
+def _over_cycles(
+    of: Callable[[float], Complexes], orders: Floats, factors: tuple[float, ...], period: float
+) -> Complexes:
+    """Harmonics over several cycles [Pa], from those over one cycle with each factor.
+
+    Cycle n contributes exp(-i nu n Phi) times the integral over a cycle, of which the order need
+    not be a multiple of its lowest; that integral is linear in the factor.
+    """
+    waves = [np.exp(-1j * orders * n * period) / len(factors) for n in range(len(factors))]
+    burnt = sum(max(f, 0.0) * wave for f, wave in zip(factors, waves, strict=True))
+    motored, sealed = (
+        sum(wave for f, wave in zip(factors, waves, strict=True) if (f == SEALED) == shut)
+        for shut in (False, True)
+    )
+    base = of(0.0)
+    total = motored * base + burnt * (of(1.0) - base)
+    return np.asarray(total + sealed * of(SEALED) if SEALED in factors else total)
 
 
 def _reached(orders: Floats, highest: int) -> tuple[Floats, Integers, Booleans]:

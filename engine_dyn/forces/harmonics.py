@@ -25,7 +25,7 @@ from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Complexes, Floats
 
@@ -131,7 +131,7 @@ def _in_first_mode(
     return np.where(np.abs(total) < CANCELLED * size, 0.0, total)
 
 
-Single = Callable[[Floats, Any, Any, float], Any]
+Single = Callable[[Floats, Any, Any, PressureFactor], Any]
 """Harmonics of a cylinder, of orders, crank ratio, offset ratio and its factor on the pressure."""
 
 
@@ -164,7 +164,7 @@ INERTIA = Part(
 def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -> Part:
     """Return the part of the gas; parameters as `gas_harmonics`."""
 
-    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Any:
+    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
         return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor, threads)
 
     return Part(single, lambda m: m.radius_factor)
@@ -273,11 +273,11 @@ def _sum_of(
     part: Part, crank_ratio: Any, offset: Any
 ) -> Callable[[Floats, tuple[Member, ...]], Any]:
     """Sum of a part over cylinders: those of one pressure and one crank radius share harmonics."""
-    known: dict[tuple[float, float], Any] = {}
+    known: dict[tuple[PressureFactor, float], Any] = {}
 
     def summed(nu: Floats, members: tuple[Member, ...]) -> Any:
         total: Any = 0.0
-        for key in sorted({(m.pressure_factor, m.radius_factor) for m in members}):
+        for key in dict.fromkeys((m.pressure_factor, m.radius_factor) for m in members):
             alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor) == key)
             if key not in known:
                 known[key] = part.single(nu, *alike[0].own(crank_ratio, offset), key[0])

@@ -15,11 +15,11 @@ import numpy as np
 from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import pressures_of_rows, row_with_factor
+from engine_dyn.pressure.motored import over_cycles, pressures_of_rows, row_with_factor
 from engine_dyn.types import Floats
 
 __all__ = [
@@ -45,12 +45,17 @@ def piston_area(bore: Any) -> Any:
     return 0.25 * np.pi * bore**2
 
 
-def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float = 1.0) -> Floats:
+def pressure(
+    phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: PressureFactor = 1.0
+) -> Floats:
     """Absolute cylinder pressure [Pa] at `phi` [rad] of the diagrams at (fractional) rows.
 
     `phi`, `row` and `scale` broadcast. See `family.Family.locate` for rows, `motored` for the
     factor of a cylinder.
     """
+    if isinstance(factor, tuple):
+        one = partial(pressure, phi, family, row, scale)
+        return np.asarray(over_cycles(one, phi, factor, family.period))
     if isinstance(family, CycleTable):
         return np.asarray(family.pressures(phi, row, factor) * scale)
     angle, place = np.asarray(phi, float), np.asarray(row, float)
@@ -90,7 +95,8 @@ def pressure_of_first(
     """Pressure in cylinder 1 of engines whose cylinders have unequal factors: see `pressure`."""
 
     def of_first(engine: Cylinders) -> Any:
-        return pressure(phi, family, row, scale, engine.pressure_factors[0])
+        first = engine.members[0]
+        return pressure(phi + first.phase, family, row, scale, first.pressure_factor)
 
     return value_of_sets(cylinders, by_count, of_first)
 
@@ -196,7 +202,7 @@ def _friction_of_one(
     train: CrankTrain, gas: GasPressure, friction: StrokeFriction
 ) -> Callable[[Any, Member], Any]:
     """Friction of a cylinder less its mean, over piston area and crank radius [Pa]."""
-    weights: dict[tuple[float, ...], Floats] = {}
+    weights: dict[tuple[Any, ...], Floats] = {}
     inputs = (train.crank_ratio, gas.row, gas.scale, gas.crankcase, friction.ring, train.offset)
 
     def parts(angle: Any, member: Member, inputs: Any) -> Floats:

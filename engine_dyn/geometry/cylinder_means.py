@@ -68,7 +68,7 @@ def mean_of_cylinders(
 
 
 def mean_factor(name: str, cylinder_set: Any, by_count: CylindersByCount) -> Any:
-    """Mean of a factor of the cylinders [1]: `pressure`, `mass` or `radius`."""
+    """Mean of a factor of the cylinders [1]: `all_pressure`, `mass` or `radius`."""
     return value_of_sets(
         cylinder_set, by_count, lambda engine: np.mean(getattr(engine, f"{name}_factors"))
     )

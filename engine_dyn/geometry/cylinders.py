@@ -8,8 +8,9 @@ Evenly firing equal cylinders have one representative, cylinder 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -26,17 +27,30 @@ from engine_dyn.geometry.arrangement import (
 )
 from engine_dyn.geometry.layouts import in_line
 from engine_dyn.given_numbers import given_array
+from engine_dyn.types import Floats
 
 __all__ = [
     "EQUAL",
     "LARGEST_FACTOR",
+    "MOST_CYCLES",
+    "SEALED",
     "Cylinders",
     "CylindersByCount",
     "Member",
     "OwnCrank",
+    "PressureFactor",
     "cylinders_of",
     "even_cylinders",
 ]
+
+SEALED = -1.0
+"""Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`."""
+
+MOST_CYCLES = 64
+"""Cycles after which a firing pattern repeats, at most."""
+
+PressureFactor = float | tuple[float, ...]
+"""Factor on a cylinder's pressure [1]: of all cycles, or of each of the cycles of a pattern."""
 
 
 class Member(NamedTuple):
@@ -46,8 +60,10 @@ class Member(NamedTuple):
     ----------
     phase : float
         Angle to add to the engine's to get the cylinder's own [rad].
-    pressure_factor : float
-        f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1].
+    pressure_factor : float or tuple of float
+        f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1]; one for
+        each cycle where these differ, the first around the cylinder's own angle 0. `SEALED` where
+        the valves stay shut.
     mass_factor : float
         Reciprocating mass over the engine's [1].
     radius_factor : float
@@ -55,7 +71,7 @@ class Member(NamedTuple):
     """
 
     phase: float
-    pressure_factor: float
+    pressure_factor: PressureFactor
     mass_factor: float
     radius_factor: float = 1.0
 
@@ -95,22 +111,25 @@ class Cylinders:
     Attributes
     ----------
     period : float
-        Angle of the cycle [rad].
+        Angle after which all repeats [rad]: that of the cycle, or of several with a pattern.
     members : tuple of Member
         In the order of their numbers; where no order is known, in that of their firing.
     arrangement : Arrangement, optional
         Throws and banks, where they are known.
+    cycles : int
+        Cycles in the period.
     """
 
     period: float
     members: tuple[Member, ...]
     arrangement: Arrangement | None = None
+    cycles: int = 1
 
     @cached_property
     def symmetry(self) -> int:
         """How often torque repeats within the cycle: n_s of docs/method.md (40)."""
-        phases = [member.phase for member in self.members]
-        return symmetry(phases, self.period, [member[1:] for member in self.members])
+        phases, marks = [m.phase for m in self.members], [m[1:] for m in self.members]
+        return symmetry(phases, self.period, [marks.index(mark) for mark in marks])
 
     @cached_property
     def representatives(self) -> tuple[Member, ...]:
@@ -147,6 +166,58 @@ class Cylinders:
         factors = list(self.pressure_factors)
         factors[number - 1] = 0.0
         return self.with_factors(pressure_factor=tuple(factors))
+
+    def with_pattern(self, pattern: Sequence[float]) -> Cylinders:
+        """Return the same cylinders, firing by a pattern.
+
+        Parameters
+        ----------
+        pattern : sequence of float
+            For each firing in the order in which the cylinders fire, beginning with cylinder 1, the
+            factor on its pressure (times the cylinder's own); it repeats without end. 1 fires, 0
+            does not burn, `SEALED` has its valves shut.
+
+        Raises
+        ------
+        ValueError
+            One line, where the pattern is empty, has other numbers, or repeats after more than
+            `MOST_CYCLES` cycles.
+
+        Examples
+        --------
+        Every third firing of a four-cylinder engine is left out: all repeats after three cycles,
+        and the torque after three firings.
+
+        >>> import math
+        >>> four = even_cylinders(4, 4.0 * math.pi).with_pattern([1.0, 1.0, 0.0])
+        >>> four.cycles, four.symmetry, four.members[0].pressure_factor
+        (3, 4, (1.0, 1.0, 0.0))
+        """
+        wanted, count = _shortest(_checked_pattern(pattern)), len(self.members)
+        cycles = len(wanted) // math.gcd(len(wanted), count)
+        if cycles > MOST_CYCLES:
+            raise ValueError(
+                f"firing_pattern: {len(wanted)} firings of {count} cylinders repeat after {cycles} "
+                f"cycles; must be at most {MOST_CYCLES}"
+            )
+        fires = sorted(range(count), key=lambda i: (-self.members[i].phase % self.period, i))
+        members = list(self.members)
+        for place, i in enumerate(fires):
+            own = self.pressure_factors[i]
+            each = [wanted[(n * count + place) % len(wanted)] for n in range(cycles)]
+            factors = tuple(f if f == SEALED else f * own for f in each)
+            same = len(set(factors)) == 1
+            members[i] = members[i]._replace(pressure_factor=factors[0] if same else factors)
+        # A cylinder that does as cylinder 1 does, some cycles later, is its copy.
+        first = members[0].pressure_factor
+        for i, member in enumerate(members):
+            these = member.pressure_factor
+            if isinstance(these, tuple) and isinstance(first, tuple):
+                same_as = [n for n in range(cycles) if these[n:] + these[:n] == first]
+                if same_as:
+                    phase = member.phase - same_as[0] * self.period
+                    members[i] = member._replace(phase=phase, pressure_factor=first)
+        return Cylinders(self.period * cycles, tuple(members), self.arrangement, cycles)
 
     def firing_at(self, number: int, angle: float) -> Cylinders:
         """Return the same cylinders, `number` (from 1) of which fires at another angle [rad].
@@ -190,8 +261,15 @@ class Cylinders:
 
     @cached_property
     def pressure_factors(self) -> tuple[float, ...]:
-        """Factor on the pressure of each cylinder."""
-        return tuple(member.pressure_factor for member in self.members)
+        """Factor on the pressure of each cylinder, in the first cycle of a pattern."""
+        return tuple(self.all_pressure_factors[:, 0].tolist())
+
+    @cached_property
+    def all_pressure_factors(self) -> Floats:
+        """Factor on the pressure of each cylinder in each cycle, shape (cylinder, cycle)."""
+        factors = [member.pressure_factor for member in self.members]
+        every = [f if isinstance(f, tuple) else (f,) * self.cycles for f in factors]
+        return np.array(every, dtype=np.float64)
 
     @cached_property
     def mass_factors(self) -> tuple[float, ...]:
@@ -328,11 +406,35 @@ class Cylinders:
     @property
     def solved(self) -> str:
         """The part of the cycle that is solved, and why, in words."""
-        part = "whole cycle" if self.symmetry == 1 else f"Phi/{self.symmetry}"
+        whole = "whole cycle" if self.cycles == 1 else f"all {self.cycles} cycles"
+        parts = Fraction(self.cycles, self.symmetry)
+        part = whole
+        if self.symmetry > 1:
+            part = f"{parts} Phi" if self.cycles > 1 else f"Phi/{self.symmetry}"
         if len(self.members) == 1:
             return part
         firing = "even firing" if self.even else "uneven firing"
         return f"{part}, {firing}{'' if self.are_equal else ', unequal cylinders'}"
+
+
+def _checked_pattern(pattern: Sequence[float]) -> tuple[float, ...]:
+    if not len(pattern):
+        raise ValueError("firing_pattern: empty; must have at least one firing")
+    for place, value in enumerate(pattern, start=1):
+        if not (0.0 <= value <= LARGEST_FACTOR or value == SEALED):
+            raise ValueError(
+                f"firing_pattern, firing {place} = {value:g}: must be a number from 0 (no "
+                f"combustion) to {LARGEST_FACTOR:g}"
+            )
+    return tuple(map(float, pattern))
+
+
+def _shortest(pattern: tuple[float, ...]) -> tuple[float, ...]:
+    """The part of a pattern that it repeats."""
+    for length in range(1, len(pattern)):
+        if len(pattern) % length == 0 and pattern[:length] * (len(pattern) // length) == pattern:
+            return pattern[:length]
+    return pattern
 
 
 CylindersByCount = Mapping[int, Cylinders]

@@ -20,6 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from engine_dyn.geometry.arrangement import TURN
+from engine_dyn.geometry.cylinders import SEALED
+from engine_dyn.periodic_spline import wrapped
 from engine_dyn.pressure.curves import (
     FLAT,
     Curves,
@@ -28,7 +31,7 @@ from engine_dyn.pressure.curves import (
     pressures_at,
     sampled,
 )
-from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.diagram import Diagram, in_compression, table_angles
 from engine_dyn.pressure.family import ROW_STEP, Family, TableAxis
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds
 from engine_dyn.pressure.first_law import tabulate
@@ -258,6 +261,9 @@ class CycleTable(Family):
 
         `factor` is that of a cylinder: see `motored`.
         """
+        if factor == SEALED:
+            values, rises = self.motored.sampled(rows, in_compression(angle), slopes=slopes)
+            return values, -np.sign(wrapped(angle, TURN)) * rises if slopes else rises
         values, rises = sampled(self.curves(rows), angle, self.period, self.threads, slopes)
         if factor != 1.0:
             base, rise = self.motored.sampled(rows, angle, slopes=slopes)
@@ -266,6 +272,8 @@ class CycleTable(Family):
 
     def pressures(self, phi: ArrayLike, place: ArrayLike, factor: float = 1.0) -> Floats:
         """Pressure [Pa] at crank angles of the diagrams at places in the table, broadcasting."""
+        if factor == SEALED:
+            return self.motored.pressures(in_compression(phi), place)
         wanted, phi = np.asarray(place, dtype=np.float64), np.asarray(phi, dtype=np.float64)
         values, number = np.unique(wanted, return_inverse=True)
         if phi.ndim and phi.size == phi.shape[-1] and (not wanted.ndim or wanted.shape[-1] == 1):
@@ -334,6 +342,8 @@ class CycleTable(Family):
 
     def at_knots(self, rows: Integers, factor: float) -> tuple[Floats, Floats]:
         """Pressure [Pa] of rows at the knots, and its slope; `factor` as of `sampled`."""
+        if factor == SEALED:
+            return self.sampled(rows, self.angle, factor, slopes=True)
         curves = self.curves(rows)
         pressure, slope = curves.pressure[curves.rows], curves.slope[curves.rows]
         if factor != 1.0:

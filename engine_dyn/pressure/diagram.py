@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TURN
 from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.pressure.point_checks import checked_points
@@ -286,6 +286,14 @@ def diagram_from_points(
             "the points are too far apart or scatter too much where the pressure is low"
         )
     return diagram
+
+
+def in_compression(phi: ArrayLike) -> Floats:
+    """Angle [rad] of the compression stroke at which a closed cylinder has the same volume.
+
+    Dead centres are those of a cylinder without offset.
+    """
+    return -np.abs(wrapped(phi, TURN))
 
 
 def table_angles(period: float, step_degrees: float) -> Floats:

@@ -12,6 +12,10 @@ cycle without heat. For a measured one it is constructed:
 - behind it the compression, mirrored about dead centre: no heat loss, no work;
 - from 180 to 240 degrees (two-stroke: 90 to 120) going over to the measured gas exchange.
 
+A cylinder whose valves stay shut (factor `SEALED`) compresses and expands the same charge in every
+revolution: its pressure is the motored compression, mirrored about each dead centre. It does no net
+work; heat and leaks are left out.
+
 What that leaves out: heat and charge lost while motored, a fresh charge instead of a burnt one in
 the next gas exchange.
 """
@@ -20,6 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -28,16 +33,22 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.geometry.cylinders import SEALED, Cylinders, CylindersByCount, PressureFactor
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import Diagram, diagram_from_points, values_at
+from engine_dyn.pressure.diagram import (
+    Diagram,
+    diagram_from_points,
+    in_compression,
+    values_at,
+)
 from engine_dyn.pressure.family import Family, peaks_between
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
 __all__ = [
     "motored",
+    "over_cycles",
     "peak_of_cylinders",
     "peak_with_factor",
     "pressures_of_rows",
@@ -116,11 +127,39 @@ _motored: WeakKeyDictionary[Family, Family] = WeakKeyDictionary()
 _rows: WeakKeyDictionary[Family, dict[tuple[int, float], Diagram]] = WeakKeyDictionary()
 
 
-def pressures_of_rows(family: Family, rows: Integers, angle: Floats, factor: float) -> Floats:
+def over_cycles(
+    at: Callable[[float], Any], angle: Any, factors: tuple[float, ...], period: float
+) -> Any:
+    """Pressure of a cylinder whose factor changes from cycle to cycle [Pa].
+
+    Parameters
+    ----------
+    at : callable
+        Pressure at these angles with a factor that all cycles have.
+    angle : array_like
+        The cylinder's own angle [rad]; cycles are around its firing dead centres, and the first is
+        around 0.
+    factors : tuple of float
+        Of each cycle; the last is followed by the first.
+    period : float
+        Angle of a cycle [rad].
+    """
+    number = np.floor(np.asarray(angle) / period + 0.5).astype(np.int64) % len(factors)
+    factor, motored_pressure = np.asarray(factors)[number], at(0.0)
+    found = motored_pressure + factor * (at(1.0) - motored_pressure)
+    return np.where(factor == SEALED, at(SEALED), found) if SEALED in factors else found
+
+
+def pressures_of_rows(
+    family: Family, rows: Integers, angle: Floats, factor: PressureFactor
+) -> Floats:
     """Pressure [Pa] of some rows of the family at the same angles [rad], shape (rows, angles).
 
     `factor` is that of a cylinder on its pressure.
     """
+    if isinstance(factor, tuple):
+        one = partial(pressures_of_rows, family, rows, angle)
+        return np.asarray(over_cycles(one, angle, factor, family.period))
     if isinstance(family, CycleTable):
         return family.sampled(rows, angle, factor)[0]
     found = np.empty((rows.size, angle.size))
@@ -134,27 +173,24 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
     if factor == 1.0:
         return whole
     if isinstance(family, CycleTable):
-        base = family.motored.row(row)
-        return Diagram(
-            whole.angle,
-            base.pressure + factor * (whole.pressure - base.pressure),
-            base.slope + factor * (whole.slope - base.slope),
-            whole.period,
-        )
+        pressures, slopes = family.at_knots(np.array([row]), factor)
+        return Diagram(whole.angle, pressures[0], slopes[0], whole.period)
     known = _rows.setdefault(family, {})
     if (row, factor) not in known:
         if family not in _motored:
             _motored[family] = family.each(motored)
         base = _motored[family].row(row)
         pressure, slope = base.pressure, base.slope
-        if not np.array_equal(base.angle, whole.angle):
-            pressure = base(whole.angle)
+        sealed = factor == SEALED
+        if sealed or not np.array_equal(base.angle, whole.angle):
+            pressure = base(in_compression(whole.angle) if sealed else whole.angle)
             slope = periodic_spline_slopes(whole.angle, pressure, whole.period)
         # The spline is linear in its values.
+        share = max(factor, 0.0)
         known[row, factor] = Diagram(
             whole.angle,
-            pressure + factor * (whole.pressure - pressure),
-            slope + factor * (whole.slope - slope),
+            pressure + share * (whole.pressure - pressure),
+            slope + share * (whole.slope - slope),
             whole.period,
         )
     return known[row, factor]
@@ -184,12 +220,12 @@ def peak_of_cylinders(
     cylinder_set, by_count
         As of `cylinder_means.value_of_sets`.
     reduced : callable
-        `np.max` or `np.mean`, over the cylinders.
+        `np.max` or `np.mean`, over the cylinders and cycles.
     """
     each: dict[float, Floats] = {}
 
     def of_engine(engine: Cylinders) -> Any:
-        factors = engine.pressure_factors
+        factors = engine.all_pressure_factors.reshape(-1).tolist()
         for factor in factors:
             if factor not in each:
                 each[factor] = peak_with_factor(place, family, factor)

@@ -148,7 +148,7 @@ NODES: tuple[Node, ...] = (
         "factor on the cylinder pressure, averaged over the cylinders", public=False,
         needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
-            "pressure", cylinder_set, cylinders_by_count
+            "all_pressure", cylinder_set, cylinders_by_count
         ),
     ),
     Node(

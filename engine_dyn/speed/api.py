@@ -87,6 +87,7 @@ def periodic_speed(
     inertia: float, speed: float, cylinders: int = 1, offset: float = 0.0,
     firing_angles: Sequence[float] | None = None, pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None, radius_factor: Sequence[float] | None = None,
+    firing_pattern: Sequence[float] | None = None,
     friction_shape: FrictionShape | None = None, load_exponent: float | None = None,
     load_linear: float = 0.0, load_square: float = 0.0, load_offset: float = 0.0,
     friction_torque: float = 0.0, driven: DrivenMachine = NOTHING_DRIVEN, gear_ratio: float = 1.0,
@@ -126,6 +127,9 @@ def periodic_speed(
         + f (p - p_motored), see `pressure.motored`, and the factor on its reciprocating mass.
     radius_factor : sequence of float, optional
         Crank radius of each cylinder over the first's; their rods are equally long.
+    firing_pattern : sequence of float, optional
+        Which firings happen, in sequence and over as many cycles as it takes to repeat: see
+        `Cylinders.with_pattern`. The speed then has the period of all these cycles.
     friction_shape : FrictionShape, optional
         How the friction torque is spread over the stroke; constant over the cycle unless given.
     load_exponent, load_offset : float
@@ -214,7 +218,8 @@ def periodic_speed(
         load = replace(load, driven=replace(driven, load_law="linear_square"))
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,
-        CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor),
+        CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor,
+                      firing_pattern),
         friction_shape, friction_torque, crankcase_pressure,
     )  # fmt: skip
     engine.check()

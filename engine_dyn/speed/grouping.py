@@ -87,7 +87,8 @@ class Piece:
         """The designs with columns, divided where these are too many, or too rough for some."""
         needs = needs_of(self.chosen, self.source.torques)
         terms = max(len(self.source.box.degrees), MOST_COLUMNS // MOST_PARTS)
-        if needs.parts.number * terms > MOST_COLUMNS and self.size > 1:
+        most = MOST_COLUMNS // self.source.cylinders.cycles
+        if needs.parts.number * terms > most and self.size > 1:
             for half in np.array_split(np.arange(self.size), 2):
                 yield from replace(self, chosen=self.chosen.subset(half)).calls()
             return
@@ -167,8 +168,8 @@ class Grouping:
             cylinders = (self.cylinders_by_count or {}).get(count)
             cylinders = cylinders or even_cylinders(count, family.period)
             radius = max(cylinders.radius_factors)
-            times = math.gcd(cylinders.symmetry, repeats)
-            nodes = nodes_of(times, fewest, self.is_steep, cycles)
+            times = math.gcd(cylinders.symmetry, repeats * cylinders.cycles)
+            nodes = nodes_of(times, fewest * cylinders.cycles, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
             for (number,), alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
                 own_ratio, own_offset = (float(alike.take(name)[0]) for name in CRANK)

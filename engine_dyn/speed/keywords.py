@@ -82,11 +82,13 @@ class CylinderGroup(NamedTuple):
     pressure_factor: Sequence[float] | None
     mass_factor: Sequence[float] | None
     radius_factor: Sequence[float] | None
+    firing_pattern: Sequence[float] | None = None
 
     def over(self, period: float) -> Cylinders:
-        """Return the cylinders over one cycle [rad]; ValueError names lists that do not fit."""
-        lists = map(_numbers_of_cylinders, self._fields[1:], self[1:])
-        return _cylinders(int(self.cylinders), period, *lists)
+        """Return the cylinders with a cycle [rad]; ValueError names lists that do not fit."""
+        *lists, pattern = map(_numbers_of_cylinders, self._fields[1:], self[1:])
+        found = _cylinders(int(self.cylinders), period, *lists)
+        return found if pattern is None else found.with_pattern(pattern)
 
 
 def _numbers_of_cylinders(name: str, given: Sequence[float] | None) -> tuple[float, ...] | None:

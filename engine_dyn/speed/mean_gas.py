@@ -16,7 +16,7 @@ import numpy as np
 
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
-from engine_dyn.geometry.cylinders import CylindersByCount, Member
+from engine_dyn.geometry.cylinders import CylindersByCount, Member, PressureFactor
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.memory import remembered
@@ -36,14 +36,20 @@ def mean_gas_torque(
     row: Any,
     family: Family,
     offset_ratio: Any = 0.0,
-    pressure_factor: float = 1.0,
+    pressure_factor: PressureFactor = 1.0,
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the
     gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
-    three-point Gauss-Legendre on half degrees.
+    three-point Gauss-Legendre on half degrees. Of a factor for each cycle it is the mean over them.
     """
+    if isinstance(pressure_factor, tuple):
+        each = {
+            factor: mean_gas_torque(crank_ratio, row, family, offset_ratio, factor)
+            for factor in sorted(set(pressure_factor))
+        }
+        return np.mean([each[factor] for factor in pressure_factor], axis=0)
     given = np.broadcast_arrays(
         *(np.asarray(v, dtype=float) for v in (crank_ratio, offset_ratio, row))
     )

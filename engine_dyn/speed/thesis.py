@@ -98,8 +98,8 @@ def _cycle_of(
     value: dict[str, float], family: Family, cylinders: Cylinders, variable: bool
 ) -> tuple[Cycle, float]:
     """Curves of a design, docs/method.md (27) and (39), and its mean torque at nominal speed."""
-    count = round(family.period / DEGREE)
-    angle: Floats = -0.5 * family.period + np.arange(count, dtype=np.float64) * DEGREE
+    count = round(cylinders.period / DEGREE)
+    angle: Floats = -0.5 * cylinders.period + np.arange(count, dtype=np.float64) * DEGREE
     low = int(math.floor(value["row"]))
     weight = value["row"] - low
     rows = np.array([low, low + (weight > 0.0)])
@@ -166,7 +166,7 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
     )  # fmt: skip
     own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
     solve_one_by_one(np.arange(size), task, call.columns, own, periodic, last=False)
-    count = round(family.period / DEGREE)
+    count = round(piece.source.cylinders.period / DEGREE)
     speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):
         target, code = int(designs.target[i]), int(periodic.status[i])

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.geometry.masses import mean_square_velocity
 from engine_dyn.pressure.family import Family
 
@@ -57,7 +57,7 @@ def mean_torques_of_throws(
     """
     from engine_dyn.speed.mean_gas import mean_gas_torque
 
-    known: dict[tuple[float, float], Any] = {}
+    known: dict[tuple[PressureFactor, float], Any] = {}
 
     def of_one(member: Member) -> Any:
         key = member.pressure_factor, member.radius_factor

@@ -106,7 +106,8 @@ class Nodes(NamedTuple):
     number, stride : int
         How many, and fine intervals of a coarse one.
     times : int
-        How often the engine's own torque repeats in its cycle, as far as that is used.
+        How often the engine's own torque repeats in its cycle, or in the cycles of its firing
+        pattern, as far as that is used.
     cycles : int
         Such repeats in the period: above 1 where the load needs longer than the engine.
     """
@@ -171,7 +172,7 @@ class Source:
     @property
     def width(self) -> float:
         """Width of a fine interval [rad]."""
-        return self.nodes.width(self.family.period)
+        return self.nodes.width(self.cylinders.period)
 
     @property
     def members(self) -> tuple[Member, ...]:
@@ -330,7 +331,7 @@ def _add_square(source: Source, work: Floats, halves: Floats, rates: Floats) -> 
     The slope is docs/solver.md (57).
     """
     for member in source.members:
-        curve = _velocity_of(member, source.box, source.nodes, source.family.period)
+        curve = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
         work += _folded(curve.square, source.nodes)
         halves += _folded(curve.square_between, source.nodes)
         rates += _folded(curve.slope, source.nodes)
@@ -368,8 +369,8 @@ def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
     """What `_add_gas` adds of one cylinder, three curves (a pressure of 1 and rows, term, node)."""
-    inside, at_node = _angles(member, source.nodes, source.family.period)
-    speed = _velocity_of(member, source.box, source.nodes, source.family.period)
+    inside, at_node = _angles(member, source.nodes, source.cylinders.period)
+    speed = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
     half = inside.size // 2
     early, late = (np.ascontiguousarray(part) for part in np.split(speed.inside, [half], axis=1))
     weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
@@ -395,7 +396,7 @@ def _add_friction(
     rates: Floats,
 ) -> None:  # fmt: skip
     """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (50)."""
-    inside, at_node = _angles(member, source.nodes, source.family.period)
+    inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
     shapes, low = [], math.floor(diagram.row)
     part = diagram.row - low
