@@ -13,6 +13,7 @@ __all__ = [
     "ENGINE",
     "EXPLAINED",
     "FAILED_DRAWS",
+    "FIRING_PATTERN",
     "FOUND",
     "FULFILLING",
     "GENERATION",
@@ -42,6 +43,9 @@ ARRANGEMENT = "arrangement"
 ENGINE = "engine"
 """Dimension of [axes] engine, an axis of words."""
 
+FIRING_PATTERN = "firing_pattern"
+"""Dimension of [axes] firing_pattern, an axis of words."""
+
 METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
 
@@ -53,8 +57,9 @@ NOT_CHOSEN = (
 that it meets, what is wanted of it, and how it is computed. A search takes none of their values for
 the best one unless it is asked to."""
 
-LABELS = ("case", ENGINE, ARRANGEMENT)
-"""Columns of [designs] that hold texts: the name of each design, its engine and arrangement."""
+LABELS = ("case", ENGINE, ARRANGEMENT, FIRING_PATTERN)
+"""Columns of [designs] that hold texts: the name of each design, its engine, arrangement and firing
+pattern."""
 
 PARAMETER = "parameter"
 """Dimension of elasticities: the parameters that derivatives are taken by, by their keys."""

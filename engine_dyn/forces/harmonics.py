@@ -27,7 +27,7 @@ from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.pressure.family import Family
-from engine_dyn.types import Complexes, Floats
+from engine_dyn.types import Booleans, Complexes, Floats
 
 __all__ = [
     "INERTIA",
@@ -50,6 +50,9 @@ __all__ = [
     "velocity_harmonics",
 ]
 
+
+WHOLE = 1e-6
+"""By how much an order may miss a multiple of a curve's lowest, in parts of it: rounding."""
 
 CANCELLED = 1e-12
 """Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
@@ -161,11 +164,32 @@ INERTIA = Part(
 )
 
 
+def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Complexes:
+    """Harmonics of the orders that are `there`, 0 of the others.
+
+    Firing patterns bring orders that a cylinder which repeats sooner does not have.
+    """
+    if not there.any():
+        return 0.0 * of(nu)
+    along = int(np.argmax(nu.shape)) - nu.ndim  # orders lie along one axis
+    each = there.reshape(-1)
+    found = np.moveaxis(of(np.compress(each, nu, axis=along)), along, -1)
+    result = np.zeros((*found.shape[:-1], each.size), dtype=np.complex128)
+    result[..., each] = found
+    return np.moveaxis(result, -1, along)
+
+
 def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -> Part:
     """Return the part of the gas; parameters as `gas_harmonics`."""
 
     def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
-        return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor, threads)
+        def of(some: Floats) -> Complexes:
+            return gas_harmonics(some, crank_ratio, offset, row, family, period, factor, threads)
+
+        cycles = len(factor) if isinstance(factor, tuple) else 1
+        periods = np.asarray(nu) * cycles * period / (2.0 * np.pi)
+        there = np.abs(periods - np.rint(periods)) < WHOLE
+        return of(nu) if there.all() else _where(there, nu, of)
 
     return Part(single, lambda m: m.radius_factor)
 

@@ -222,7 +222,7 @@ def _friction_of_one(
             of_these = [row[here, None] for row in distinct]
             found[:, here] = mean_parts(
                 lambda angle: parts(angle, member, of_these),  # noqa: B023
-                gas.family.period,
+                gas.family.period * member.cycles,
             )
         return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
 

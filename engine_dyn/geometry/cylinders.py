@@ -75,6 +75,11 @@ class Member(NamedTuple):
     mass_factor: float
     radius_factor: float = 1.0
 
+    @property
+    def cycles(self) -> int:
+        """Cycles after which its pressure repeats."""
+        return len(self.pressure_factor) if isinstance(self.pressure_factor, tuple) else 1
+
     def own(self, crank_ratio: Any, offset: Any) -> OwnCrank:
         """Crank ratio and offset over the cylinder's own crank radius, from those of the engine.
 

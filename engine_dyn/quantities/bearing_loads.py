@@ -48,7 +48,7 @@ _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
 _UNBALANCE = ("journal_rod_mass", "journal_throw_mass")
 _LOADED = (
     "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
-    "double_radius", "reciprocating_mass", "speed", "period",
+    "double_radius", "reciprocating_mass", "speed", "period", "curve_period",
 )  # fmt: skip
 
 
@@ -121,7 +121,7 @@ def _load_nodes(
     def found(threads: int | None = 1, **needs: Any) -> Any:
         return bearings.extremes(
             load, needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-            factors(needs), *_engines(needs), needs["period"], needs.get("main_bearing", 1),
+            factors(needs), *_engines(needs), needs["curve_period"], needs.get("main_bearing", 1),
             threads,
         )  # fmt: skip
 
@@ -192,7 +192,7 @@ _OF_ALL = "all_main_journals_extremes"
 def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
     return bearings.of_all_journals(
         needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-        _journal_factors(needs), *_engines(needs), needs["period"], threads,
+        _journal_factors(needs), *_engines(needs), needs["curve_period"], threads,
     )  # fmt: skip
 
 

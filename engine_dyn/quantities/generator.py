@@ -93,9 +93,9 @@ def _electrical(of: Node) -> Node:
 
 
 def _extreme(which: int) -> Callable[..., Any]:
-    def make(*, angle_deviation: Any, omega: Any, period: float) -> Any:
-        slope = 1.0 - period / time_over_angle.cycle_time(omega, period)[..., None] / omega
-        step = period / np.shape(omega)[-1]
+    def make(*, angle_deviation: Any, omega: Any, curve_period: float) -> Any:
+        turn = time_over_angle.cycle_time(omega, curve_period)[..., None]
+        slope, step = 1.0 - curve_period / turn / omega, curve_period / np.shape(omega)[-1]
         return time_over_angle.extremes(angle_deviation, slope, step)[which]
 
     return make
@@ -118,12 +118,13 @@ def _deviation(ending: str, symbol: str, text: str, needs: tuple[str, ...],
                 make=make, si=DEGREE, **more)  # fmt: skip
 
 
-_OF_DEVIATION = ("angle_deviation", "omega", "period")
+_OF_DEVIATION = ("angle_deviation", "omega", "curve_period")
 
 _DEVIATIONS = (
     _deviation(
-        "", r"\theta", f"{_TEXT}, positive where it is ahead", ("omega", "period"),
-        lambda omega, period: time_over_angle.angle_deviation(omega, period), kind="curve",
+        "", r"\theta", f"{_TEXT}, positive where it is ahead", ("omega", "curve_period"),
+        lambda omega, curve_period: time_over_angle.angle_deviation(omega, curve_period),
+        kind="curve",
     ),
     _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme(1),
                removes=("crank_angle",)),
@@ -161,7 +162,9 @@ def _grid_curve(of: str) -> Callable[..., Any]:
 
 
 def _half_range(of: str) -> Callable[..., Any]:
-    return lambda *, order, period, **needs: grid.half_range(needs[of], np.ravel(order), period)
+    return lambda *, order, curve_period, **needs: grid.half_range(
+        needs[of], np.ravel(order), curve_period
+    )
 
 
 def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: str) -> list[Node]:
@@ -174,7 +177,8 @@ def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: s
         Node(f"{what}_order", of_orders, unit, amplitude, SWING,
              needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),
         Node(f"{what}_half_range", rf"\hat{{{symbol}}}", unit,
-             f"{text}, half of its range over the cycle", SWING, needs=(of, "order", "period"),
+             f"{text}, half of its range over the cycle", SWING,
+             needs=(of, "order", "curve_period"),
              removes=("order",), si=si, make=_half_range(of), width=OF_SUM),
     ]  # fmt: skip
 
@@ -271,9 +275,19 @@ _GRID = (
 
 
 def _duration(begin: float, end: float) -> Callable[..., Any]:
-    return lambda omega, crank_angle, period: time_over_angle.duration(
-        omega, np.ravel(crank_angle)[0], begin, end, period
+    return lambda omega, crank_angle, curve_period: time_over_angle.duration(
+        omega, np.ravel(crank_angle)[0], begin, end, curve_period
     )
+
+
+def _interval(
+    *, omega: Any, crank_angle: Any, period: float, curve_period: float, interval_begin: Any,
+    interval_end: Any,
+) -> Any:  # fmt: skip
+    # The end is the next one within a cycle, however long the curve is.
+    end = interval_begin + period - np.mod(interval_begin - interval_end, period)
+    first = np.ravel(crank_angle)[0]
+    return time_over_angle.duration(omega, first, interval_begin, end, curve_period)
 
 
 _TIME: dict[str, Any] = {"removes": ("crank_angle",)}
@@ -295,7 +309,8 @@ _DURATIONS = (
         Node(
             f"{stroke}_duration", f"t_{{{stroke}}}", "s",
             f"duration of the {stroke} of cylinder 1, crank angle {begin / DEGREE:.0f} to "
-            f"{end / DEGREE:.0f} degree", DEVIATION, needs=("omega", "crank_angle", "period"),
+            f"{end / DEGREE:.0f} degree", DEVIATION,
+            needs=("omega", "crank_angle", "curve_period"),
             make=_duration(begin, end), **_TIME,
         )
         for stroke, (begin, end) in _STROKES.items()
@@ -303,11 +318,8 @@ _DURATIONS = (
     Node(
         "interval_duration", "t_{ab}", "s",
         "duration from interval_begin to interval_end", DEVIATION,
-        needs=("omega", "crank_angle", "period", *INTERVAL),
-        make=lambda omega, crank_angle, period, interval_begin, interval_end:
-        time_over_angle.duration(
-            omega, np.ravel(crank_angle)[0], interval_begin, interval_end, period
-        ), **_TIME,
+        needs=("omega", "crank_angle", "period", "curve_period", *INTERVAL), make=_interval,
+        **_TIME,
     ),
 )  # fmt: skip
 

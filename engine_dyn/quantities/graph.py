@@ -96,6 +96,7 @@ _CONSTANTS = tuple(
         ("family", "indicator diagrams over load"),
         ("cycle", "which of the scene's modelled cycles"),
         ("period", "angle of one cycle"),
+        ("curve_period", "angle after which curves repeat: of several cycles by load or pattern"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),

@@ -97,10 +97,12 @@ _ALONG_SHAFT = (
 """What the torque along the shaft needs that broadcasts, friction over the stroke aside."""
 
 
-def _shaft_extremes(*, family: Any, cylinders_by_count: Any, period: Any, **needs: Any) -> Any:
+def _shaft_extremes(
+    *, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any
+) -> Any:
     friction = stroke_friction(needs)
     numbers = {**needs, **{f"friction_{i}": level for i, level in enumerate(friction)}}
-    return shaft_torque.shaft_torque_extremes(numbers, family, cylinders_by_count, period)
+    return shaft_torque.shaft_torque_extremes(numbers, family, cylinders_by_count, curve_period)
 
 
 NODES: tuple[Node, ...] = (
@@ -239,7 +241,7 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "shaft_torque_extremes", "N m", "extremes of the torque along the shaft",
-        (*_ALONG_SHAFT, *FRICTION_NAMES, "family", "cylinders_by_count", "period"),
+        (*_ALONG_SHAFT, *FRICTION_NAMES, "family", "cylinders_by_count", "curve_period"),
         _shaft_extremes, throws=True, width=shaft_torque.EXTREMES.itemsize,
     ),
     Node(

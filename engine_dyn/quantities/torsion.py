@@ -205,7 +205,7 @@ _RESULTS = {
 
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, period: float,
+    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, curve_period: float,
     throw_gas_sum: Any, throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any,
     crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
@@ -235,7 +235,7 @@ def _respond(
         system, np.ravel(order), speed, shaft.throws,
         [np.asarray(part)[..., :throws, :] for part in harmonics], factors,
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
-        twist=pairs, speed_of=(shaft.flywheel,), period=period, threads=threads,
+        twist=pairs, speed_of=(shaft.flywheel,), period=curve_period, threads=threads,
         progress=progress,
     )  # fmt: skip
 
@@ -515,7 +515,7 @@ NODES: tuple[Node, ...] = (
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
         of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=OF_RESPONSE,
-        needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "period",
+        needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "curve_period",
                "throw_gas_sum", "throw_speed_sum", "throw_inertia_sum", "pressure_scale",
                "crankcase_pressure", "bore", "reciprocating_mass", "double_radius"),
     ),

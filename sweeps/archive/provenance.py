@@ -25,7 +25,7 @@ import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash
 from sweeps.catalogue import PACKAGE
-from sweeps.dimensions import ARRANGEMENT, ENGINE
+from sweeps.dimensions import LABELS
 from sweeps.errors import counted, one_line, printable
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
             for name, values in (
                 *scene.axes.items(),
                 *scene.designs.items(),
-                *((key, scene.labels[key]) for key in (ENGINE, ARRANGEMENT) if key in scene.labels),
+                *((key, scene.labels[key]) for key in LABELS[1:] if key in scene.labels),
             )
         },
         "files": {name: sha256(data) for name, data in _by_name(scene).items()},

@@ -15,7 +15,7 @@ from typing import Any
 import click
 
 from sweeps.cli.completing import complete_quantities
-from sweeps.dimensions import ARRANGEMENT, ENGINE
+from sweeps.dimensions import LABELS
 from sweeps.errors import SceneError, one_line, plain_number
 from sweeps.ratios import number_or_ratio
 
@@ -190,7 +190,7 @@ def new_points(text: str) -> tuple[str, list[float]]:
         found = [number_or_ratio(value) for value in values.split(",")]
     except ValueError:
         found = []
-    if name.strip() in (ENGINE, ARRANGEMENT):
+    if name.strip() in LABELS[1:]:
         raise SceneError(
             f"--axis {name.strip()}: {name.strip()} cannot be added to an archive; run a scene "
             "with all of them"

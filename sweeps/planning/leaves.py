@@ -29,6 +29,7 @@ from engine_dyn.quantities.graph import (
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.quantities.torsion import MODES
 from engine_dyn.types import Booleans, Floats, Integers
+from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
@@ -51,7 +52,8 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     counts = np.unique(scene.known["cylinders"].data)
     shaft = scene.engine.shaft
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
-    lowest = math.tau / scene.engine.period
+    repeats = scene.engine.period * scene.cycles
+    lowest = math.tau / repeats
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
@@ -63,8 +65,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(
-            scene.engine.period * cycles_of(scene.driven.over_angle, scene.engine.period),
-            scene.angle_step,
+            repeats * cycles_of(scene.driven.over_angle, scene.engine.period), scene.angle_step
         ),
     }
 
@@ -109,6 +110,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     constants = {
         "family": family,
         "period": engine.period,
+        "curve_period": points["crank_angle"].size * scene.angle_step * DEGREE,
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
@@ -206,19 +208,25 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     Where sets differ only in the number of cylinders, that is their number.
     """
     count, misfire = leaves["cylinders"], leaves["misfire"]
-    arrangements, keys = scene.arrangements, scene.cylinder_keys
-    if not (arrangements or keys or np.any(misfire.data)):
+    arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
+    if not (arrangements or keys or np.any(misfire.data) or patterns):
         counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
         return count, {n: cylinders_of_count(scene, n) for n in counts}
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
+    fires = Value(np.zeros(()))
+    if patterns:
+        fires = Value(patterns.which.astype(float), patterns.dims)
     of_keys = [leaves[key] for key in keys]
-    dims, distinct, number = _combinations(scene, [count, which, misfire, *of_keys])
+    dims, distinct, number = _combinations(scene, [count, which, misfire, fires, *of_keys])
     sets = {}
-    for i, (cylinders, place, silent, *values) in enumerate(distinct.tolist()):
+    for i, (cylinders, place, silent, pattern, *values) in enumerate(distinct.tolist()):
         engine = cylinders_of_count(scene, int(cylinders))
         engine = arrangements[int(place)] if arrangements else engine
         engine = with_values(engine, dict(zip(keys, values, strict=True)))
-        sets[FIRST_SET + i] = engine.without(int(silent))
+        engine = engine.without(int(silent))
+        if patterns:
+            engine = engine.with_pattern(patterns.each[int(pattern)].of(engine.count))
+        sets[FIRST_SET + i] = engine
     return Value(FIRST_SET + number, dims), sets

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS
 from engine_dyn.quantities.sources import SOURCES
+from sweeps.dimensions import FIRING_PATTERN
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, key_line
 from sweeps.presenting.quantity_search import found_quantities
 from sweeps.presenting.word_search import found_lines
@@ -17,6 +18,7 @@ from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue
 from sweeps.reading.shaft_tables import built_in_shafts
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.reading import built_in_scenes
 
 __all__ = ["LISTS", "list_lines", "quantity_lines", "symbol_text"]
@@ -68,7 +70,8 @@ def quantity_lines(words: str = "") -> list[str]:
 def _keys() -> Lines:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
     keys = [(key, key_line(node)) for key, node in nodes.items()]
-    return [*keys, *CYLINDER_KEYS.items(), *TORQUE_TABLE_KEYS.items()]
+    patterns = [(FIRING_PATTERN, PATTERN)]
+    return [*keys, *CYLINDER_KEYS.items(), *patterns, *TORQUE_TABLE_KEYS.items()]
 
 
 def _classes() -> Lines:

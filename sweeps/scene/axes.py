@@ -12,11 +12,12 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
 from sweeps.checks import check_range, check_structure, is_ratio, known_key, number, numbers
-from sweeps.dimensions import ARRANGEMENT, INERTIA_MODEL, METHOD
+from sweeps.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, shown
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.firing_patterns import FiringPattern, read_pattern_axis
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 
 __all__ = ["read_axes", "read_settings"]
@@ -35,7 +36,7 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     for key, item in raw.items():
-        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS:
+        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS or key == FIRING_PATTERN:
             continue
         node = _parameter(key, "set", name)
         where = f"{name}: [set] {key}"
@@ -46,15 +47,22 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
 
 def read_axes(
     raw: Mapping[str, Any], keys: CylinderKeys, name: str
-) -> tuple[dict[str, Floats | tuple[str, ...]], tuple[str | ArrangementTable, ...]]:
+) -> tuple[
+    dict[str, Floats | tuple[str, ...]],
+    tuple[str | ArrangementTable, ...],
+    tuple[FiringPattern, ...],
+]:
     """Read [axes]; `keys` are those of [set] that an axis of arrangements excludes.
 
     Returns
     -------
     axes : dict
-        Values of every axis in the order of the file: numbers, or names of arrangements.
+        Values of every axis in the order of the file: numbers, or names of arrangements or firing
+        patterns.
     arrangements : tuple
         Texts and tables of [axes] arrangement; empty without it.
+    patterns : tuple of FiringPattern
+        Those of [axes] firing_pattern; empty without it.
 
     Raises
     ------
@@ -63,10 +71,14 @@ def read_axes(
     """
     axes: dict[str, Floats | tuple[str, ...]] = {}
     arrangements: tuple[str | ArrangementTable, ...] = ()
+    patterns: tuple[FiringPattern, ...] = ()
     for key, item in raw.items():
         if key == ARRANGEMENT:
             arrangements = read_arrangement_axis(item, keys, name)
             axes[key] = tuple(name_of(one) for one in arrangements)
+        elif key == FIRING_PATTERN:
+            patterns = read_pattern_axis(item, f"{name}: [axes] {key}")
+            axes[key] = tuple(one.name for one in patterns)
         else:
             axes[key] = _axis(key, item, name)
         total = sum(len(values) for values in axes.values())
@@ -75,7 +87,7 @@ def read_axes(
                 f"{name}: [axes] {key}: {total} values together with the previous axes; must be "
                 f"at most {MOST_VALUES} together"
             )
-    return axes, arrangements
+    return axes, arrangements, patterns
 
 
 def _parameter(key: str, table: str, name: str) -> Node:

@@ -8,7 +8,7 @@ from typing import Any
 
 from engine_dyn.types import Floats
 from sweeps.checks import check_range, known_key, numbers
-from sweeps.dimensions import ARRANGEMENT, ENGINE, LABELS
+from sweeps.dimensions import LABELS
 from sweeps.errors import SceneError, counted, one_line, shown
 from sweeps.reading.design_files import read_designs
 from sweeps.reading.referred_files import referred
@@ -51,7 +51,7 @@ def _labels(raw: Any, where: str) -> tuple[str, ...]:
 
 
 def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
-    if not columns or not any(key in (ENGINE, ARRANGEMENT) or key not in LABELS for key in columns):
+    if not set(columns) - {LABELS[0]}:
         raise SceneError(
             f"{name}: [designs] has no column for a parameter; at least one is needed, such as "
             "inertia = [1.0, 2.0]"

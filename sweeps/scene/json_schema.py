@@ -12,9 +12,10 @@ from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, PARAMETERS,
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import is_ratio
-from sweeps.dimensions import ELASTICITY, LABELS
+from sweeps.dimensions import ELASTICITY, FIRING_PATTERN, LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.silenced_warnings import KNOWN
+from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.schema_parts import (
     DRAFT,
@@ -60,6 +61,7 @@ def scene_schema() -> Schema:
         {
             **{name: reference(name) for name in free},
             **{name: key_of_cylinders(name) for name in CYLINDER_KEYS},
+            FIRING_PATTERN: text_schema(PATTERN),
             **keys_of_torque_tables(),
         }
     )
@@ -69,6 +71,9 @@ def scene_schema() -> Schema:
             "arrangement": {
                 "description": CYLINDER_KEYS["arrangement"],
                 **list_of_different(ONE_ARRANGEMENT),
+            },
+            FIRING_PATTERN: {
+                "description": f"a list, each {PATTERN}", **list_of_different(text_schema(PATTERN))
             },
             "engine": {
                 "description": "a list of engines of the catalogue or paths of engine files",

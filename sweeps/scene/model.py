@@ -26,6 +26,7 @@ from sweeps.errors import counted, one_line
 from sweeps.reading.engine_files import RATIO
 from sweeps.reading.torque_tables import TorqueTables
 from sweeps.scene.driven import driven_machine
+from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
@@ -79,6 +80,8 @@ class Scene(GivenValues):
         engine has as many.
     arrangements : tuple of Cylinders
         Cylinders along the axis `arrangement`; empty without it.
+    firing_patterns : FiringPatterns, optional
+        Which firings happen, in sequence and over several cycles.
     torque_tables : TorqueTables
         Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
@@ -148,6 +151,7 @@ class Scene(GivenValues):
     labels: dict[str, tuple[str, ...]]
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]
+    firing_patterns: FiringPatterns | None
     torque_tables: TorqueTables
     indicator: Diagram | None
     compression_ratio: float | None
@@ -199,7 +203,8 @@ class Scene(GivenValues):
         """Words that select the variants of quantities: see `sweeps.scene.variants`."""
         return variant_words(
             self, closure=self.closure, measured=self.indicator is not None,
-            described=self.described, driven=self.driven, follows=self.characteristic is not None,
+            described=self.described, patterns=self.firing_patterns, driven=self.driven,
+            follows=self.characteristic is not None,
         )  # fmt: skip
 
     @cached_property
@@ -221,6 +226,12 @@ class Scene(GivenValues):
             return found
         of_shaft = [k for k in self.shaft_keys if k.rpartition("_")[0] in found.of_shaft]
         return replace(found, needs=(*found.needs, *of_shaft))
+
+    @cached_property
+    def cycles(self) -> int:
+        """Cycles after which all repeats, because of a firing pattern."""
+        patterns = self.firing_patterns
+        return 1 if patterns is None else patterns.cycles(self.counts)
 
     @property
     def engines(self) -> tuple[Engine, ...]:

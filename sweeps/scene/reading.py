@@ -21,7 +21,7 @@ from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
-from sweeps.dimensions import DESIGN, INERTIA_MODEL, METHOD
+from sweeps.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine, with_shaft
@@ -46,6 +46,7 @@ from sweeps.scene.engine_choices import (
     check_engine_given,
     engine_choices,
 )
+from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
@@ -371,7 +372,7 @@ def _assembled(
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
-    axes, arrangements = read_axes(given.axes, cylinder_keys, name)
+    axes, arrangements, patterns = read_axes(given.axes, cylinder_keys, name)
     solver = read_solver(given.solver, name)
     values = GivenValues(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
@@ -401,6 +402,9 @@ def _assembled(
         measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
         arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),
+        firing_patterns=read_firing_patterns(
+            given.set.get(FIRING_PATTERN), patterns, labels, values.counts, name
+        ),
         torque_tables=torque_tables,
         methods=solver.methods,
         inertia_models=solver.inertia_models,

@@ -15,7 +15,7 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.checks import known_key
-from sweeps.dimensions import ARRANGEMENT, ENGINE
+from sweeps.dimensions import LABELS
 from sweeps.errors import SceneError, counted, shown
 from sweeps.reading.libraries import library
 from sweeps.scene.distributions import Distribution, read_distribution
@@ -48,7 +48,7 @@ MOST_OF_SOBOL = 50
 """Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
 that people draw fill space no better than random numbers do."""
 
-WORDS = (ENGINE, ARRANGEMENT)
+WORDS = LABELS[1:]
 """Parameters whose values are texts: one of several, equally likely."""
 
 _OWN = ("method", "number", "seed")

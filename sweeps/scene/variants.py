@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.cylinders import SEALED, Cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.reading.engine_files import GEOMETRIC
 from sweeps.scene.driven import motor_of_slip
+from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.values import GivenValues
 
@@ -26,7 +27,7 @@ OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_
 
 def variant_words(
     values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
-    driven: DrivenMachine, follows: bool,
+    patterns: FiringPatterns | None, driven: DrivenMachine, follows: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
 
@@ -40,6 +41,8 @@ def variant_words(
         Whether a measured diagram replaces those of the engine.
     described : sequence of Cylinders
         Cylinders that scene or engine say more of than their number.
+    patterns : FiringPatterns, optional
+        Which firings happen.
     driven : DrivenMachine
         What loads and drives the crankshaft.
     follows : bool
@@ -54,7 +57,7 @@ def variant_words(
     return (
         closure,
         "by_pressure" if values.engine.torque is None else "by_torque",
-        *_cylinder_words(values, described),
+        *_cylinder_words(values, described, patterns),
         friction_law(values),
         diagrams,
         "auxiliaries" if values.nonzero("auxiliary_torque") else "bare",
@@ -74,12 +77,16 @@ def variant_words(
     )
 
 
-def _cylinder_words(values: GivenValues, engines: Sequence[Cylinders]) -> tuple[str, ...]:
+def _cylinder_words(
+    values: GivenValues, engines: Sequence[Cylinders], patterns: FiringPatterns | None
+) -> tuple[str, ...]:
     centred = not (values.nonzero("pin_offset") or values.nonzero("crank_offset"))
     varied = {OF_CYLINDER[key].what for key in values.cylinder_keys}
     equal = all(engine.are_equal for engine in engines) and not values.nonzero("misfire")
-    equal = equal and varied <= {"firing_angle"}
+    equal = equal and varied <= {"firing_angle"} and patterns is None
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
+    if patterns is not None and any(SEALED in one.firings for one in patterns.each):
+        throws = False  # the mean work of their cylinders is no mean of their factors
     own_pins = all(engine.own_pins for engine in engines)
     return (
         "centred" if centred else "offset",

@@ -1,0 +1,222 @@
+"""Firing patterns of a scene: which firings happen, in sequence and over several cycles.
+
+A pattern is a text: a letter for each firing, numbers for each firing, or a random scatter. An axis
+has several, a column of designs one for each design.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.geometry.cylinders import LARGEST_FACTOR, MOST_CYCLES, SEALED
+from sweeps.dimensions import DESIGN, FIRING_PATTERN
+from sweeps.errors import SceneError, shown
+from sweeps.scene.representations import named_some
+
+__all__ = [
+    "PATTERN",
+    "FiringPattern",
+    "FiringPatterns",
+    "read_firing_patterns",
+    "read_pattern_axis",
+]
+
+PATTERN = (
+    "a string: a letter for each firing in sequence, 1 (fires), 0 (no combustion) or d (valves "
+    f"shut), such as '110'; or a factor on the combustion pressure from 0 to {LARGEST_FACTOR:g} "
+    "for each, such as '1 0.95 1.02'; or 'deviation 0.03, 32 cycles, seed 1' (random)"
+)
+"""What the key means and what is allowed."""
+
+_LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
+
+_RANDOM = re.compile(
+    r"deviation\s+(?P<deviation>\S+?)\s*,\s*(?P<cycles>\d+)\s+cycles?"
+    r"(?:\s*,\s*seeds?\s+(?P<seed>\d+)(?:\s+to\s+(?P<last>\d+))?)?"
+)
+
+MOST_FIRINGS, MOST_SEEDS = 4096, 1000
+"""Firings of a pattern, and patterns that one text stands for, at most."""
+
+
+@dataclass(frozen=True)
+class FiringPattern:
+    """One pattern.
+
+    Attributes
+    ----------
+    name : str
+        Its text.
+    firings : tuple of float
+        Factor on the pressure of each firing; of a random one empty.
+    deviation : float
+        Standard deviation of a random factor, around 1; independent from firing to firing.
+    cycles : int
+        Of a random one, after which it repeats.
+    seed : int
+        Of its random numbers.
+    """
+
+    name: str
+    firings: tuple[float, ...] = ()
+    deviation: float = 0.0
+    cycles: int = 1
+    seed: int = 0
+
+    def of(self, cylinders: int) -> tuple[float, ...]:
+        """Factors for an engine with so many cylinders."""
+        if self.firings:
+            return self.firings
+        draw = np.random.default_rng(self.seed).normal(1.0, self.deviation, self.cycles * cylinders)
+        return tuple(np.clip(draw, 0.0, LARGEST_FACTOR).tolist())
+
+    def cycles_of(self, cylinders: int) -> int:
+        """Cycles after which it repeats."""
+        if not self.firings:
+            return self.cycles
+        return len(self.firings) // math.gcd(len(self.firings), cylinders)
+
+
+@dataclass(frozen=True)
+class FiringPatterns:
+    """Patterns of a scene, and which of them each design has.
+
+    Attributes
+    ----------
+    each : tuple of FiringPattern
+        Different ones.
+    dims : tuple of str
+        What they vary over: nothing, their axis or the designs.
+    which : ndarray of int
+        Place of the pattern among `each`, over `dims`.
+    """
+
+    each: tuple[FiringPattern, ...]
+    dims: tuple[str, ...]
+    which: npt.NDArray[np.int64]
+
+    def cycles(self, counts: Sequence[int]) -> int:
+        """Cycles after which all of them repeat, for engines with these numbers of cylinders."""
+        return math.lcm(*(one.cycles_of(count) for one in self.each for count in counts))
+
+
+def read_pattern_axis(raw: object, where: str) -> tuple[FiringPattern, ...]:
+    """Read [axes] firing_pattern: a list of texts; a range of seeds stands for one pattern each.
+
+    Raises
+    ------
+    SceneError
+        For anything else, and for duplicates.
+    """
+    if not isinstance(raw, list) or not raw:
+        raise SceneError(f"{where} = {shown(raw)}: must be a list, each {PATTERN}")
+    found = [
+        one for place, item in enumerate(raw, start=1) for one in _read(item, f"{where} {place}")
+    ]
+    seen: set[str] = set()
+    for one in found:
+        if one.name in seen:
+            raise SceneError(f"{where}: duplicate {shown(one.name)}; patterns must be unique")
+        seen.add(one.name)
+    return tuple(found)
+
+
+def read_firing_patterns(
+    single: object, axis: tuple[FiringPattern, ...], labels: Mapping[str, Sequence[str]],
+    counts: Sequence[int], name: str,
+) -> FiringPatterns | None:  # fmt: skip
+    """Firing patterns of a scene: of [set], of [axes] or of [designs]; None without one.
+
+    Raises
+    ------
+    SceneError
+        For texts that are no pattern, patterns in two tables, and those that repeat together after
+        too many cycles.
+    """
+    texts = labels.get(FIRING_PATTERN)
+    places = {"[set]": single is not None, "[axes]": bool(axis), "[designs]": texts is not None}
+    given = [place for place, is_there in places.items() if is_there]
+    if not given:
+        return None
+    where = f"{name}: {given[0]} {FIRING_PATTERN}"
+    if len(given) > 1:
+        raise SceneError(f"{name}: {FIRING_PATTERN}: given in {' and '.join(given)}; give it once")
+    if single is not None:
+        found = FiringPatterns((_one(single, where),), (), np.zeros((), dtype=np.int64))
+    elif axis:
+        found = FiringPatterns(axis, (FIRING_PATTERN,), np.arange(len(axis)))
+    else:
+        assert texts is not None
+        different, which = np.unique(np.array(texts), return_inverse=True)
+        each = tuple(_one(text, where) for text in different.tolist())
+        found = FiringPatterns(each, (DESIGN,), which.reshape(-1))
+    cycles = found.cycles(counts)
+    if cycles > MOST_CYCLES:
+        together = f"{len(found.each)} patterns together repeat" if found.dims else "repeats"
+        names = "" if len(found.each) == 1 else f" ({named_some([p.name for p in found.each])})"
+        raise SceneError(
+            f"{where}: {together} after {cycles} cycles{names}; must be at most {MOST_CYCLES}"
+        )
+    return found
+
+
+def _one(raw: object, where: str) -> FiringPattern:
+    found = _read(raw, where)
+    if len(found) > 1:
+        raise SceneError(f"{where} = {shown(raw)}: several seeds are for [axes]; must have one")
+    return found[0]
+
+
+def _read(raw: object, where: str) -> list[FiringPattern]:
+    """Patterns that a text stands for: one, or one for each of its seeds."""
+    if not isinstance(raw, str) or not raw.strip():
+        raise SceneError(f"{where} = {shown(raw)}: must be {PATTERN}")
+    text = " ".join(raw.split())
+    random = _RANDOM.fullmatch(text)
+    if random is not None:
+        return _random(random, text, where)
+    parts = text.split() if " " in text or "." in text else list(text)
+    if len(parts) > MOST_FIRINGS:
+        raise SceneError(f"{where}: {len(parts)} firings; must be at most {MOST_FIRINGS}")
+    firings = tuple(_factor(part, text, where) for part in parts)
+    return [FiringPattern(text, firings)]
+
+
+def _factor(part: str, text: str, where: str) -> float:
+    if part in _LETTERS:
+        return _LETTERS[part]
+    try:
+        value = float(part)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value <= LARGEST_FACTOR:
+        raise SceneError(f"{where} = {shown(text)}: {shown(part)}; must be {PATTERN}")
+    return value
+
+
+def _random(found: re.Match[str], text: str, where: str) -> list[FiringPattern]:
+    try:
+        deviation = float(found["deviation"])
+    except ValueError:
+        deviation = math.nan
+    cycles, first = int(found["cycles"]), int(found["seed"] or 1)
+    last = int(found["last"] or first)
+    for wrong, what, allowed in (
+        (not 0.0 < deviation <= 0.5, "deviation", "above 0 and at most 0.5"),
+        (not 2 <= cycles <= MOST_CYCLES, "cycles", f"from 2 to {MOST_CYCLES}"),
+        (not first <= last < first + MOST_SEEDS, "seeds", f"rising, and at most {MOST_SEEDS}"),
+        (last >= 1 << 32, "seeds", "below 4294967296"),
+    ):
+        if wrong:
+            raise SceneError(f"{where} = {shown(text)}: {what} must be {allowed}")
+    return [
+        FiringPattern(f"deviation {deviation:g}, {cycles} cycles, seed {seed}", (), deviation,
+                      cycles, seed)
+        for seed in range(first, last + 1)
+    ]  # fmt: skip
