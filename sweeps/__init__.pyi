@@ -2,6 +2,7 @@ from .archive.netcdf import open_archive as open_archive
 from .errors import SceneError as SceneError
 from .exploring.export import export as export
 from .exploring.firing_orders import firing_orders as firing_orders
+from .exploring.firing_patterns import firing_patterns as firing_patterns
 from .exploring.opening import open as open
 from .exploring.samples import sample as sample
 from .exploring.search import best as best

@@ -24,6 +24,7 @@ __all__ = [
     "METHOD",
     "NOT_CHOSEN",
     "OF_ORDERS",
+    "OF_PATTERNS",
     "PARAMETER",
     "PUBLISHED",
     "RESTART",
@@ -80,6 +81,9 @@ variance that is linear, and the shares of the parameters, over `UNCERTAIN`."""
 OF_ORDERS = "firing_orders"
 """Attribute of archives of all firing orders of an engine: how they were chosen, and how many there
 are, as JSON."""
+
+OF_PATTERNS = "firing_patterns"
+"""Attribute of archives of firing patterns of a density: how they were ranked, as JSON."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""

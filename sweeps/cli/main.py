@@ -21,7 +21,7 @@ from sweeps.cli.laboratory import import_
 from sweeps.cli.looking import compare, export, info, plot, show
 from sweeps.cli.measuring import cylinders, measured, train
 from sweeps.cli.namesake import replaced, replacing
-from sweeps.cli.ordering import firing_orders
+from sweeps.cli.ordering import firing_orders, firing_patterns
 from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best, optimise, sensitivities
@@ -88,7 +88,7 @@ def main() -> None:
 
 for command in (
     run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, show,
-    best, optimise, sensitivities, firing_orders, compare, export, info, plot, report, plan, list_,
-    schema, new,
+    best, optimise, sensitivities, firing_orders, firing_patterns, compare, export, info, plot,
+    report, plan, list_, schema, new,
 ):  # fmt: skip
     main.add_command(command)

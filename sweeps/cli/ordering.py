@@ -1,4 +1,4 @@
-"""The command that ranks the firing orders of an engine."""
+"""The commands that rank the firing orders and the firing patterns of an engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,17 @@ from sweeps.cli.exits import announce_compiling, guarded, say, terminal_width, w
 from sweeps.cli.files import check_output, write_archive
 from sweeps.errors import SceneError, one_line, plain_number
 
-__all__ = ["firing_orders"]
+__all__ = ["firing_orders", "firing_patterns"]
+
+
+settings_option = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Value that replaces the engine's or the scene's, such as cylinder_spacing=0.15. Several "
+    "separated by commas, or given several times.",
+)
 
 
 @click.command("firing-orders")
@@ -29,14 +39,7 @@ __all__ = ["firing_orders"]
     metavar="TEXT",
     help="Another arrangement of the cylinders, such as 'in-line 6' or 'V8 cross-plane'.",
 )
-@click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Value that replaces the engine's or the scene's, such as cylinder_spacing=0.15. Several "
-    "separated by commas, or given several times.",
-)
+@settings_option
 @click.option(
     "--crank",
     default="either-hand",
@@ -84,7 +87,7 @@ def firing_orders(
 
     from engine_dyn import ImplausibleWarning
 
-    given = dict(_setting(part) for text in settings for part in text.split(","))
+    given = _settings(settings)
     if output is not None:
         check_output(output, overwrite, Path(what))
     announce_compiling(quiet)
@@ -101,6 +104,100 @@ def firing_orders(
     if not quiet:
         warn(found.attrs["warnings"].splitlines())
         say(orders_text(found, limit, units, terminal_width()))
+
+
+@click.command("firing-patterns")
+@click.argument("what", shell_complete=complete_engine_or_scene)
+@click.option(
+    "--density",
+    required=True,
+    metavar="SHARE",
+    help="Share of the firings that happen, such as 2/3 or 0.75.",
+)
+@click.option(
+    "--longest",
+    type=int,
+    default=12,
+    show_default=True,
+    metavar="FIRINGS",
+    help="Firings after which patterns repeat, at most.",
+)
+@click.option(
+    "--by",
+    default="delta",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=complete_quantities,
+    help="Quantity to rank by, smallest first.",
+)
+@click.option(
+    "--order",
+    type=float,
+    metavar="ORDER",
+    help="With a quantity over orders, such as torque_order: the order that counts.",
+)
+@click.option(
+    "--valves-shut",
+    is_flag=True,
+    help="Cylinders that do not fire have their valves shut; otherwise they are motored.",
+)
+@click.option(
+    "--any-torque",
+    is_flag=True,
+    help="Leave the pressure as it is; otherwise cylinders that fire have so much more that the "
+    "mean torque is that of all firings.",
+)
+@settings_option
+@click.option(
+    "-o", "--output", type=PATH, help="Also write all firing patterns to an archive, FILE.nc."
+)
+@click.option(
+    "--limit",
+    type=click.IntRange(min=1),
+    default=20,
+    show_default=True,
+    help="Largest number of patterns to print.",
+)
+@units_option()
+@threads_option
+@overwrite_option()
+@quiet_option
+@guarded
+def firing_patterns(
+    what: str, density: str, longest: int, by: str, order: float | None, valves_shut: bool,
+    any_torque: bool, settings: tuple[str, ...], output: Path | None, limit: int,
+    units: str | None, threads: int | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip  # one parameter for each option
+    """Compute WHAT, an engine or a scene, with all firing patterns of a density, and rank them.
+
+    Example, two of three firings of a four-cylinder engine: `engine-dyn firing-patterns ntua --set
+    cylinders=4,load=50 --density 2/3`.
+    """
+    import warnings
+
+    from engine_dyn import ImplausibleWarning
+
+    given = _settings(settings)
+    if output is not None:
+        check_output(output, overwrite, Path(what))
+    announce_compiling(quiet)
+    from sweeps.exploring.firing_patterns import firing_patterns as ranked
+    from sweeps.presenting.firing_patterns import patterns_text
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImplausibleWarning)  # told below, one line each
+        found = ranked(
+            what, density, longest=longest, by=by, order=order, valves_shut=valves_shut,
+            keep_torque=not any_torque, settings=given, threads=threads, progress=not quiet,
+        )  # fmt: skip
+    write_archive(found, output, overwrite)
+    if not quiet:
+        warn(found.attrs["warnings"].splitlines())
+        say(patterns_text(found, limit, units, terminal_width()))
+
+
+def _settings(texts: tuple[str, ...]) -> dict[str, float]:
+    return dict(_setting(part) for text in texts for part in text.split(","))
 
 
 def _setting(text: str) -> tuple[str, float]:

@@ -37,7 +37,14 @@ from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CRITERIA", "MOST", "compared_criteria", "firing_orders", "worst_of_orders"]
+__all__ = [
+    "CRITERIA",
+    "MOST",
+    "compared_criteria",
+    "firing_orders",
+    "given_scene",
+    "worst_of_orders",
+]
 
 MOST = 1000
 """Firing orders that are computed at most."""
@@ -127,7 +134,7 @@ def firing_orders(
 
     if crank not in CRANKS:
         raise SceneError(f"crank = {shown(crank)}: must be one of {', '.join(CRANKS)}")
-    given, name = _given(engine)
+    given, name = given_scene(engine, list(CRITERIA)[:1])
     if settings is not None and not isinstance(settings, Mapping):
         raise SceneError(f"settings = {shown(settings)}: must be a dict of keys of [set]")
     asked = _asked(by)
@@ -166,11 +173,19 @@ def firing_orders(
 # --- what is asked -------------------------------------------------------------------------------
 
 
-def _given(scene: str | Path | Mapping[str, Any]) -> tuple[Any, str]:
-    """A scene as `read_scene` takes it, and what messages call it; of an engine one about it."""
+def given_scene(scene: str | Path | Mapping[str, Any], asked: Sequence[str]) -> tuple[Any, str]:
+    """A scene as `read_scene` takes it, and what messages call it.
+
+    Of an engine, and of tables that ask for nothing, it asks for these quantities.
+
+    Raises
+    ------
+    SceneError
+        For what is neither an engine nor a scene.
+    """
     if isinstance(scene, Mapping):
         made = dict(scene)
-        made.setdefault("output", {"quantities": list(CRITERIA)[:1]})
+        made.setdefault("output", {"quantities": list(asked)})
         return made, "scene"
     text = str(scene)
     toml = text.endswith(".toml")
@@ -178,7 +193,7 @@ def _given(scene: str | Path | Mapping[str, Any]) -> tuple[Any, str]:
     if (toml and is_scene(Path(text))) or (built_in and text in built_in_scenes()):
         return scene, text
     if toml or text in catalogue():
-        return {"engine": text, "output": {"quantities": list(CRITERIA)[:1]}}, text
+        return {"engine": text, "output": {"quantities": list(asked)}}, text
     known = [*catalogue(), *built_in_scenes()]
     raise SceneError(
         f"{shown(text, 300)}: neither an engine nor a scene, and no such file"

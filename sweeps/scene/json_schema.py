@@ -73,7 +73,8 @@ def scene_schema() -> Schema:
                 **list_of_different(ONE_ARRANGEMENT),
             },
             FIRING_PATTERN: {
-                "description": f"a list, each {PATTERN}", **list_of_different(text_schema(PATTERN))
+                "description": f"a list, each {PATTERN}",
+                **list_of_different(text_schema(PATTERN)),
             },
             "engine": {
                 "description": "a list of engines of the catalogue or paths of engine files",
