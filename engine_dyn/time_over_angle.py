@@ -19,6 +19,7 @@ from engine_dyn.types import Complexes, Floats
 
 __all__ = [
     "angle_deviation",
+    "cycle_ranges",
     "cycle_time",
     "deviation_harmonics",
     "duration",
@@ -103,11 +104,25 @@ def extremes(curve: Any, slope: Any, step: float) -> tuple[Floats, Floats]:
     step : float
         [rad].
     """
-    return -_largest(-np.asarray(curve), -np.asarray(slope), step), _largest(curve, slope, step)
+    low, high = -_tops(-np.asarray(curve), -np.asarray(slope), step), _tops(curve, slope, step)
+    return low.min(axis=-1), high.max(axis=-1)
 
 
-def _largest(curve: Any, slope: Any, step: float) -> Floats:
-    """The largest value: at x = a/(sqrt(b^2 - 3 a c) - b) of a x + b x^2 + c x^3, 0 < x < 1."""
+def cycle_ranges(curve: Any, slope: Any, step: float, cycles: int) -> Floats:
+    """Range of a curve within each of the cycles of its period, shape (..., cycles).
+
+    Parameters as of `extremes`; each cycle has equally many points.
+    """
+    shape = *np.shape(curve)[:-1], cycles, -1
+    low, high = -_tops(-np.asarray(curve), -np.asarray(slope), step), _tops(curve, slope, step)
+    return np.asarray(high.reshape(shape).max(axis=-1) - low.reshape(shape).min(axis=-1))
+
+
+def _tops(curve: Any, slope: Any, step: float) -> Floats:
+    """The largest value from each point to the next.
+
+    At x = a/(sqrt(b^2 - 3 a c) - b) of a x + b x^2 + c x^3, 0 < x < 1.
+    """
     values, first = np.asarray(curve), step * np.asarray(slope)
     last = np.roll(first, -1, axis=-1)
     change = np.roll(values, -1, axis=-1) - values
@@ -115,8 +130,7 @@ def _largest(curve: Any, slope: Any, step: float) -> Floats:
     inside = (first > 0.0) & (last < 0.0)
     root = np.sqrt(np.where(inside, square**2 - 3.0 * first * cube, 1.0))
     place = np.where(inside, first / np.where(inside, root - square, 1.0), 0.0)
-    tops = values + place * (first + place * (square + place * cube))
-    return np.asarray(np.max(tops, axis=-1))
+    return np.asarray(values + place * (first + place * (square + place * cube)))
 
 
 def deviation_harmonics(deviation: Any, speed: Any, angle: Any, orders: Floats) -> Complexes:

@@ -138,6 +138,7 @@ _DIMENSIONS = (
         "crossing", "", "1", "crossing of torque and load, counted along the crank angle",
         whole=True,
     ),
+    Dimension("firing_cycle", "", "1", "cycle of a firing pattern, counted from 1", whole=True),
     Dimension(
         "direction", r"\vartheta", "degree",
         "direction perpendicular to the shaft, 0 along cylinder 1, positive in the sense of "

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn import time_over_angle
+from engine_dyn.geometry.cylinders import MOST_CYCLES, even_cylinders
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import flat_family
 from engine_dyn.quantities.loads import OF_ANGLE
@@ -29,6 +30,14 @@ _KERNEL_NAMES = {
     **NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"
 }  # fmt: skip
 """Names of nodes in the kernels' front. Of a load over angle, the mean is part of the offset."""
+
+
+def _cycle_delta(
+    *, omega: Any, angular_acceleration: Any, omega_mean: Any, period: float, curve_period: float
+) -> Any:
+    slope, cycles = angular_acceleration / omega, round(curve_period / period)
+    step = curve_period / np.shape(omega)[-1]
+    return time_over_angle.cycle_ranges(omega, slope, step, cycles) / omega_mean
 
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
@@ -227,6 +236,13 @@ NODES: tuple[Node, ...] = (
     _result(
         AT_START, r"\omega(\varphi_1)", "rad s-1",
         "crank speed at the start angle, in the cycle that omega shows", "Kakaitsas section 5.4",
+    ),
+    Node(
+        "cycle_delta", r"\delta_i", "1",
+        "range of the speed within each cycle over its mean over all of them",
+        "cyclic irregularity, of single cycles", kind="value", adds=("firing_cycle",),
+        removes=("crank_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
+        needs=("omega", "angular_acceleration", "omega_mean", "period", "curve_period"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
     _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),

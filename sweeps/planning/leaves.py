@@ -52,8 +52,9 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     counts = np.unique(scene.known["cylinders"].data)
     shaft = scene.engine.shaft
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
-    repeats = scene.engine.period * scene.cycles
-    lowest = math.tau / repeats
+    period = scene.engine.period
+    lowest = math.tau / (period * scene.cycles)
+    cycles = scene.cycles * cycles_of(scene.driven.over_angle, period)
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
@@ -63,10 +64,9 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
+        "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
-        "crank_angle": _crank_angles(
-            repeats * cycles_of(scene.driven.over_angle, scene.engine.period), scene.angle_step
-        ),
+        "crank_angle": _crank_angles(period, cycles, scene.angle_step),
     }
 
 
@@ -76,10 +76,11 @@ def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
     return max(len(engine.along_shaft or ()) for engine in engines)
 
 
-def _crank_angles(period: float, step: float) -> Floats:
-    """Crank angles of curves [degree]: one period around firing top dead centre, end excluded."""
+def _crank_angles(period: float, cycles: int, step: float) -> Floats:
+    """Crank angles of curves [degree], end excluded; the first cycle is around firing dead centre."""
     cycle = math.degrees(period)
-    return np.asarray(-0.5 * cycle + np.arange(round(cycle / step)) * step, dtype=np.float64)
+    points = round(cycles * cycle / step)
+    return np.asarray(-0.5 * cycle + np.arange(points) * step, dtype=np.float64)
 
 
 # --- leaves ---------------------------------------------------------------------------------------
