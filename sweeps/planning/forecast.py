@@ -293,8 +293,9 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     periods: dict[str, None] = {}
     for engine in engines.values():
         number = str(engine.count) if solved_parts else counted(engine.count, "cylinder")
-        together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
-        solved = " or ".join(f"{cycle / times:.4g}" for times in together)
+        cycles = engine.cycles
+        together = sorted({math.gcd(engine.symmetry, times * cycles) for times in repeats})
+        solved = " or ".join(f"{cycles * cycle / times:.4g}" for times in together)
         solved_parts.setdefault(f"{solved} ({number})")
         periods.setdefault(f"{number}: {engine.solved}")
     lines = [

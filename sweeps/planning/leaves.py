@@ -77,7 +77,7 @@ def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
 
 
 def _crank_angles(period: float, cycles: int, step: float) -> Floats:
-    """Crank angles of curves [degree], end excluded; the first cycle is around firing dead centre."""
+    """Crank angles of curves [degree], end excluded; the first cycle is around angle 0."""
     cycle = math.degrees(period)
     points = round(cycles * cycle / step)
     return np.asarray(-0.5 * cycle + np.arange(points) * step, dtype=np.float64)

@@ -6,15 +6,17 @@ import numpy as np
 
 from engine_dyn.geometry import arrangement
 from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import with_values
 from sweeps.checks import mentioned
+from sweeps.dimensions import FIRING_PATTERN
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_misfire", "check_throws", "extreme_cylinders"]
+__all__ = ["check_misfire", "check_patterns", "check_throws", "extreme_cylinders"]
 
 
 def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
@@ -58,6 +60,23 @@ def check_misfire(values: GivenValues, name: str) -> None:
             f"{name}: [{table or 'set'}] misfire = {silent[wrong[0]]:g}: must be the number of one "
             f"of {most:g} cylinders, or 0"
         )
+
+
+def check_patterns(scene: Scene, name: str) -> None:
+    """Check that the engine and its load have the cycles of a firing pattern.
+
+    Raises
+    ------
+    SceneError
+        For an engine whose torque is given, and a load over more than a cycle.
+    """
+    if scene.firing_patterns is None:
+        return
+    where = f"{name}: {FIRING_PATTERN}: not allowed"
+    if scene.engine.torque is not None:
+        raise SceneError(f"{where}: engine {scene.engine.name} gives its torque, not its cylinders")
+    if cycles_of(scene.driven.over_angle, scene.engine.period) > 1:
+        raise SceneError(f"{where} together with a load that repeats after more than one cycle")
 
 
 def check_throws(scene: Scene, quantity: str, name: str) -> None:

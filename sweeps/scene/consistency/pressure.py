@@ -9,6 +9,7 @@ import numpy as np
 from engine_dyn.pressure.motored import motored
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.checks import mentioned
+from sweeps.dimensions import FIRING_PATTERN
 from sweeps.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
@@ -58,11 +59,13 @@ def check_motored(scene: Scene, name: str) -> None:
         return
     engines = extreme_cylinders(scene, name)
     factors = {factor for engine in engines for factor in engine.pressure_factors}
-    silent = scene.given.get("misfire")
-    if factors <= {1.0} and (silent is None or not silent.values.any()):
+    silent, patterns = scene.given.get("misfire"), scene.firing_patterns
+    fires = patterns is None or all(set(one.firings) == {1.0} for one in patterns.each)
+    if factors <= {1.0} and fires and (silent is None or not silent.values.any()):
         return
     of_one = [k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor"]
     key = "misfire" if silent is not None else of_one[0] if of_one else "pressure_factor"
+    key = key if fires else FIRING_PATTERN
     measured = scene.indicator
     for diagram in scene.engine.family.diagrams if measured is None else (measured,):
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sweeps.scene.consistency.cylinders import check_misfire, extreme_cylinders
+from sweeps.scene.consistency.cylinders import check_misfire, check_patterns, extreme_cylinders
 from sweeps.scene.consistency.friction import check_friction_fractions, check_friction_law
 from sweeps.scene.consistency.loads import check_driven
 from sweeps.scene.consistency.outputs import check_needs, check_start
@@ -31,6 +31,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_offset(scene, name)
     check_throw_radii(scene, name)
     check_misfire(scene, name)
+    check_patterns(scene, name)
     check_friction_law(scene, name)
     check_friction_fractions(scene, name)
     check_motored(scene, name)
