@@ -171,7 +171,7 @@ dist: $(VENV)/.installed-release
 
 # For all platforms and Python from 3.11 on; the versions are those of constraints.txt.
 lock: $(VENV)/.installed-release
-	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster lab excel optimise report explore study
+	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster lab excel exchange optimise report explore study
 	tools/lock.sh $(VENV)/bin/uv requirements-test.txt test lint docs
 
 licences: $(VENV)/.installed-release

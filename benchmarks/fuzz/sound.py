@@ -97,6 +97,7 @@ def good_files() -> dict[str, bytes]:
     import pandas as pd
     from asammdf import MDF, Signal
     from nptdms import ChannelObject, TdmsWriter
+    from pyuff import UFF
     from scipy.io import savemat, wavfile
 
     # Few angles: small files are read fast, and a change more often hits what steers the reading.
@@ -123,6 +124,11 @@ def good_files() -> dict[str, bytes]:
         file.append([Signal(angle, times, name="CA", unit="deg"),
                      Signal(pressure, times, name="p", unit="bar")])  # fmt: skip
         file.save(home / "good.mf4")
+    one = {"type": 58, "binary": 0, "func_type": 0, "rsp_node": 0, "rsp_dir": 0, "ref_node": 0,
+           "ref_dir": 0, "abscissa_spacing": 1, "orddenom_spec_data_type": 0, "x": angle,
+           "abscissa_axis_lab": "CA", "abscissa_axis_units_lab": "deg", "ordinate_axis_lab": "p",
+           "ordinate_axis_units_lab": "bar", "data": pressure}  # fmt: skip
+    UFF(str(home / "good.uff")).write_sets([one, one | {"data": 1j * pressure}])
     for name, columns in (
         ("good.nc", {"CA": ("degree", angle), "p": ("bar", pressure)}),
         ("table.nc", {"bore": ("m", np.array([0.1, 0.11, 0.12]))}),

@@ -294,7 +294,7 @@ class ArchiveAccessor:
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
         orders: str | None = None, overwrite: bool = False, head_units: bool = False,
     ) -> Exported:  # fmt: skip
-        """Write a table in .csv, .parquet or .xlsx; see `sweeps.export`.
+        """Write a table (.csv, .parquet, .xlsx) or curves (.uff, .fmu); see `sweeps.export`.
 
         Examples
         --------

@@ -66,9 +66,9 @@ def import_(
 ) -> None:
     """Convert the recorded pressure in RAW to a CSV file over crank angle that scenes can read.
 
-    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc, .parquet or .wav. All that is detected,
-    assumed and changed is printed and written to the header of the CSV file. The options are the
-    keys of [indicator] in a scene; the page 'Laboratory files' explains them.
+    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc, .parquet, .wav or .uff. All that is
+    detected, assumed and changed is printed and written to the header of the CSV file. The options
+    are the keys of [indicator] in a scene; the page 'Laboratory files' explains them.
     """
     if output.exists() and raw.exists() and output.samefile(raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")

@@ -204,13 +204,16 @@ def compare(
 
 @click.command()
 @archive_argument
-@output_option("The table to write, FILE.csv, FILE.parquet or FILE.xlsx.")
+@output_option(
+    "The table to write, FILE.csv, FILE.parquet or FILE.xlsx, or the curves: FILE.uff or FILE.fmu."
+)
 @select_option(
     "Write only this value of an axis, or the nearest one in the archive, in the unit of the "
     "archive."
 )
 @quantities_option(
-    "Quantities to write, such as delta,imep. Default: all with one number per design."
+    "Quantities to write, such as delta,imep. Default: all with one number per design; of curves, "
+    "all over the crank angle."
 )
 @click.option(
     "--orders",
@@ -234,6 +237,8 @@ def export(
 
     If the quantities include a curve, such as omega over crank_angle, there is one row for each
     point of the curve.
+
+    Other programs read curves as a universal file (UFF, data sets 58) or, of one design, as an FMU.
     """
     from sweeps.reading.netcdf_files import check_file
 
@@ -258,11 +263,9 @@ def export(
     if quiet:
         return
     if done.left_out:
-        say(
-            "not in the table, because they do not have one number per design: "
-            f"{', '.join(done.left_out)}",
-            err=True,
-        )
+        lack = "values" if output.suffix.lower() == ".uff" else "one number per design"
+        left_out = ", ".join(done.left_out)
+        say(f"not in the file, because they do not have {lack}: {left_out}", err=True)
     size = size_text(output.stat().st_size)
     say(f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}")
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "check_one_table",
+    "chosen_curves",
     "chosen_quantities",
     "columns_of",
     "dims_of",
@@ -65,6 +66,43 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
     if not quantities:
         raise SceneError("no quantities; at least one is needed")
     return list(quantities)
+
+
+def chosen_curves(
+    archive: xr.Dataset, quantities: str | Sequence[str] | None, over: Sequence[str]
+) -> dict[str, xr.DataArray]:
+    """Curves of a file of curves, by name.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` returns it.
+    quantities : str or sequence of str, optional
+        Those that were asked for; if not given, all that have one curve over the first of `over`
+        for each design.
+    over : sequence of str
+        Dimensions over one of which a curve must lie.
+
+    Raises
+    ------
+    SceneError
+        For quantities that the archive does not have or that are no curves, and where it has none.
+    """
+    if quantities is None:
+        quantities = [
+            str(n)
+            for n, v in archive.data_vars.items()
+            if set(v.dims) & set(DIMENSIONS) == {over[0]}
+        ]
+        if not quantities:
+            raise SceneError(
+                f"archive: has no curve over {over[0]}; ask for torque or omega in [output]"
+            )
+    names = chosen_quantities(archive, quantities)
+    for name in names:
+        if not set(archive[name].dims) & set(over):
+            raise SceneError(f"{name}: no curve; must lie over {' or '.join(over)}")
+    return {name: archive[name] for name in names}
 
 
 def check_one_table(archive: xr.Dataset, names: Sequence[str]) -> None:

@@ -1,6 +1,6 @@
-"""Archives as flat tables, for programs that read no netCDF: CSV, Parquet and Excel.
+"""Archives for programs that read no netCDF: CSV, Parquet and Excel; curves as UFF and FMU.
 
-There is a row for each design, or for each design and crank angle; the table is written a range of
+A table has a row for each design, or for each design and crank angle; it is written a range of
 rows at a time.
 """
 
@@ -27,8 +27,11 @@ from sweeps.exploring.columns import (
     words_for_numbers,
 )
 from sweeps.exploring.excel import check_rows, unit_of, workbook
+from sweeps.exploring.fmu import functional_mockup_unit
 from sweeps.exploring.order_table import COLUMNS, CONVENTION, order_table
 from sweeps.exploring.ranges import ranges
+from sweeps.exploring.universal_files import universal_file
+from sweeps.reading.libraries import library
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,11 +49,12 @@ class Exported:
     Attributes
     ----------
     rows : int
-        Number of rows, the header not counted.
+        Number of rows, the header not counted; of curves, of points.
     columns : tuple of str
         Axes first, then columns of designs, then quantities.
     left_out : tuple of str
-        Quantities that are not in it: curves, unless they were asked for.
+        Quantities that are not in it: curves, unless they were asked for; in a .uff file, those of
+        designs without values.
     """
 
     rows: int
@@ -62,13 +66,15 @@ def export(
     archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
     orders: str | None = None, overwrite: bool = False, head_units: bool = False,
 ) -> Exported:  # fmt: skip
-    """Write an archive as a table.
+    """Write an archive as a table, or its curves for other programs.
 
     Axes come first and the last varies fastest, then columns of designs, then quantities, all in
     the units of the archive; words and outcomes are texts. A missing number is an empty
     field of a CSV file or a sheet and NaN in Parquet, where each column also has its unit (metadata
     `units`). An Excel file has units in its second row, and sheets of axes, assumptions and
     provenance.
+    A universal file (.uff) has a data set 58 for each curve of each design, an FMU (.fmu) the
+    curves of one design as outputs over the crank angle; see docs/archives.md.
     The file is complete or does not exist.
 
     Parameters
@@ -76,15 +82,16 @@ def export(
     archive : Dataset
         As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
     path : str or Path
-        The table; its extension, .csv, .parquet or .xlsx, says which format.
+        The file; its extension, .csv, .parquet, .xlsx, .uff or .fmu, says which format.
     quantities : str or sequence of str, optional
         Those to write; if not given, all that have one number for each design. With a curve, such
-        as omega over crank_angle, there is a row for each of its points.
+        as omega over crank_angle, there is a row for each of its points. In .uff and .fmu, curves
+        alone; if not given, all over the crank angle.
     orders : str, optional
         In place of quantities: what to write the orders of, such as "torque", of which the archive
         has `torque_order` and `torque_phase`, beside `order_frequency`. There is a row for each
         order, with frequency, amplitude, phase, real and imaginary part; a CSV file begins with
-        lines (#) that state the convention of the phase.
+        lines (#) that state the convention of the phase. A .uff file has them as complex values.
     overwrite : bool
         Replace an older file.
     head_units : bool
@@ -94,8 +101,8 @@ def export(
     ------
     SceneError
         For another extension, quantities or orders that the archive does not have or that do not
-        fit into one table, or a file that exists; for Parquet without pyarrow, Excel without
-        openpyxl, and more rows than a sheet has.
+        fit into one table or no curves, several designs in an FMU, or a file that exists; for a
+        format whose library is not installed, and more rows than a sheet has.
     OSError
         Where the table cannot be written.
 
@@ -120,9 +127,12 @@ def export(
         raise SceneError(f"{path}: exists and is not overwritten")
     if head_units and path.suffix.lower() != ".csv":
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
+    if orders is not None and quantities is not None:
+        raise SceneError("quantities: not allowed together with orders")
+    if path.suffix.lower() in CURVES:
+        with archives.replaced(path) as partial:
+            return Exported(*opener(partial, archive, quantities, orders))
     if orders is not None:
-        if quantities is not None:
-            raise SceneError("quantities: not allowed together with orders")
         archive, quantities = order_table(archive, orders), COLUMNS
     names = chosen_quantities(archive, quantities)
     check_one_table(archive, names)
@@ -156,28 +166,16 @@ def check_format(path: Path) -> Callable[..., Any]:
     Raises
     ------
     SceneError
-        For an unknown extension, Parquet without pyarrow and Excel without openpyxl.
+        For an unknown extension, and for a format whose library is not installed.
     """
     kind = path.suffix.lower()
-    if kind not in FORMATS:
-        raise SceneError(f"{path}: must end in {' or '.join(FORMATS)}")
-    if kind == ".xlsx":
-        try:
-            import openpyxl  # noqa: F401
-        except ImportError:
-            raise SceneError(
-                f"{path}: Excel files need openpyxl, which is not installed: pip install "
-                "'engine-dyn[excel]'"
-            ) from None
-    if kind == ".parquet":
-        try:
-            import pyarrow.parquet  # noqa: F401
-        except ImportError:
-            raise SceneError(
-                f"{path}: Parquet needs pyarrow, which is not installed: pip install "
-                "'engine-dyn[parquet]'"
-            ) from None
-    return FORMATS[kind]
+    known = {**FORMATS, **CURVES}
+    if kind not in known:
+        raise SceneError(f"{path}: must end in {' or '.join(known)}")
+    if kind in _NEEDS:
+        module, package, extra = _NEEDS[kind]
+        library(module, package, str(path), extra)
+    return known[kind]
 
 
 # --- formats --------------------------------------------------------------------------------------
@@ -230,3 +228,17 @@ FORMATS: Mapping[str, Callable[..., Any]] = {
     ".xlsx": workbook,
 }
 """The function that writes each format, by the extension of its files."""
+
+CURVES: Mapping[str, Callable[..., Any]] = {
+    ".uff": universal_file,
+    ".fmu": functional_mockup_unit,
+}
+"""The same for files of curves, which are no tables."""
+
+_NEEDS = {
+    ".parquet": ("pyarrow.parquet", "pyarrow", "parquet"),
+    ".xlsx": ("openpyxl", "openpyxl", "excel"),
+    ".uff": ("pyuff", "pyuff", "exchange"),
+    ".fmu": ("pythonfmu", "pythonfmu", "exchange"),
+}
+"""Module, package and extra of ours that a format needs."""

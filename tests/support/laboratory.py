@@ -1,6 +1,8 @@
 """Raw files of one synthetic engine in the styles of laboratories."""
 
+import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +143,23 @@ def netcdf(path: Path) -> None:
             variable[:] = values
 
 
+def universal(path: Path, binary: int = 0) -> None:
+    """A data set that is no curve, and two curves over the same angles."""
+    import pyuff
+
+    angle, pressure = samples(-360.0, seed=16)
+    same = {"type": 58, "binary": binary, "func_type": 0, "rsp_node": 0, "rsp_dir": 0,
+            "ref_node": 0, "ref_dir": 0, "abscissa_spacing": 1, "orddenom_spec_data_type": 0,
+            "x": angle, "abscissa_axis_lab": "CA", "abscissa_axis_units_lab": "deg"}  # fmt: skip
+    curve = {"ordinate_axis_lab": "PCYL1", "ordinate_axis_units_lab": "bar", "data": pressure}
+    path.write_text("    -1\n   151\nengine\n    -1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves binary files open
+        pyuff.UFF(str(path)).write_sets(
+            [{**same, "id1": "level", "data": 0.5 * angle}, {**same, **curve}]
+        )
+
+
 def rows_of_cycles(path: Path) -> None:
     angle, pressure = samples(-360.0, 720 * 5, 1.0, seed=12)
     head = "cycle;" + ";".join(f"{a:g}" for a in angle[:720]) + "\n"
@@ -197,6 +216,8 @@ STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
                                        "calibration": [20.0, -2.0]}),
     "mf4, one mark a turn": (mf4, "run.mf4", {"average": True}),
     "parquet, backward": (parquet, "run.parquet", {"direction": "backward"}),
+    "universal file": (universal, "run.unv", {}),
+    "universal file, binary": (partial(universal, binary=1), "run.uff", {}),
     "netCDF, several cycles": (netcdf, "run.nc", {"average": True}),
     "fixed width, with blank fields": (fixed_width, "run12.txt", {"format": "fixed_width"}),
     "text, of another ending": (avl, "run12.ind", {}),

@@ -1,16 +1,25 @@
 """Torque and its orders for other programs: what is written is read back as it was."""
 
+import json
+import subprocess
+import sys
+import zipfile
 from pathlib import Path
 from typing import Any
+from unittest import mock
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
+import pyuff
 import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
-from tests.support.commands import ok, refused
+from sweeps.exploring import fmu, universal_files
+from sweeps.reading.laboratory.recording import read_recording
+from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import computed, refusal
 
 pytestmark = pytest.mark.compiled
@@ -119,3 +128,229 @@ def test_orders_that_cannot_be_written(archive: xr.Dataset, tmp_path: Path) -> N
         assert message in refused("export", tmp_path / "a.nc", *output)
     with pytest.raises(SceneError, match="not allowed together with orders"):
         sweeps.export(archive, tmp_path / "t.csv", orders="torque", quantities="torque_order")
+
+
+# --- universal files ------------------------------------------------------------------------------
+
+DIGITS = 1e-11
+"""Of ordinates: twelve digits are written."""
+
+
+def data_sets(path: Path) -> list[dict[str, Any]]:
+    sets = pyuff.UFF(str(path)).read_sets()
+    return sets if isinstance(sets, list) else [sets]
+
+
+def test_a_universal_file_has_a_data_set_for_each_curve(
+    archive: xr.Dataset, tmp_path: Path
+) -> None:
+    done = sweeps.export(archive, tmp_path / "t.uff", quantities=["torque", "omega"])
+    sets = data_sets(tmp_path / "t.uff")
+    assert (done.rows, done.left_out) == (2 * archive["torque"].size, ())
+    assert done.columns == ("crank_angle", "torque", "omega")
+    designs = [(name, place) for name in ("torque", "omega") for place in range(2)]
+    for (name, place), one in zip(designs, sets, strict=True):
+        np.testing.assert_array_equal(one["x"], archive["crank_angle"])
+        np.testing.assert_allclose(one["data"], archive[name][place], rtol=DIGITS)
+        assert one["id1"].startswith(f"{name}: ") and "in-line four" in one["id2"]
+        assert one["id4"] == f"speed = {(1500, 3000)[place]} rpm"
+        assert "phi = 0: firing dead centre of cylinder 1" in one["id5"]
+        assert (one["abscissa_axis_lab"], one["ordinate_axis_lab"]) == ("crank_angle", name)
+        assert one["abscissa_axis_units_lab"] == "degree"
+        assert one["ordinate_axis_units_lab"] == archive[name].attrs["units"]
+        moment = (one["ordinate_len_unit_exp"], one["ordinate_force_unit_exp"])
+        assert moment == ((1, 1) if name == "torque" else (0, 0))
+    found = read_recording(tmp_path / "t.uff").columns
+    assert list(found) == ["crank_angle", "torque", "torque (2)", "omega", "omega (2)"]
+    assert found["omega (2)"].unit == "rad s-1"
+
+
+def test_abscissas_of_more_than_six_digits_are_written_one_by_one(
+    archive: xr.Dataset, tmp_path: Path
+) -> None:
+    thirds = archive.assign_coords(order=archive["order"] / 3.0)
+    sweeps.export(thirds, tmp_path / "t.uff", orders="torque")
+    (one, _) = data_sets(tmp_path / "t.uff")
+    assert one["abscissa_spacing"] == 0
+    np.testing.assert_allclose(one["x"], thirds["order"], rtol=5.1e-6)
+    phase = np.deg2rad(archive["torque_phase"][0])
+    expected = archive["torque_order"][0] * np.exp(1j * phase)
+    np.testing.assert_allclose(one["data"], expected, rtol=DIGITS)
+
+
+@pytest.mark.parametrize("more", [(), ("--units", "torque=kN*m")])
+def test_a_torque_of_a_universal_file_is_read_as_points(
+    more: tuple[str, ...], archive: xr.Dataset, tmp_path: Path
+) -> None:
+    archive.to_netcdf(tmp_path / "a.nc")
+    ok("export", tmp_path / "a.nc", "-o", tmp_path / "t.uff", "--quantities", "torque", "--select",
+       "speed=3000", *more)  # fmt: skip
+    found = sweeps.run(engine_of(tmp_path, 'file = "t.uff"\n'))["torque"]
+    expected = archive["torque"].sel(speed=3000)
+    here = expected.sel(crank_angle=found["crank_angle"])
+    np.testing.assert_allclose(found, here, atol=DIGITS * np.abs(expected).max().item())
+
+
+def test_orders_of_a_universal_file_are_read_as_a_torque(
+    archive: xr.Dataset, tmp_path: Path
+) -> None:
+    one = archive.isel(speed=[1])
+    sweeps.export(one, tmp_path / "o.uff", orders="torque")
+    found = sweeps.run(engine_of(tmp_path, 'file = "o.uff"\nmean = 25\n'))["torque"]
+    table = pd.DataFrame({
+        "order": one["order"], "amplitude": one["torque_order"][0], "phase": one["torque_phase"][0]
+    })  # fmt: skip
+    expected = sum_of_orders(25, table, found["crank_angle"].values)
+    np.testing.assert_allclose(found, expected, atol=10 * DIGITS * np.abs(expected).max())
+
+
+def test_designs_without_values_are_left_out_and_told(archive: xr.Dataset, tmp_path: Path) -> None:
+    broken = archive.copy(deep=True)
+    broken["omega"][1] = np.nan
+    done = sweeps.export(broken, tmp_path / "t.uff", quantities=["torque", "omega"])
+    assert done.left_out == ("omega (speed = 3000 rpm)",)
+    assert len(data_sets(tmp_path / "t.uff")) == 3
+    broken.to_netcdf(tmp_path / "a.nc")
+    told = invoke("export", tmp_path / "a.nc", "-o", tmp_path / "again.uff")
+    assert "do not have values: omega (speed = 3000 rpm)" in told.stderr
+
+
+# --- FMU ------------------------------------------------------------------------------------------
+
+DRIVER = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from crank_angle_curves import CrankAngleCurves
+angles, speed, times = json.loads(sys.argv[2])
+one = CrankAngleCurves(instance_name="one", resources=sys.argv[1])
+place = {variable.name: number for number, variable in one.vars.items()}
+outputs = [number for name, number in place.items() if name not in ("crank_angle", "mean_speed")]
+one.set_real([place["mean_speed"]], [speed])
+one.setup_experiment(times[0], None, None)
+found = []
+for angle, before, after in zip(angles, times, times[1:]):
+    one.do_step(before, after - before)
+    one.set_real([place["crank_angle"]], [angle])
+    found.append(one.get_real(outputs))
+print(json.dumps(found))
+"""
+
+
+def outputs_of(path: Path, angles: Any, speed: float = 0.0, times: Any = None) -> Any:
+    """Outputs of an FMU's script, run with what the FMU has alone (-S: no installed packages)."""
+    with zipfile.ZipFile(path) as packed:
+        packed.extractall(path.with_suffix(""))
+    times = np.arange(len(angles) + 1.0) if times is None else times
+    asked = json.dumps([list(angles), speed, list(times)])
+    command = [sys.executable, "-I", "-S", "-c", DRIVER, str(path.with_suffix("") / "resources")]
+    done = subprocess.run([*command, asked], capture_output=True, text=True, check=True)
+    return np.array(json.loads(done.stdout))
+
+
+def test_an_fmu_has_the_curves_of_a_design_over_any_angle(
+    archive: xr.Dataset, tmp_path: Path
+) -> None:
+    archive.to_netcdf(tmp_path / "a.nc")
+    ok("export", tmp_path / "a.nc", "-o", tmp_path / "t.fmu", "--quantities", "torque,omega",
+       "--select", "speed=1500")  # fmt: skip
+    one = archive.sel(speed=1500)
+    angle = np.deg2rad(one["crank_angle"].values)
+    expected = np.stack([one["torque"], one["omega"]], axis=1)
+    for turned in (0.0, -8.0 * np.pi, 20.0 * np.pi):
+        found = outputs_of(tmp_path / "t.fmu", angle + turned)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * 1e3)
+    times = np.deg2rad(np.arange(721.0)) / 150.0
+    driven = outputs_of(tmp_path / "t.fmu", np.full(720, angle[0]), 150.0, times)
+    np.testing.assert_allclose(driven, np.roll(expected, -1, axis=0), rtol=0, atol=1e-9 * 1e3)
+
+
+def test_an_fmu_interpolates_with_the_error_of_its_cubic(
+    archive: xr.Dataset, tmp_path: Path
+) -> None:
+    one = archive.isel(speed=0)
+    angle = np.deg2rad(one["crank_angle"])
+    wave = one.assign(torque=one["torque"].copy(data=7.0 + 100.0 * np.cos(2.5 * angle + 0.4)))
+    sweeps.export(wave, tmp_path / "t.fmu", quantities="torque")
+    between = np.linspace(-40.0, 40.0, 997)
+    found = outputs_of(tmp_path / "t.fmu", between)[:, 0]
+    # Slopes of central differences miss h^2/6 f''', of which the cubic takes h x (1-x) (1-2x).
+    step = float(angle[1] - angle[0])
+    allowed = 1.2 * step**3 / 6.0 * 100.0 * 2.5**3 / (6.0 * np.sqrt(3.0))
+    worst = np.abs(found - (7.0 + 100.0 * np.cos(2.5 * between + 0.4))).max()
+    assert 0.5 * allowed < worst < allowed
+
+
+def test_the_description_of_an_fmu(archive: xr.Dataset, tmp_path: Path) -> None:
+    texts = []
+    for name in ("one.fmu", "two.fmu"):
+        sweeps.export(archive.isel(speed=[0]), tmp_path / name)
+        with zipfile.ZipFile(tmp_path / name) as packed:
+            texts.append(packed.read("modelDescription.xml"))
+    root, again = (ElementTree.fromstring(text) for text in texts)
+    assert root.attrib["fmiVersion"] == "2.0" and root.attrib["guid"] == again.attrib["guid"]
+    assert "speed = 1500 rpm; angle zero is firing top dead centre" in root.attrib["description"]
+    found = {v.attrib["name"]: (v.attrib["causality"], v[0].attrib["unit"])
+             for v in root.iter("ScalarVariable")}  # fmt: skip
+    assert found == {
+        "crank_angle": ("input", "rad"), "mean_speed": ("parameter", "rad/s"),
+        "torque": ("output", "N.m"), "omega": ("output", "rad/s"),
+    }  # fmt: skip
+    declared = {unit.attrib["name"]: unit[0].attrib for unit in root.iter("Unit")}
+    assert declared["N.m"] == {"kg": "1", "m": "2", "s": "-2"} and len(declared) == 3
+    assert [child.tag for child in root[-1]] == ["Outputs", "InitialUnknowns"]
+
+
+# --- what is refused ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "message"),
+    [
+        ("t.fmu", (), "torque: has 2 values of speed, but an FMU has one design; --select speed"),
+        ("t.fmu", ("--orders", "torque"), "orders: an FMU has curves over the crank angle"),
+        ("t.fmu", ("--quantities", "torque_mean"), "torque_mean: no curve; must lie over crank_a"),
+        ("t.fmu", ("--quantities", "torque_order"), "torque_order: no curve"),
+        ("t.uff", ("--quantities", "torque_mean"), "no curve; must lie over crank_angle or order"),
+        ("t.uff", ("--quantities", "torqe"), "did you mean 'torque'"),
+        ("t.uff", ("--orders", "omega"), "omega_order"),
+        ("t.uff", ("--head-units",), "head_units is for .csv"),
+        ("t.unv", (), "must end in .csv or .parquet or .xlsx or .uff or .fmu"),
+    ],
+)
+def test_what_is_no_file_of_curves(
+    name: str, more: tuple[str, ...], message: str, archive: xr.Dataset, tmp_path: Path
+) -> None:
+    archive.to_netcdf(tmp_path / "a.nc")
+    assert message in refused("export", tmp_path / "a.nc", "-o", tmp_path / name, *more)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+def test_archives_that_make_no_file_of_curves(
+    archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, path = archive.isel(speed=0), tmp_path / "t.fmu"
+    for bad, suffix, message in (
+        (archive[["torque_mean"]], ".fmu", "no curve over crank_angle; ask for torque or omega"),
+        (archive[["torque_mean"]], ".uff", "no curve over crank_angle; ask for torque or omega"),
+        (one.isel(crank_angle=slice(0, 90)), ".fmu", "even steps of whole revolutions"),
+        (one.isel(crank_angle=[0]), ".fmu", "even steps of whole revolutions"),
+        (one.isel(crank_angle=[0]), ".uff", "torque: one point over crank_angle"),
+        (one.where(one["torque"] > 0), ".fmu", "torque: has no values in this design"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            sweeps.export(bad, path.with_suffix(suffix))
+    monkeypatch.setattr(universal_files, "MOST_SETS", 3)
+    with pytest.raises(SceneError, match="4 data sets; must be at most 3; --select"):
+        sweeps.export(archive, tmp_path / "t.uff")
+    monkeypatch.setattr(pyuff.UFF, "write_sets", mock.Mock(side_effect=Exception("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        sweeps.export(one, tmp_path / "t.uff")
+    monkeypatch.setattr(fmu, "SLAVE", tmp_path / "slave.py")
+    (tmp_path / "slave.py").write_text("raise ValueError('broken')")
+    with pytest.raises(SceneError, match=r"pythonfmu builds no FMU: .*broken"):
+        sweeps.export(one, path)
+    for suffix, package in ((".uff", "pyuff"), (".fmu", "pythonfmu")):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(SceneError, match=rf"{package}.*pip install 'engine-dyn\[exchange\]'"):
+            sweeps.export(one, path.with_suffix(suffix))
+    assert [found.name for found in tmp_path.iterdir()] == ["slave.py"]

@@ -10,7 +10,9 @@ from sweeps.checks import Strict
 
 __all__ = ["Format", "ReadingChoices"]
 
-Format = Literal["text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet", "wav"]
+Format = Literal[
+    "text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet", "wav", "uff"
+]
 """Formats of laboratory files; `sweeps.reading.laboratory.recording` has a reader for each."""
 
 

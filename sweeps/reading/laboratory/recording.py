@@ -22,6 +22,7 @@ from sweeps.reading.laboratory import (
     spreadsheets,
     tdms_files,
     text_tables,
+    uff_files,
     wav_files,
 )
 from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
@@ -62,6 +63,7 @@ KINDS: Mapping[Format, _Kind] = {
     "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
     "parquet": _Kind(parquet_tables.read, (".parquet",), apart=True),
     "wav": _Kind(wav_files.read, (".wav",), apart=True),
+    "uff": _Kind(uff_files.read, (".uff", ".unv"), apart=True),
 }
 
 SUFFIXES: Mapping[str, Format] = {
@@ -112,7 +114,7 @@ def read_recording(
         else:
             columns, first_line = KINDS[format].read(Path(path), data, name, chosen)
     except SceneError as error:
-        if chosen.format is not None or text == (format == "text"):
+        if chosen.format is not None or text == (format in ("text", "uff")):
             raise
         others = "format = 'text'" if text else f"its format: {', '.join(KINDS)}"
         raise SceneError(f"{error}; if the ending of its name is wrong, give {others}") from None

@@ -13,7 +13,7 @@ from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import pressure_unit
 from sweeps.reading.pressure_recordings import read_pressure
-from tests.support.laboratory import rows, samples
+from tests.support.laboratory import rows, samples, universal
 
 ANGLE, PRESSURE = samples(-360.0)
 HEAD = "CA [deg],p [bar]\n"
@@ -157,6 +157,18 @@ def wide_sheet(path: Path) -> None:
     book.save(path)
 
 
+def changed(old: bytes, new: bytes) -> Callable[[Path], None]:
+    """A universal file in which some bytes are others."""
+
+    def write(path: Path) -> None:
+        universal(path)
+        data = path.read_bytes()
+        assert old in data
+        path.write_bytes(data.replace(old, new))
+
+    return write
+
+
 def matrix_of_texts(path: Path) -> None:
     from scipy.io import savemat
 
@@ -181,6 +193,16 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
     "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
     "wav that is none": ("a.wav", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .wav file",)),
+    "uff that is none": ("a.uff", write_bytes(b"CA,p\n1,2\n" * 9), ("no data set between",)),
+    "uff of other data": ("a.uff", write_bytes(b"    -1\n   151\nx\n    -1\n"),
+                          ("has data sets [151]",)),
+    "half a uff": ("a.uff", damaged("universal file"), ("truncated",)),
+    "uff that claims more": ("a.unv", changed(b"      1440 ", b"1999999999 "),
+                             ("data set 2: damaged: claims 1999999999 values, has 1440",)),
+    "uff of no values": ("a.unv", changed(b"      1440 ", b"         0 "), ("claims 0 values",)),
+    "uff of letters": ("a.unv", changed(b"e+01", b"x+01"), ("not a UFF file",)),
+    "uff of many sets": ("a.unv", write_bytes(b"    -1\n    58\n    -1\n" * 10001),
+                         ("20002 columns; must be at most 20000",)),
     "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90),
                         ("not a text file", "its format: text, fixed_width, xlsx")),
     "text of no table": ("a.log", write_bytes(b"hello"), ("no table of numbers",)),
