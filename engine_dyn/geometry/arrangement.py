@@ -67,7 +67,10 @@ def firing_phases(cylinders: int, period: float) -> Any:
     return -np.arange(cylinders) * (period / cylinders)
 
 
-def symmetry(phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None = None) -> int:
+def symmetry(
+    phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None = None,
+    own_periods: npt.ArrayLike | None = None,
+) -> int:  # fmt: skip
     """How often the cylinders repeat themselves within the cycle: n_s of docs/method.md (40).
 
     Parameters
@@ -79,6 +82,8 @@ def symmetry(phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None
     weights : array_like, shape (Z,) or (Z, k), optional
         What else tells cylinders apart (factor on the pressure, mass, crank radius); equal weights
         are equal bit for bit.
+    own_periods : array_like, shape (Z,), optional
+        Angle after which each cylinder repeats [rad], a part of the period.
 
     Returns
     -------
@@ -90,19 +95,20 @@ def symmetry(phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None
     count = len(angle)
     marks = np.zeros((count, 1)) if weights is None else np.asarray(weights, float)
     marks = marks.reshape(count, -1)
+    periods = np.broadcast_to(period if own_periods is None else np.asarray(own_periods), count)
     for parts in range(count, 1, -1):
         # A shift moves every cylinder, so they fall into groups of `parts`.
-        if count % parts == 0 and _repeats(angle, marks, period, period / parts):
+        if count % parts == 0 and _repeats(angle, marks, periods, period / parts):
             return parts
     return 1
 
 
-def _repeats(angle: Floats, marks: Floats, period: float, shift: float) -> bool:
+def _repeats(angle: Floats, marks: Floats, periods: Floats, shift: float) -> bool:
     """Whether a shift maps the cylinders onto themselves, one to one."""
     free = list(range(len(angle)))
     for phase, mark in zip(angle, marks, strict=True):
         for place, other in enumerate(free):
-            apart = math.remainder(angle[other] - phase - shift, period)
+            apart = math.remainder(angle[other] - phase - shift, periods[other])
             if abs(apart) < SAME_ANGLE and np.array_equal(marks[other], mark):
                 free.pop(place)
                 break

@@ -134,7 +134,8 @@ class Cylinders:
     def symmetry(self) -> int:
         """How often torque repeats within the cycle: n_s of docs/method.md (40)."""
         phases, marks = [m.phase for m in self.members], [m[1:] for m in self.members]
-        return symmetry(phases, self.period, [marks.index(mark) for mark in marks])
+        numbers, own = [marks.index(mark) for mark in marks], map(self._own_period, self.members)
+        return symmetry(phases, self.period, numbers, list(own))
 
     @cached_property
     def representatives(self) -> tuple[Member, ...]:
@@ -153,11 +154,15 @@ class Cylinders:
             for k in range(1, times):
                 place = first.phase + k * self.period / times
                 alike = [member for member in free if member[1:] == first[1:]]
-                free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
+                free.remove(min(alike, key=lambda m: self._apart(m, place)))
         return tuple(found)
 
-    def _apart(self, one: float, other: float) -> float:
-        return abs(math.remainder(one - other, self.period))
+    def _own_period(self, member: Member) -> float:
+        """Angle after which the pressure of one cylinder repeats [rad]."""
+        return self.period / self.cycles * member.cycles
+
+    def _apart(self, member: Member, place: float) -> float:
+        return abs(math.remainder(member.phase - place, self._own_period(member)))
 
     @property
     def count(self) -> int:
@@ -210,15 +215,15 @@ class Cylinders:
         for place, i in enumerate(fires):
             own = self.pressure_factors[i]
             each = [wanted[(n * count + place) % len(wanted)] for n in range(cycles)]
-            factors = tuple(f if f == SEALED else f * own for f in each)
-            same = len(set(factors)) == 1
-            members[i] = members[i]._replace(pressure_factor=factors[0] if same else factors)
+            factors = _shortest(tuple(f if f == SEALED else f * own for f in each))
+            one = factors[0] if len(factors) == 1 else factors
+            members[i] = members[i]._replace(pressure_factor=one)
         # A cylinder that does as cylinder 1 does, some cycles later, is its copy.
         first = members[0].pressure_factor
         for i, member in enumerate(members):
             these = member.pressure_factor
             if isinstance(these, tuple) and isinstance(first, tuple):
-                same_as = [n for n in range(cycles) if these[n:] + these[:n] == first]
+                same_as = [n for n in range(len(these)) if these[n:] + these[:n] == first]
                 if same_as:
                     phase = member.phase - same_as[0] * self.period
                     members[i] = member._replace(phase=phase, pressure_factor=first)
@@ -273,8 +278,8 @@ class Cylinders:
     def all_pressure_factors(self) -> Floats:
         """Factor on the pressure of each cylinder in each cycle, shape (cylinder, cycle)."""
         factors = [member.pressure_factor for member in self.members]
-        every = [f if isinstance(f, tuple) else (f,) * self.cycles for f in factors]
-        return np.array(every, dtype=np.float64)
+        every = [f if isinstance(f, tuple) else (f,) for f in factors]
+        return np.array([f * (self.cycles // len(f)) for f in every], dtype=np.float64)
 
     @cached_property
     def mass_factors(self) -> tuple[float, ...]:

@@ -8,6 +8,7 @@ those that need what the scene does not give.
 
 import functools
 import hashlib
+import math
 import re
 import tempfile
 from pathlib import Path
@@ -328,6 +329,18 @@ def _each_cylinder(draw: Draw, given: Given) -> None:
     given.settings.setdefault("cylinders", count)
 
 
+def _firing_pattern(draw: Draw, given: Given) -> None:
+    """Firings over several cycles."""
+    patterns = st.sampled_from(
+        ["1", "10", "110", "11d", "1 0.9 1.05", "deviation 0.02, 2 cycles, seed 1"]
+    )
+    if draw(st.booleans()):
+        several = draw(st.lists(patterns, min_size=1, max_size=3, unique=True))
+        given.axes["firing_pattern"] = several
+    else:
+        given.settings["firing_pattern"] = draw(patterns)
+
+
 def _firing_angles(draw: Draw, given: Given) -> None:
     count, cycle = given.cylinders, round(np.degrees(given.engine.period))
     even = [cycle * i / count for i in range(count)]
@@ -400,8 +413,8 @@ def _stepping(draw: Draw, given: Given) -> None:
 
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
-    _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _balance, _shaft,
-    _stepping,
+    _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _firing_pattern,
+    _balance, _shaft, _stepping,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -417,7 +430,8 @@ _EXCLUDE = [{*group.split()} for group in (
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
     "shaft inertia flywheel count layout", "stepping load_table driver",
-    "indicator misfire each_cylinder", "inertia_alone inertia flywheel shaft",
+    "indicator misfire each_cylinder", "firing_pattern indicator load_table driver",
+    "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",
 )]  # fmt: skip
 """Features that do not go together, because their keys do not."""
@@ -443,7 +457,7 @@ def _fits(feature: str, engine: Any) -> bool:
         "driver": not driven, "load_law": not driven, "load_table": not driven,
         "components": four_stroke,
         "rod_inertia": "rod_mass" in values and "reciprocating_mass" not in values,
-        "stepping": not driven,
+        "stepping": not driven, "firing_pattern": not driven,
     }.get(feature, True)  # fmt: skip
 
 
@@ -492,7 +506,7 @@ def _place(draw: Draw, scene: dict[str, Any], given: Given) -> None:
     """Put every key into [set], [axes] or [designs]."""
     settings, axes, designs = dict(given.settings), dict(given.axes), {}
     rows = draw(st.integers(1, 4)) if draw(st.booleans()) else 0
-    size = max(rows, 1) * max(1, len(axes.get("arrangement", [])))
+    size = max(rows, 1) * math.prod(map(len, axes.values()))
     for key, values in given.values.items():
         if key in settings:
             continue

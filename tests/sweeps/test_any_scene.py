@@ -69,7 +69,7 @@ def test_strategies_use_the_whole_language() -> None:
 
     draw()
     schema = scene_schema()
-    wanted = {*schema["properties"], *CYLINDER_KEYS, *TORQUE_TABLE_KEYS, "case"}
+    wanted = {*schema["properties"], *CYLINDER_KEYS, *TORQUE_TABLE_KEYS, "case", "firing_pattern"}
     wanted |= {key for key in PARAMETERS if key not in NUMBERED}
     wanted |= {re.sub(r"_\d+$", "_*", key) for key in NUMBERED}
     for table in ("Solver", "Output", "Range", "Characteristic"):

@@ -313,6 +313,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
                 *(k for k in PARAMETERS if k not in NUMBERED),
                 *PATTERNS,
                 *CYLINDER_KEYS,
+                "firing_pattern",
                 *TORQUE_TABLE_KEYS,
             ],
         ),
