@@ -332,6 +332,14 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eq. 2.1", ("pressure", "crankcase_pressure", "bore"),
         lambda pressure, crankcase_pressure, bore: (pressure - crankcase_pressure)
         * torque.piston_area(bore),
+        when="single_acting",
+    ),
+    _force(
+        "gas_force", "P_g", "gas force on the piston, positive towards the crank",
+        "API 618", ("crank_angle", "double_acting", "crankcase_pressure", "bore"),
+        lambda crank_angle, double_acting, crankcase_pressure, bore: torque.piston_area(bore)
+        * (double_acting(crank_angle) - crankcase_pressure),
+        when="double_acting",
     ),
     _force(
         "inertia_force", "P_l",

@@ -46,6 +46,11 @@ _EXCLUSIONS = (
         "[[diagram]] must be 'first_law' or 'two_stroke'",
     ),
     Exclusion(
+        ("bore", "crankcase_pressure"), lambda scene: "double_acting" in scene.words,
+        "not allowed: the double-acting cylinders of engine {engine} are modelled with its own; "
+        "change it in the engine file",
+    ),
+    Exclusion(
         tuple(OF_CYLINDER), lambda scene: len(scene.counts) > 1,
         "not allowed together with several numbers of cylinders; must be one number",
     ),
