@@ -67,8 +67,8 @@ def rod_load_extremes(
     Returns
     -------
     ndarray of dtype EXTREMES
-        Shape of all numbers broadcast. Of samples half a degree apart; between them the load is
-        straight where it changes its direction.
+        Shape of all numbers broadcast. Of samples half a degree apart, with a parabola about the
+        largest one, and a straight line where the load changes its direction.
     """
     columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
     shape = columns["cylinder_set"].shape
@@ -116,7 +116,19 @@ def _worst(
 
 def _either_way(force: Floats) -> tuple[Floats, Floats]:
     """Largest compression and tension along the last axis; 0 where there is none."""
-    return np.maximum(force.max(axis=-1), 0.0), np.maximum(-force.min(axis=-1), 0.0)
+    return np.maximum(_summit(force), 0.0), np.maximum(_summit(-force), 0.0)
+
+
+def _summit(force: Floats) -> Floats:
+    """Largest value of the parabola through the largest sample and its neighbours."""
+    top = np.argmax(force, axis=-1)[:, None]
+    before, here, after = (
+        np.take_along_axis(force, (top + step) % force.shape[-1], axis=-1)[:, 0]
+        for step in (-1, 0, 1)
+    )
+    bend = 2.0 * here - before - after
+    bent = np.where(bend > 0.0, bend, np.inf)
+    return np.asarray(here + (after - before) ** 2 / (8.0 * bent))
 
 
 @kernel

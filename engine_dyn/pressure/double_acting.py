@@ -26,6 +26,7 @@ from engine_dyn.pressure import compressor
 from engine_dyn.pressure.compressor import CompressorCycle, refusals, tabulate
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 
@@ -72,7 +73,7 @@ class DoubleActingDiagram(Diagram):
         return max(self.head_end.peak, self.crank_end.peak)
 
 
-def ends_of(family: Family) -> DoubleActingDiagram | None:
+def ends_of(family: Family | FamilyGrid) -> DoubleActingDiagram | None:
     """Ends of the double-acting cylinders of an engine with these diagrams; None for others."""
     one = next(iter(family.diagrams), None)
     return one if isinstance(one, DoubleActingDiagram) else None

@@ -46,7 +46,7 @@ def _extreme(
 NODES: tuple[Node, ...] = (
     Node(
         "crosshead_inertia_load", "P_i", "N",
-        "inertia force of piston_mass at the crosshead pin, compression of the piston rod "
+        "inertia load at the crosshead pin, of piston_mass, compression of the piston rod "
         "positive, cylinder 1",
         API, kind="curve", make=_inertia,
         needs=("piston_mass", "double_radius", "speed", "acceleration", "cylinder_set",
@@ -54,8 +54,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "combined_rod_load", "P_c", "N",
-        "gas and inertia force at the crosshead pin, compression of the piston rod positive, "
-        "cylinder 1",
+        "combined rod load, gas and inertia load at the crosshead pin, compression of the piston "
+        "rod positive, cylinder 1",
         API, kind="curve", needs=("gas_force", "crosshead_inertia_load"),
         make=lambda gas_force, crosshead_inertia_load: gas_force + crosshead_inertia_load,
     ),

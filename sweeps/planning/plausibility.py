@@ -82,6 +82,8 @@ def _lines(plan: Plan) -> list[str]:
     off = silenced(plan.scene)
     if "all" in off:
         return []
+    if "double_acting" in plan.scene.words:  # piston rod and crosshead have their masses
+        off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
     used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
     if "family" in used:
         used.update(plan.scene.cycle_keys)
