@@ -28,7 +28,8 @@ Entry = Mapping[str, Any]
 """A picture.
 
 Its keys: `name`; `scene`, the text of the scene.toml that the commands read, or `scene_of`, the
-entry or the page that has it; `files_of`, a page whose named files the commands read; `commands`, where the two usual ones do not draw it; `files`, how
+entry or the page that has it; `files_of`, a page whose named files the commands read; `commands`,
+where the two usual ones do not draw it; `files`, how
 the names of the drawn files begin that are kept, one below the other; `made_by`, the page whose
 tool draws it.
 """

@@ -104,7 +104,7 @@ def _worst(
         load = gas - inertia * slider_crank.acceleration(phi, *own)
         reversed_for = np.empty(len(load))
         _fill_reversals(load, reversed_for)
-        ends = [_either_way(force) for force in (gas + 0.0 * load, load)]
+        ends = [_either_way(force) for force in (gas, load)]
         largest = np.maximum(*ends[1])
         ratio = np.minimum(*ends[1]) / np.where(largest > 0.0, largest, 1.0)
         found.append((*ends[0], *ends[1], reversed_for * period / phi.size, ratio))

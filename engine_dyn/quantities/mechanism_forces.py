@@ -335,13 +335,6 @@ NODES: tuple[Node, ...] = (
         when="single_acting",
     ),
     _force(
-        "gas_force", "P_g", "gas force on the piston, positive towards the crank",
-        "API 618", ("crank_angle", "double_acting", "crankcase_pressure", "bore"),
-        lambda crank_angle, double_acting, crankcase_pressure, bore: torque.piston_area(bore)
-        * (double_acting(crank_angle) - crankcase_pressure),
-        when="double_acting",
-    ),
-    _force(
         "inertia_force", "P_l",
         "inertia force of the reciprocating masses, positive towards the crank",
         "Kakaitsas eq. 2.12", ("mass_of_first", "double_radius", "speed", "acceleration"),

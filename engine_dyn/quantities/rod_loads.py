@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine_dyn.forces import mechanism
+from engine_dyn.forces import mechanism, torque
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import DEGREE
 
@@ -44,6 +44,13 @@ def _extreme(
 
 
 NODES: tuple[Node, ...] = (
+    Node(
+        "gas_force", "P_g", "N", "gas force on the piston, positive towards the crank, cylinder 1",
+        API, kind="curve", when="double_acting",
+        needs=("crank_angle", "double_acting", "crankcase_pressure", "bore"),
+        make=lambda crank_angle, double_acting, crankcase_pressure, bore: torque.piston_area(bore)
+        * (double_acting(crank_angle) - crankcase_pressure),
+    ),
     Node(
         "crosshead_inertia_load", "P_i", "N",
         "inertia load at the crosshead pin, of piston_mass, compression of the piston rod "

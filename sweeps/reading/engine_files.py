@@ -55,7 +55,13 @@ from sweeps.reading.cylinder_keys import (
 from sweeps.reading.engine_tables import EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
-from sweeps.reading.modelled_diagrams import DOUBLE_ACTING, KINDS, modelled_diagram, no_more, taken
+from sweeps.reading.modelled_diagrams import (
+    KINDS,
+    check_double_acting,
+    modelled_diagram,
+    no_more,
+    taken,
+)
 from sweeps.reading.referred_files import add_files_read, kept, kept_files, referred
 from sweeps.reading.shaft_tables import GivenShaft, read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
@@ -188,7 +194,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
         for i, table in enumerate(given.diagram if torque is None else (), start=1)
     ]
-    _check_double_acting(given, name)
+    check_double_acting([t.get("kind") for t in given.diagram], given.pressure_scale, name)
     family = _family(diagrams, name)
     if count := count_cylinders(given, values, period, name):
         values["cylinders"] = float(count)
@@ -248,18 +254,6 @@ def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | Non
     if given.pressure_scale is not None:
         raise SceneError(f"{name}: [pressure_scale]: not allowed: the file gives a torque")
     return read_torque_diagram(given.diagram[0], where, folder)
-
-
-def _check_double_acting(given: EngineFile, name: str) -> None:
-    """Refuse what would be applied to the effective pressure of a double-acting cylinder."""
-    kinds = [table.get("kind") for table in given.diagram]
-    if DOUBLE_ACTING not in kinds:
-        return
-    where = f"{name}: [[diagram]] number {kinds.index(DOUBLE_ACTING) + 1} kind = '{DOUBLE_ACTING}'"
-    if len(kinds) > 1:
-        raise SceneError(f"{where}: must be the only [[diagram]]; one file for each capacity")
-    if given.pressure_scale is not None:
-        raise SceneError(f"{where}: not allowed together with [pressure_scale]")
 
 
 def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:

@@ -7,7 +7,7 @@ and the crankcase pressure of double-acting cylinders come from [values] alone, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -33,10 +33,10 @@ from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
 __all__ = [
-    "DOUBLE_ACTING",
     "KINDS",
     "OF_ENGINE",
     "Kind",
+    "check_double_acting",
     "modelled_cycle",
     "modelled_diagram",
     "no_more",
@@ -152,6 +152,32 @@ def modelled_cycle(
         return kind.cycle(**fields_given), step
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def check_double_acting(kinds: Sequence[Any], pressure_scale: object, name: str) -> None:
+    """Refuse what would be applied to the effective pressure of a double-acting cylinder.
+
+    Parameters
+    ----------
+    kinds : sequence
+        Of all [[diagram]] of an engine file.
+    pressure_scale : object
+        Its [pressure_scale], None without one.
+    name : str
+        What messages begin with.
+
+    Raises
+    ------
+    SceneError
+        For another diagram beside it, and a scale over the speed.
+    """
+    if DOUBLE_ACTING not in kinds:
+        return
+    where = f"{name}: [[diagram]] number {kinds.index(DOUBLE_ACTING) + 1} kind = '{DOUBLE_ACTING}'"
+    if len(kinds) > 1:
+        raise SceneError(f"{where}: must be the only [[diagram]]; one file for each capacity")
+    if pressure_scale is not None:
+        raise SceneError(f"{where}: not allowed together with [pressure_scale]")
 
 
 def _fields(

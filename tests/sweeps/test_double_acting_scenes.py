@@ -228,7 +228,11 @@ def test_a_worked_example_of_rod_loads(tmp_path: Path) -> None:
             "valve_ramp": 3.0, "valve_lag": 0.5, "clearance_ratio": 0.08,
             "crank_end_clearance_ratio": 0.08,
         }  # fmt: skip
-        bore: dict[str, Any] = {"bore": 34.0 * inch, "stroke": 11.0 * inch, "rod_length": 27.5 * inch}
+        bore: dict[str, Any] = {
+            "bore": 34.0 * inch,
+            "stroke": 11.0 * inch,
+            "rod_length": 27.5 * inch,
+        }
         found = computed(
             ["gas_force", "gas_load_compression", "gas_load_tension"],
             written(tmp_path, diagram, **bore),
