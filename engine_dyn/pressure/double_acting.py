@@ -30,7 +30,14 @@ from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 
-__all__ = ["FILE_FIELDS", "FILE_UNITS", "DoubleActingCycle", "DoubleActingDiagram", "ends_of"]
+__all__ = [
+    "FILE_FIELDS",
+    "FILE_UNITS",
+    "OF_EFFECTIVE_PRESSURE",
+    "DoubleActingCycle",
+    "DoubleActingDiagram",
+    "ends_of",
+]
 
 
 FILE_FIELDS: dict[str, FileField] = {
@@ -39,6 +46,10 @@ FILE_FIELDS: dict[str, FileField] = {
     "piston_rod_diameter": FileField("m", 0.0, 3.0),
 }
 """Fields of the cycle in engine files; `bore` and `crankcase_pressure` are the engine's."""
+
+OF_EFFECTIVE_PRESSURE = ("bore", "crankcase_pressure")
+"""Parameters of an engine that the effective pressure is made with, and that no design may change.
+"""
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""

@@ -8,8 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+import sweeps
 from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle
 from engine_dyn.units import BAR
+from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.planning.plausibility import plausibility_warnings
 from sweeps.presenting.engines import engine_text
@@ -358,6 +360,19 @@ def test_an_engine_that_burns_has_no_piston_rod(tmp_path: Path) -> None:
 def test_scenes_that_are_refused(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
     scene = {"engine": written(tmp_path), "output": {"quantities": ["delta"]}, **tables}
     assert message in refusal(scene)
+
+
+def test_no_elasticity_by_what_the_effective_pressure_is_made_with(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    found = computed(["delta_elasticity"], path, set={"arrangement": "in-line 1"})
+    by = found["delta_elasticity"].to_series()
+    assert not {"bore", "crankcase_pressure", "load"} & {*by.index}
+    assert by["inertia"] == pytest.approx(-1.0, abs=0.05)
+    with pytest.raises(SceneError, match="crankcase_pressure: not allowed"):
+        sweeps.run(
+            {"engine": path, "output": {"quantities": ["delta"]},
+             "uncertainty": {"crankcase_pressure": [0.9, 1.1]}}
+        )  # fmt: skip
 
 
 def test_a_measured_diagram_is_of_one_end(tmp_path: Path) -> None:
