@@ -27,6 +27,7 @@ from engine_dyn.quantities import (
     orders,
     parameters,
     pressure,
+    rod_loads,
     running_gear,
     series,
     shaft_numbers,
@@ -80,6 +81,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *characteristics.NODES,
     *series.NODES,
     *mechanism_forces.NODES,
+    *rod_loads.NODES,
     *orders.NODES,
     *bearing_loads.NODES,
     *torsion.NODES,
@@ -107,6 +109,7 @@ _CONSTANTS = tuple(
         ("inertia_model", "constant or variable inertia"),
         ("characteristic", "power and torque over speed"),
         ("shaft_system", "discs and shafts that twist"),
+        ("double_acting", "pressures of both ends of double-acting cylinders"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )
 )

@@ -26,6 +26,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "by_torque": "it is given over the crank angle",
     },
     {
+        "single_acting": "the gas acts on one side of the pistons",
+        "double_acting": "it acts on both, and the diagram is that of an effective pressure",
+    },
+    {
         "centred": "the line of the piston pins meets the crank's axis",
         "offset": "it passes beside the crank's axis somewhere in the scene",
     },

@@ -18,6 +18,7 @@ from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
@@ -119,6 +120,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "cylinders_by_count": sets,
         "characteristic": scene.characteristic,
         "shaft_system": engine.shaft,
+        "double_acting": ends_of(engine.family),
         "variant_of": Variants(scene.words),
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}

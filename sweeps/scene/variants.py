@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -57,6 +58,7 @@ def variant_words(
     return (
         closure,
         "by_pressure" if values.engine.torque is None else "by_torque",
+        "single_acting" if ends_of(values.engine.family) is None else "double_acting",
         *_cylinder_words(values, described, patterns),
         friction_law(values),
         diagrams,

@@ -92,7 +92,7 @@ VARIED: tuple[dict[str, Any], ...] = (
 """Scenes that have, together with the built-in ones, most words that select variants."""
 
 ELSEWHERE = {
-    "table", "angle_load", "over_speed", "own_cycles", "over_cycles", "by_torque",
+    "table", "angle_load", "over_speed", "own_cycles", "over_cycles", "by_torque", "double_acting",
     "speed_of_largest", "speed_of_smallest",
 }  # fmt: skip
 """Words of scenes with files or engines of their own: `test_driven`, `test_modelled` ..."""
