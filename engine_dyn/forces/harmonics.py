@@ -217,17 +217,19 @@ def gravity_harmonics(
 
     `first_only`: of cylinder 1 alone, with its share of its throw.
     """
-    of_radius = {}
-    for radius in {m.radius_factor for engine in by_count.values() for m in engine.members}:
-        own = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
-        of_radius[radius] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
+    of_kind = {}
+    for member in {m for engine in by_count.values() for m in engine.members}:
+        kind = member.radius_factor, member.side
+        if kind not in of_kind:
+            own = member.own(np.asarray(crank_ratio), np.asarray(offset))
+            of_kind[kind] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
 
     def summed(nu: Floats, engine: Cylinders) -> Any:
         each = list(zip(engine.members, banks_of(engine), engine.throw_shares, strict=True))
         total: Any = 0.0
         for member, from_upright, share in each[:1] if first_only else each:
             bank = from_upright + inclination
-            speed, top = of_radius[member.radius_factor]
+            speed, top = of_kind[member.radius_factor, member.side]
             lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
             along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed
             turned = member.radius_factor * np.exp(1j * nu * member.phase)
@@ -272,13 +274,13 @@ def _vectors(
 def _sum_of(
     part: Part, crank_ratio: Any, offset: Any
 ) -> Callable[[Floats, tuple[Member, ...]], Any]:
-    """Sum of a part over cylinders: those of one pressure and one crank radius share harmonics."""
-    known: dict[tuple[float, float], Any] = {}
+    """Sum of a part over cylinders: those of one pressure and one mechanism share harmonics."""
+    known: dict[tuple[float, ...], Any] = {}
 
     def summed(nu: Floats, members: tuple[Member, ...]) -> Any:
         total: Any = 0.0
-        for key in sorted({(m.pressure_factor, m.radius_factor) for m in members}):
-            alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor) == key)
+        for key in sorted({(m.pressure_factor, m.radius_factor, m.side) for m in members}):
+            alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor, m.side) == key)
             if key not in known:
                 known[key] = part.single(nu, *alike[0].own(crank_ratio, offset), key[0])
             total = total + known[key] * _vectors(nu, alike, part.lever)

@@ -142,7 +142,7 @@ def reciprocating_inertia(phi: Any, train: CrankTrain, mass: Any) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        return train.velocity(angle, member) ** 2 * member.mass_factor
+        return train.square(angle, member)[0]
 
     return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
@@ -155,8 +155,7 @@ def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = train.velocity(angle, member)
-        return -train.acceleration(angle, member) * v * member.mass_factor
+        return -0.5 * train.square(angle, member)[1]
 
     return mass * (0.5 * train.double_radius * speed) ** 2 * train.superpose(one, phi)
 
@@ -172,9 +171,8 @@ def inertia_torque_actual(
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = train.velocity(angle, member)
-        b = train.acceleration(angle, member)
-        return -v * (omega**2 * b + acceleration * v) * member.mass_factor
+        square, slope = train.square(angle, member)
+        return -0.5 * omega**2 * slope - acceleration * square
 
     return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
@@ -255,11 +253,10 @@ def torque_after_throw(
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]
-        angle = phi + member.phase
-        v = train.velocity(angle, member)
+        angle = phi + train.phase_of(member)
         found = (
-            lever * gas.difference(angle, member) * v,
-            -moment * member.mass_factor * train.acceleration(angle, member) * v,
+            lever * gas.difference(angle, member) * train.velocity(angle, member),
+            -0.5 * moment * train.square(angle, member)[1],
             -friction_torque / engine.count,
         )
         return found if varying is None else (*found, -lever * varying(angle, member))

@@ -19,10 +19,14 @@ __all__ = [
     "engine_inertia_of_cylinders",
     "mean_factor",
     "mean_of_cylinders",
+    "mean_square",
     "mean_stroke_ratio",
     "throws_per_cylinder",
     "value_of_sets",
 ]
+
+SAMPLES = 360
+"""Of a revolution, for the means of articulated rods."""
 
 
 def value_of_sets(
@@ -91,13 +95,23 @@ def mean_stroke_ratio(
     cylinder_set, by_count
         As of `value_of_sets`.
     """
-
-    def of_one(member: Member) -> Any:
-        own = slider_crank.dead_centres(*member.own(crank_ratio, offset)).stroke
-        return member.radius_factor * own
-
-    mean = mean_of_cylinders(cylinder_set, by_count, of_one)
+    mean = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: member.stroke(crank_ratio, offset)
+    )
     return mean / slider_crank.dead_centres(crank_ratio, offset).stroke
+
+
+def mean_square(member: Member, crank_ratio: Any, offset: Any) -> Any:
+    """Mean over a revolution of `Member.square`, the squared velocity with the factor on the mass.
+
+    That of an articulated rod is the mean of equally spaced samples: it is smooth and periodic.
+    """
+    if member.rod is None:
+        factor = member.mass_factor * member.radius_factor**2
+        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
+    angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    ratio, beside = (np.asarray(one)[..., None] for one in (crank_ratio, offset))
+    return np.mean(member.square(angle, ratio, beside)[0], axis=-1)
 
 
 def engine_inertia_of_cylinders(
@@ -111,12 +125,9 @@ def engine_inertia_of_cylinders(
     share s in its throw: `masses.engine_inertia` with means over the cylinders. docs/method.md
     (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries.
     """
-
-    def of_one(member: Member) -> Any:
-        factor = member.mass_factor * member.radius_factor**2
-        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
-
-    reciprocating = mean_of_cylinders(cylinder_set, by_count, of_one)
+    reciprocating = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: mean_square(member, crank_ratio, offset)
+    )
     rods = value_of_sets(
         cylinder_set, by_count, lambda engine: np.mean(np.square(engine.radius_factors))
     )

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders, Member
-from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
@@ -175,8 +175,12 @@ class Source:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Cylinders that are added up."""
-        return self.cylinders.representatives_of(self.nodes.times)
+        """Cylinders that are added up, with the phases that articulated rods of the box have."""
+        found = self.cylinders.representatives_of(self.nodes.times)
+        if not self.cylinders.articulated:
+            return found
+        crank = self.box.ratio[0], self.box.offset[0]
+        return tuple(m._replace(phase=float(m.phase_of(*crank))) for m in found)
 
 
 def columns_of(source: Source, parts: Parts) -> Columns:
@@ -298,14 +302,11 @@ def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats
 def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velocity:
     """Velocity of a cylinder as columns."""
     inside, at_node = _angles(member, nodes, period)
-    ratio, offset = (side[:, None] for side in member.own(*box.samples.T))
-    radius = member.radius_factor
-    half = 0.5 * nodes.width(period)
-    v, b = radius * velocity(at_node, ratio, offset), radius * acceleration(at_node, ratio, offset)
-    between = radius * velocity(at_node + half, ratio, offset)
+    crank = tuple(side[:, None] for side in box.samples.T)
+    between = at_node + 0.5 * nodes.width(period)
     curves = (
-        radius * velocity(inside, ratio, offset), v, member.mass_factor * v * v,
-        2.0 * member.mass_factor * v * b, member.mass_factor * between * between,
+        member.velocity(inside, *crank), member.velocity(at_node, *crank),
+        *member.square(at_node, *crank), member.square(between, *crank)[0],
     )  # fmt: skip
     return _Velocity(*(np.ascontiguousarray(box.transform @ curve) for curve in curves))
 
