@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.forces import torque
 from engine_dyn.forces.cylinder_harmonics import (
     gas_harmonics,
     inertia_harmonics,
@@ -24,6 +25,7 @@ from engine_dyn.forces.cylinder_harmonics import (
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
@@ -50,6 +52,9 @@ __all__ = [
     "velocity_harmonics",
 ]
 
+
+SAMPLES, SAMPLED_AT_ONCE = 2880, 256
+"""Of two revolutions, a quarter of a degree apart; designs whose samples exist at a time."""
 
 CANCELLED = 1e-12
 """Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
@@ -145,19 +150,28 @@ class Part(NamedTuple):
     lever : callable
         What a cylinder multiplies them with. On a throw of rho engine's radii the force has rho
         times the lever, and the acceleration is rho times as large besides.
+    curve : callable
+        The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
+        `more`: its harmonics with an articulated rod are those of samples.
+    more : tuple of array_like
+        What the curve takes besides; broadcasts.
     """
 
     single: Single
     lever: Callable[[Member], float]
+    curve: Callable[..., Any]
+    more: tuple[Any, ...] = ()
 
 
 VELOCITY = Part(
     lambda nu, crank_ratio, offset, _: velocity_harmonics(nu, crank_ratio, offset),
     lambda m: m.radius_factor,
+    lambda angle, member, *crank: member.velocity(angle, *crank),
 )
 INERTIA = Part(
     lambda nu, crank_ratio, offset, _: inertia_harmonics(nu, crank_ratio, offset),
     lambda m: m.mass_factor * m.radius_factor**2,
+    lambda angle, member, *crank: -0.5 * member.square(angle, *crank)[1],
 )
 
 
@@ -167,7 +181,12 @@ def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -
     def single(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Any:
         return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor, threads)
 
-    return Part(single, lambda m: m.radius_factor)
+    def curve(angle: Floats, member: Member, crank_ratio: Any, offset: Any, place: Any) -> Any:
+        at = member.diagram_angle(angle, crank_ratio, offset)
+        gas = torque.pressure(at, family, place, 1.0, member.pressure_factor)
+        return gas * member.velocity(angle, crank_ratio, offset)
+
+    return Part(single, lambda m: m.radius_factor, curve, (row,))
 
 
 def of_engine(
@@ -279,6 +298,10 @@ def _sum_of(
 
     def summed(nu: Floats, members: tuple[Member, ...]) -> Any:
         total: Any = 0.0
+        for member in (m for m in members if m.rod is not None):
+            own = _of_samples(part, nu, member, crank_ratio, offset)
+            total = total + own * np.exp(1j * nu * member.phase_of(crank_ratio, offset))
+        members = tuple(m for m in members if m.rod is None)
         for key in sorted({(m.pressure_factor, m.radius_factor, m.side) for m in members}):
             alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor, m.side) == key)
             if key not in known:
@@ -287,6 +310,24 @@ def _sum_of(
         return total
 
     return summed
+
+
+def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset: Any) -> Any:
+    """Harmonics of a part over a cylinder's own angle, from equally spaced samples of its curve."""
+    columns = np.broadcast_arrays(*map(np.asarray, (crank_ratio, offset, *part.more)))
+    flat = [column.reshape(-1, 1).astype(float) for column in columns]
+    angle = np.arange(SAMPLES) * (FOUR_STROKE / SAMPLES)
+    orders, which = np.unique(nu, return_inverse=True)
+    found = np.empty((flat[0].size, orders.size), dtype=np.complex128)
+    for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):
+        here = slice(begin, begin + SAMPLED_AT_ONCE)
+        found[here] = of_curve(
+            part.curve(angle, member, *(column[here] for column in flat)), angle, orders
+        )
+    place, row = np.broadcast_arrays(
+        which.reshape(nu.shape), np.arange(flat[0].size).reshape(columns[0].shape)
+    )
+    return found[row, place]
 
 
 def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:

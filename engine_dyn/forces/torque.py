@@ -115,9 +115,10 @@ class GasPressure(NamedTuple):
     scale: Any
     crankcase: Any
 
-    def difference(self, phi: Any, member: Member) -> Any:
+    def difference(self, phi: Any, member: Member, train: CrankTrain) -> Any:
         """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""
-        gas = pressure(phi, self.family, self.row, self.scale, member.pressure_factor)
+        angle = member.diagram_angle(phi, train.crank_ratio, train.offset)
+        gas = pressure(angle, self.family, self.row, self.scale, member.pressure_factor)
         return gas - self.crankcase
 
 
@@ -129,7 +130,7 @@ def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        return gas.difference(angle, member) * train.velocity(angle, member)
+        return gas.difference(angle, member, train) * train.velocity(angle, member)
 
     return piston_area(bore) * 0.5 * train.double_radius * train.superpose(one, phi)
 
@@ -255,7 +256,7 @@ def torque_after_throw(
         member = engine.members[cylinder]
         angle = phi + train.phase_of(member)
         found = (
-            lever * gas.difference(angle, member) * train.velocity(angle, member),
+            lever * gas.difference(angle, member, train) * train.velocity(angle, member),
             -0.5 * moment * train.square(angle, member)[1],
             -friction_torque / engine.count,
         )

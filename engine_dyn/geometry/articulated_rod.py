@@ -133,6 +133,20 @@ class ArticulatedRod(NamedTuple):
         theta = angle + self._theta(crank_ratio, offset)
         return -self._height(theta, crank_ratio, offset).bend
 
+    def diagram_angle(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Angle of the master at the same part of its stroke, downwards or upwards as this one.
+
+        The pressure follows the volume: with that of the master's diagram at this angle, every
+        cylinder has the same diagram over its volume. Dead centres are dead centres of both.
+        """
+        turns = np.floor(np.asarray(angle) / (2.0 * np.pi))
+        down = angle - 2.0 * np.pi * turns < self.bottom(crank_ratio, offset)
+        most = 2.0 * slider_crank.dead_centres(crank_ratio, offset).stroke
+        part = self.position(angle, crank_ratio, offset) / (2.0 * self.stroke(crank_ratio, offset))
+        travel = np.clip(most * part, 0.0, most)
+        master = slider_crank.angle_of_travel(travel, down, crank_ratio, offset)
+        return master + 2.0 * np.pi * np.where(down, turns, turns + 1.0)
+
     def knuckle_square(self, angle: Any, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
         """Squared speed of the knuckle pin beyond the crank pin's over (r omega)^2, and its slope.
 
@@ -147,12 +161,13 @@ class ArticulatedRod(NamedTuple):
             2.0 * k * (beta2 * (k * beta1 - cosine) + beta1 * (1.0 + beta1) * sine),
         )
 
-    def knuckle_acceleration(self, theta: Any, crank_ratio: Any, offset: Any) -> Any:
+    def knuckle_acceleration(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Acceleration of the knuckle pin beyond the crank pin's over r omega^2, complex.
 
-        The real part is along the master's cylinder, the imaginary one a right angle ahead in the
-        sense of rotation; `theta` is the angle of the crank to the master's cylinder.
+        The real part is along the cylinder, the imaginary one a right angle ahead in the sense of
+        rotation.
         """
+        theta = angle + self._theta(crank_ratio, offset)
         beta, beta1, beta2 = self._lean(theta, crank_ratio, offset)
-        turned = self.radius * np.exp(1j * (self.angle - beta))
+        turned = self.radius * np.exp(1j * (self.angle - self.bank - beta))
         return -(beta1 * beta1 + 1j * beta2) * turned

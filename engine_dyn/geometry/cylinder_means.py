@@ -22,6 +22,7 @@ __all__ = [
     "mean_square",
     "mean_stroke_ratio",
     "throws_per_cylinder",
+    "value_of_each",
     "value_of_sets",
 ]
 
@@ -52,6 +53,21 @@ def value_of_sets(
     total: Any = np.nan
     for count in np.unique(counts):
         total = np.where(counts == count, of_engine(by_count[int(count)]), total)
+    return total
+
+
+def value_of_each(
+    of_one: Callable[[Member], Any], numbers: Any, cylinder_set: Any, by_count: CylindersByCount
+) -> Any:
+    """Take a value of single cylinders, whose numbers, from 1, broadcast; NaN past the last one."""
+    asked = np.asarray(numbers)
+    total: Any = np.nan
+    for number in np.unique(asked).astype(int).tolist():
+
+        def of_engine(engine: Cylinders, number: int = number) -> Any:
+            return of_one(engine.members[number - 1]) if number <= engine.count else np.nan
+
+        total = np.where(asked == number, value_of_sets(cylinder_set, by_count, of_engine), total)
     return total
 
 

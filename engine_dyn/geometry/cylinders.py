@@ -96,6 +96,13 @@ class Member(NamedTuple):
         """
         return self.phase if self.rod is None else self.phase - self.rod.top(crank_ratio, offset)
 
+    def diagram_angle(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Angle at which the cylinder takes the pressure from its diagram [rad].
+
+        The own one; with an articulated rod that of the master at the same part of the stroke.
+        """
+        return angle if self.rod is None else self.rod.diagram_angle(angle, crank_ratio, offset)
+
     def position(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Piston travel from top dead centre."""
         if self.rod is not None:
@@ -126,6 +133,12 @@ class Member(NamedTuple):
             return square, slope
         knuckle, turn = self.rod.knuckle_square(angle, crank_ratio, offset)
         return square + self.rod.knuckle_mass * knuckle, slope + self.rod.knuckle_mass * turn
+
+    def bottom(self, crank_ratio: Any, offset: Any) -> Any:
+        """Own angle at bottom dead centre [rad]."""
+        if self.rod is not None:
+            return self.rod.bottom(crank_ratio, offset)
+        return slider_crank.dead_centres(*self.own(crank_ratio, offset)).bottom
 
     def stroke(self, crank_ratio: Any, offset: Any) -> Any:
         """Stroke over two of the engine's crank radii [1]."""

@@ -18,6 +18,7 @@ from engine_dyn.quantities import (
     bearing_loads,
     characteristics,
     curve_means,
+    each_cylinder,
     flywheels,
     friction,
     friction_components,
@@ -69,6 +70,7 @@ _PARAMETERS: tuple[Node, ...] = (
 
 _QUANTITIES: tuple[Node, ...] = (
     *running_gear.NODES,
+    *each_cylinder.NODES,
     *pressure.NODES,
     *friction.NODES,
     *friction_components.NODES,
@@ -114,6 +116,9 @@ _DIMENSIONS = (
     Dimension(
         "cylinder", "", "1", "throw along the shaft, with its cylinders, counted from 1",
         whole=True,
+    ),
+    Dimension(
+        "piston", "", "1", "piston, by the number of its cylinder, counted from 1", whole=True,
     ),
     Dimension(
         "main_bearing", "j", "1",

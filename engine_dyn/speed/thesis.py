@@ -107,7 +107,8 @@ def _cycle_of(
     for member in cylinders.members:
         crank = value["crank_ratio"], value["offset_ratio"]
         phi = angle + member.phase_of(*crank)
-        both = pressures_of_rows(family, rows, phi, member.pressure_factor)
+        at = member.diagram_angle(phi, *crank)
+        both = pressures_of_rows(family, rows, at, member.pressure_factor)
         pressure = value["scale"] * ((1.0 - weight) * both[0] + weight * both[1])
         v, load = member.velocity(phi, *crank), pressure - value["crankcase_pressure"]
         own_square, own_slope = member.square(phi, *crank)

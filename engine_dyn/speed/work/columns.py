@@ -312,10 +312,11 @@ def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velo
 
 
 def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Floats]:
-    """Angles of a cycle, and weights of the pressure there in the mean of p v, (term, angle)."""
+    """Angles of a cycle's pressures, and weights of these in the mean of p v, (term, angle)."""
     nodes = Nodes(FEWEST_NODES, WIDE, 1)
     angle, _ = _angles(member, nodes, period)
     each = np.repeat(WEIGHTS, FEWEST_NODES) / FEWEST_NODES
+    angle = member.diagram_angle(angle, box.ratio[0], box.offset[0])
     return angle, each * _velocity_of(member, box, nodes, period).inside
 
 
@@ -384,6 +385,7 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
 
     add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
     angle = np.concatenate([inside, at_node])
+    angle = member.diagram_angle(angle, source.box.ratio[0], source.box.offset[0])
     add(pressures_of_rows(source.family, rows, angle, member.pressure_factor), slice(1, None))
     for curve in (work, halves, rates):
         curve[1:] -= ATMOSPHERE * curve[:1]
