@@ -57,31 +57,21 @@ def with_rods(
         raise ValueError("not allowed together with radius_factor or a VR engine")
     on_throw = [cylinder.throw for cylinder in made.cylinders]
     first = [on_throw.index(throw) == k for k, throw in enumerate(on_throw)]
-
-    def each(name: str, value: Sequence[float] | float, low: float, high: float) -> list[float]:
-        if np.ndim(value) == 0:
-            return each(name, [0.0 if one else float(value) for one in first], low, high)
-        found = [float(one) for one in value]
-        if len(found) != count:
-            raise ValueError(f"{name}: {len(found)} values for {count} cylinders")
-        for number, one in enumerate(found, start=1):
-            if not low <= one <= high:
-                raise ValueError(
-                    f"{name}, value {number} = {one:g}: must be from {low:g} to {high:g}"
-                )
-        return found
-
-    radii = each("radius", radius, 0.0, LARGEST_FACTOR)
-    masses = each("knuckle_mass", knuckle_mass, 0.0, LARGEST_FACTOR)
-    lengths = each("length", 0.0 if length is None else length, 0.0, LONGEST)
-    given = None if angles is None else each("angles", angles, -math.inf, math.inf)
+    radii = _each("radius", radius, LARGEST_FACTOR, first)
+    is_master = [one == 0.0 for one in radii]
+    masses = _each("knuckle_mass", knuckle_mass, LARGEST_FACTOR, is_master)
+    lengths = _each("length", 0.0 if length is None else length, LONGEST, is_master)
+    if angles is not None and len(angles) != count:
+        raise ValueError(f"angles: {len(angles)} values for {count} cylinders")
     if not any(radii):
+        if np.any(radius):
+            raise ValueError("radius: no cylinders share a throw, so that no rod hangs on another")
         plain = tuple(member._replace(rod=None) for member in engine.members)
         return replace(engine, members=plain)
     members = list(engine.members)
     for throw in set(on_throw):
         here = [k for k in range(count) if on_throw[k] == throw]
-        masters = [k for k in here if radii[k] == 0.0]
+        masters = [k for k in here if is_master[k]]
         if len(masters) != 1 or radii[0] != 0.0:
             listed = ", ".join(str(k + 1) for k in here)
             raise ValueError(
@@ -92,7 +82,23 @@ def with_rods(
         for k in here:
             bank = math.remainder(made.banks[made.cylinders[k].bank] - master, TURN)
             bank = round(bank, 12)  # equal rods are equal bit for bit
-            angle = bank if given is None else given[k]
+            angle = bank if angles is None else float(angles[k])
             rod = ArticulatedRod(radii[k], angle, bank, lengths[k], masses[k])
             members[k] = members[k]._replace(rod=None if k == masters[0] else rod)
     return replace(engine, members=tuple(members))
+
+
+def _each(
+    name: str, value: Sequence[float] | float, high: float, masters: Sequence[bool]
+) -> list[float]:
+    """A value of each cylinder; a number is that of all but masters."""
+    if np.ndim(value) == 0:
+        number = float(np.asarray(value))
+        return _each(name, [0.0 if one else number for one in masters], high, masters)
+    found = [float(one) for one in np.asarray(value, dtype=float)]
+    if len(found) != len(masters):
+        raise ValueError(f"{name}: {len(found)} values for {len(masters)} cylinders")
+    for place, one in enumerate(found, start=1):
+        if not 0.0 <= one <= high:
+            raise ValueError(f"{name}, value {place} = {one:g}: must be from 0 to {high:g}")
+    return found
