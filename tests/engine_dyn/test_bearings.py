@@ -73,7 +73,8 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
     assert down == pytest.approx([found["down"] for found in exact], abs=limit)
 
 
-ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5"]
+ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5",
+           "VR6 15"]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -174,7 +175,13 @@ FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0
 @pytest.mark.parametrize("load", list(bearings.LOADS))
 @pytest.mark.parametrize(
     ("text", "unequal"),
-    [("in-line 3", FACTORS), ("V6 60 split-pin", {}), ("V8 cross-plane", {}), ("radial 5", {})],
+    [
+        ("in-line 3", FACTORS),
+        ("V6 60 split-pin", {}),
+        ("V8 cross-plane", {}),
+        ("radial 5", {}),
+        ("VR6 15", {}),
+    ],
 )
 def test_extremes_are_those_of_the_curves_at_the_samples(
     family: Family, load: str, text: str, unequal: dict[str, Any]

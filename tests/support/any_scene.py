@@ -36,8 +36,8 @@ MOST_DESIGNS = 24
 
 LAYOUTS = {
     1: ("in-line 1",), 2: ("parallel twin 270", "V2 90", "boxer 2"), 3: ("in-line 3", "radial 3"),
-    4: ("in-line 4", "V4 90 shared-pin", "boxer 4"), 5: ("in-line 5", "radial 5"),
-    6: ("V6 60 split-pin", "V6 90 shared-pin", "boxer 6", "in-line 6"),
+    4: ("in-line 4", "V4 90 shared-pin", "boxer 4"), 5: ("in-line 5", "radial 5", "VR5 15"),
+    6: ("V6 60 split-pin", "V6 90 shared-pin", "boxer 6", "in-line 6", "VR6 15"),
     7: ("in-line 7", "radial 7"), 8: ("V8 cross-plane", "V8 flat-plane", "boxer 8"),
     10: ("V10 90 shared-pin",), 12: ("V12 60 shared-pin",), 16: ("V16 60 shared-pin",),
 }  # fmt: skip
