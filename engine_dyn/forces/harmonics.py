@@ -316,8 +316,8 @@ def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset
     """Harmonics of a part over a cylinder's own angle, from equally spaced samples of its curve."""
     columns = np.broadcast_arrays(*map(np.asarray, (crank_ratio, offset, *part.more)))
     flat = [column.reshape(-1, 1).astype(float) for column in columns]
-    angle = np.arange(SAMPLES) * (FOUR_STROKE / SAMPLES)
-    orders, which = np.unique(nu, return_inverse=True)
+    angle: Floats = np.arange(SAMPLES, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
+    orders, which = np.unique(np.asarray(nu, dtype=np.float64), return_inverse=True)
     found = np.empty((flat[0].size, orders.size), dtype=np.complex128)
     for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):
         here = slice(begin, begin + SAMPLED_AT_ONCE)

@@ -220,7 +220,7 @@ def _friction_of_one(
         return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
 
     def one(angle: Any, member: Member) -> Any:
-        key = tuple(member[1:])
+        key = member.marks
         if key not in weights:
             mean = means(member)
             weights[key] = np.where(mean > 0.0, mean, np.inf)

@@ -14,12 +14,12 @@ from engine_dyn.quantities.balance import components_of, turning_gear
 from engine_dyn.quantities.node import Node
 from engine_dyn.units import DEGREE
 
-__all__ = ["FOLLOWED", "NODES"]
+__all__ = ["FOLLOWED", "MOTION", "NODES"]
 
 SOURCE = "slider-crank or articulated rod, derived here"
 
 _OF_EACH = ("piston", "crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count")
-_MOTION = (
+_NEEDS = (
     "crank_angle", "crank_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
     "cylinders_by_count", "offset_ratio",
 )  # fmt: skip
@@ -79,13 +79,13 @@ def _force(
 
     return Node(
         name, symbol, "N", long_name, SOURCE, kind="curve", adds=("direction",), throws=True,
-        when="articulated_rods", needs=(*_MOTION, *(_TURNING if turning else ())), make=make,
+        when="articulated_rods", needs=(*_NEEDS, *(_TURNING if turning else ())), make=make,
     )  # fmt: skip
 
 
-_GEAR = {*_MOTION, *_TURNING} - {"crank_angle"}
+_GEAR = {*_NEEDS, *_TURNING} - {"crank_angle"}
 
-NODES = (
+MOTION = (
     Node(
         "cylinder_stroke", "s_k", "m", "stroke of each cylinder", SOURCE,
         needs=(*_OF_EACH, "double_radius"), make=_stroke,
@@ -104,6 +104,10 @@ NODES = (
         "cylinder_travel", "x_k", "m", "piston travel of each cylinder from its top dead centre",
         SOURCE, kind="curve", needs=("crank_angle", *_OF_EACH, "double_radius"), make=_travel,
     ),
+)  # fmt: skip
+"""What each cylinder has of its own."""
+
+_FORCES = (
     _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
            False),
     _force("reciprocating_force_first", "P_{J,1}",
@@ -116,11 +120,13 @@ NODES = (
     _force("shaking_force_second", "F_2", "second order of the shaking force", 2, True),
 )  # fmt: skip
 
+NODES = (*MOTION, *_FORCES)
+
 FOLLOWED = frozenset({
     *(node.name for node in NODES),
     # lengths and masses; what is cylinder 1's, a master
     "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
-    "throws_per_cylinder", "position", "velocity", "acceleration", "position_coefficient",
+    "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration", "position_coefficient",
     "velocity_coefficient", "acceleration_coefficient", "position_mean", "rod_angle",
     "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
     "engine_inertia", "mean_reciprocating_inertia", "varying_inertia",

@@ -70,7 +70,6 @@ _PARAMETERS: tuple[Node, ...] = (
 
 _QUANTITIES: tuple[Node, ...] = (
     *running_gear.NODES,
-    *each_cylinder.NODES,
     *pressure.NODES,
     *friction.NODES,
     *friction_components.NODES,
@@ -78,6 +77,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *loads.NODES,
     *speed.NODES,
     *balance.NODES,
+    *each_cylinder.NODES,
     *flywheels.NODES,
     *characteristics.NODES,
     *series.NODES,

@@ -328,6 +328,18 @@ def _each_cylinder(draw: Draw, given: Given) -> None:
     given.settings.setdefault("cylinders", count)
 
 
+def _master_rods(draw: Draw, given: Given) -> None:
+    """Rods that hang on the first rod of each throw."""
+    two_stroke = given.engine.period < 10.0
+    names = {3: "radial 3", 5: "radial 5", 12: "V12 60 shared-pin"}
+    names = {4: "boxer 4"} if two_stroke else names
+    count = draw(st.sampled_from(sorted(names)))
+    given.settings |= {"arrangement": names[count], "cylinders": count}
+    given.cylinders = count
+    radius = 0.0 if two_stroke else draw(near(0.2, 0.5))
+    given.settings["articulated_rods"] = {"radius": radius, "knuckle_mass": draw(near(0.1, 0.3))}
+
+
 def _firing_angles(draw: Draw, given: Given) -> None:
     count, cycle = given.cylinders, round(np.degrees(given.engine.period))
     even = [cycle * i / count for i in range(count)]
@@ -400,8 +412,8 @@ def _stepping(draw: Draw, given: Given) -> None:
 
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
-    _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _balance, _shaft,
-    _stepping,
+    _indicator, _characteristic, _layout, _each_cylinder, _master_rods, _firing_angles, _balance,
+    _shaft, _stepping,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -413,7 +425,8 @@ SIMPLE = (
 _EXCLUDE = [{*group.split()} for group in (
     "inertia flywheel", "load_law load_table driver", "load driver characteristic",
     "cycle indicator characteristic driver", "count layout each_cylinder misfire",
-    "count layout firing_angles", "count each_cylinder firing_angles misfire",
+    "count layout firing_angles master_rods", "master_rods each_cylinder misfire",
+    "master_rods shaft", "master_rods balance", "master_rods friction_over_stroke", "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
     "shaft inertia flywheel count layout", "stepping load_table driver",
@@ -484,8 +497,20 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
         )
         asked = [name for name in scene["output"]["quantities"] if not series.search(name)]
         scene["output"]["quantities"] = asked or ["torque_max"]
+    if "articulated_rods" in given.settings:
+        asked = [q for q in scene["output"]["quantities"] if _has_with_rods(scene, q)]
+        scene["output"]["quantities"] = asked or ["torque_max"]
     _reference(draw, scene)
     return _valid(scene)
+
+
+def _has_with_rods(scene: dict[str, Any], quantity: str) -> bool:
+    """Whether engines with articulated rods have a quantity."""
+    try:
+        read_scene({**scene, "output": {"quantities": [quantity]}})
+    except SceneError as error:
+        return "articulated_rods" not in str(error)
+    return True
 
 
 def _place(draw: Draw, scene: dict[str, Any], given: Given) -> None:

@@ -123,7 +123,9 @@ def test_variable_inertia_is_that_of_points(engine: str) -> None:
         2.0, 0.0, "power_mean",
     )  # fmt: skip
     here = computed(("delta",), engine, solver={"inertia_model": "variable"})
-    assert float(here["delta"]) == pytest.approx(periodic_speed(problem).delta, rel=2e-5)
+    speed = periodic_speed(problem)
+    delta = (speed.omega_max - speed.omega_min) / speed.omega_mean
+    assert float(here["delta"]) == pytest.approx(delta, rel=2e-5)
 
 
 def test_methods_and_axes_agree(engine: str) -> None:
@@ -135,12 +137,12 @@ def test_methods_and_axes_agree(engine: str) -> None:
     assert auto.values == pytest.approx(newton.values, rel=1e-5)
     one = computed(
         ("delta", "torque"), engine, set={"crank_ratio": 0.22, "inertia": 6.0},
-        output={"angle_step": 0.5},
+        output={"angle_step": 0.1},
     )  # fmt: skip
     first = here["delta"].isel(crank_ratio=0, inertia=0, method=0, inertia_model=0)
     assert float(one["delta"]) == pytest.approx(float(first), rel=1e-9)
     most = float(here["torque_max"].isel(crank_ratio=0))
-    assert float(one["torque"].max()) == pytest.approx(most, rel=1e-4)
+    assert float(one["torque"].max()) == pytest.approx(most, rel=1e-5)
 
 
 def test_with_and_without_articulated_rods(engine: str) -> None:
