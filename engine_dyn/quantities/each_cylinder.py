@@ -16,7 +16,7 @@ from engine_dyn.units import DEGREE
 
 __all__ = ["FOLLOWED", "MOTION", "NODES"]
 
-SOURCE = "slider-crank or articulated rod, derived here"
+SOURCE = "this project"
 
 _OF_EACH = ("piston", "crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count")
 _NEEDS = (
@@ -126,7 +126,8 @@ FOLLOWED = frozenset({
     *(node.name for node in NODES),
     # lengths and masses; what is cylinder 1's, a master
     "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
-    "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration", "position_coefficient",
+    "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration",
+    "position_coefficient",
     "velocity_coefficient", "acceleration_coefficient", "position_mean", "rod_angle",
     "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
     "engine_inertia", "mean_reciprocating_inertia", "varying_inertia",
