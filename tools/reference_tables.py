@@ -131,7 +131,7 @@ def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
     headed: list[str] = []
     for name, given in top["properties"].items():
         one = _resolved(schema, given)
-        if name in again and name != "arrangement":
+        if name in again and name not in ("arrangement", "articulated_rods"):
             continue
         listed = "items" in one
         choices = [one["items"]] if listed else [one]

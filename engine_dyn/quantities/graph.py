@@ -18,6 +18,7 @@ from engine_dyn.quantities import (
     bearing_loads,
     characteristics,
     curve_means,
+    each_cylinder,
     flywheels,
     friction,
     friction_components,
@@ -77,6 +78,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *loads.NODES,
     *speed.NODES,
     *balance.NODES,
+    *each_cylinder.NODES,
     *flywheels.NODES,
     *characteristics.NODES,
     *series.NODES,
@@ -118,6 +120,9 @@ _DIMENSIONS = (
     Dimension(
         "cylinder", "", "1", "throw along the shaft, with its cylinders, counted from 1",
         whole=True,
+    ),
+    Dimension(
+        "piston", "", "1", "piston, by the number of its cylinder, counted from 1", whole=True,
     ),
     Dimension(
         "main_bearing", "j", "1",

@@ -42,6 +42,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "unequal_throws": "crank radii of an engine differ",
     },
     {
+        "plain_rods": "all rods work on a crank pin",
+        "articulated_rods": "rods hang on master rods",
+    },
+    {
         "own_pins": "each cylinder has a throw of its own",
         "shared_pins": "rods share the pin of a throw somewhere in the scene",
     },

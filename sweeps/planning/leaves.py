@@ -59,6 +59,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
+        "piston": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
         "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),

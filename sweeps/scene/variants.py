@@ -89,11 +89,14 @@ def _cylinder_words(
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     if patterns is not None and any(SEALED in one.firings for one in patterns.each):
         throws = False  # the mean work of their cylinders is no mean of their factors
+    throws = throws and (centred or not any(engine.both_sides for engine in engines))
     own_pins = all(engine.own_pins for engine in engines)
+    plain_rods = not any(engine.articulated for engine in engines)
     return (
         "centred" if centred else "offset",
         "equal" if equal else "unequal",
         "equal_throws" if throws else "unequal_throws",
+        "plain_rods" if plain_rods else "articulated_rods",
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",
     )

@@ -11,7 +11,12 @@ from sweeps.scene.consistency.pressure import (
     check_double_acting,
     check_motored,
 )
-from sweeps.scene.consistency.rod import check_offset, check_rod, check_throw_radii
+from sweeps.scene.consistency.rod import (
+    check_mechanism,
+    check_offset,
+    check_rod,
+    check_throw_radii,
+)
 from sweeps.scene.consistency.rules import check_exclusions, check_ranges
 from sweeps.scene.consistency.shaft import check_shaft
 from sweeps.scene.model import Scene
@@ -34,6 +39,7 @@ def check_scene(scene: Scene, name: str) -> None:
     extreme_cylinders(scene, name)  # refuses values that no cylinder can have
     check_offset(scene, name)
     check_throw_radii(scene, name)
+    check_mechanism(scene, name)
     check_misfire(scene, name)
     check_patterns(scene, name)
     check_friction_law(scene, name)
