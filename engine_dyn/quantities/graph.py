@@ -24,6 +24,7 @@ from engine_dyn.quantities import (
     generator,
     loads,
     mechanism_forces,
+    mounts,
     orders,
     parameters,
     pressure,
@@ -34,6 +35,7 @@ from engine_dyn.quantities import (
     speed,
     torque,
     torsion,
+    web_weights,
 )
 from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.units import DEGREE
@@ -65,6 +67,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *mechanism_forces.PARAMETERS,
     *shaft_numbers.PARAMETERS,
     *generator.PARAMETERS,
+    *web_weights.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -84,6 +87,8 @@ _QUANTITIES: tuple[Node, ...] = (
     *bearing_loads.NODES,
     *torsion.NODES,
     *generator.NODES,
+    *web_weights.NODES,
+    *mounts.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """
@@ -106,6 +111,8 @@ _CONSTANTS = tuple(
         ("inertia_model", "constant or variable inertia"),
         ("characteristic", "power and torque over speed"),
         ("shaft_system", "discs and shafts that twist"),
+        ("counterweights", "counterweights on the webs"),
+        ("mounts", "mounts of the engine block"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )
 )
@@ -130,6 +137,7 @@ _DIMENSIONS = (
         "shaft", "", "1", "shaft between two discs, counted from 1; what holds the rings of "
         "dampers comes last", whole=True,
     ),
+    Dimension("mount", "", "1", "mount of the engine block, counted from 1", whole=True),
     Dimension(
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
     ),

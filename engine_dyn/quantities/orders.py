@@ -35,13 +35,13 @@ def _gravity(scope: str, first_only: bool) -> Node:
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
             needs["journal_rod_mass"], 0.5 * needs["double_radius"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
-            needs["journal_throw_mass"], needs["engine_inclination"],
+            needs["journal_throw_mass"], needs["engine_inclination"], needs["web_unbalance"],
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
         (*_MOTION, "reciprocating_mass", "journal_rod_mass", "journal_throw_mass", "double_radius",
-         "engine_inclination", *_COUNTED), make,
+         "engine_inclination", "web_unbalance", *_COUNTED), make,
     )  # fmt: skip
 
 

@@ -112,6 +112,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
         "weights_given": "the mass of the counterweights is given",
+        "weights_of_webs": "mass, place and direction of each counterweight are given",
     },
     {
         "reciprocating_included": "discs of throws include the mean of their reciprocating masses",
@@ -132,6 +133,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "no_counterweights": "nothing says what the counterweights are",
         "counterweights": "scene or engine says what the counterweights are",
+    },
+    {
+        "mounts_without_pitch": "mounts have no places along the shaft, or there are none",
+        "mounts_with_pitch": "mounts have places along the shaft too",
     },
     {
         "no_shaft": "no balance shaft at the crank's speed",

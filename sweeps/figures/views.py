@@ -40,7 +40,7 @@ MOST_ROWS = 45
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
-CATEGORIES = ("cylinder", "main_bearing", "cylinders", "direction", "valve_train", MISFIRE)
+CATEGORIES = ("cylinder", "main_bearing", "mount", "cylinders", "direction", "valve_train", MISFIRE)
 """Dimensions between whose values there is nothing: no line runs from one to the next."""
 
 RUNNING = ("crank_angle", "order", "crossing")

@@ -46,6 +46,7 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.block_tables import FACTOR, WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -233,7 +234,21 @@ def _read_engine(path: Path, name: str) -> Engine:
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
     )
+    _check_weights(given, values, name)
+    engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
     return engine if shaft is None else with_shaft(engine, shaft)
+
+
+def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) -> None:
+    """Check that a file sizes its counterweights once."""
+    if given.counterweights is None and FACTOR in values:
+        raise SceneError(f"{name}: [values] {FACTOR}: has no effect without [[counterweights]]")
+    for key in WEIGHT_KEYS if given.counterweights is not None else ():
+        if key in values:
+            raise SceneError(
+                f"{name}: [values] {key}: not allowed together with [[counterweights]]; give one "
+                "of them"
+            )
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:

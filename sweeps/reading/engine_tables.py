@@ -11,6 +11,13 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sweeps.checks import Strict
+from sweeps.reading.block_tables import (
+    COUNTERWEIGHTS,
+    MOST,
+    MOUNTS,
+    CounterweightTable,
+    MountTable,
+)
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
@@ -83,6 +90,12 @@ class EngineFile(Strict):
     shaft: Any = Field(
         default=None,
         description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
+    counterweights: list[CounterweightTable] | None = Field(
+        default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST
+    )
+    mounts: list[MountTable] | None = Field(
+        default=None, description=MOUNTS, min_length=1, max_length=MOST
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")

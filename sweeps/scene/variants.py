@@ -142,11 +142,17 @@ def _balance_words(values: GivenValues) -> tuple[str, ...]:
     fraction, mass = "counterweight_fraction", "counterweight_mass"
     # A fraction of the scene replaces the engine's mass.
     weights_given = not values.gives(fraction) and (values.gives(mass) or values.engine_gives(mass))
+    # Both of the scene replace the engine's table.
+    of_webs = values.engine.counterweights is not None and not values.gives(fraction, mass)
     # A fraction of 0 is given too.
     counterweights = weights_given or values.gives(fraction) or values.engine_gives(fraction)
+    mounts = values.engine.mounts
+    pitch = mounts is not None and mounts.position is not None
+    sized = "weights_given" if weights_given else "weights_by_fraction"
     return (
-        "weights_given" if weights_given else "weights_by_fraction",
-        "counterweights" if counterweights else "no_counterweights",
+        "weights_of_webs" if of_webs else sized,
+        "mounts_with_pitch" if pitch else "mounts_without_pitch",
+        "counterweights" if counterweights or of_webs else "no_counterweights",
         "shaft" if values.nonzero("balance_shaft_mass") else "no_shaft",
         "pair" if values.nonzero("second_shaft_mass") else "no_pair",
     )
