@@ -101,12 +101,12 @@ def _mounts(given: Sequence[MountTable], where: str) -> Mounts:
     heights, positions = {one.height for one in given}, [one.position for one in given]
     if len(heights) > 1:
         raise SceneError(
-            f"{where}mounts height: {min(heights):g} and {max(heights):g}: must be the same for all"
+            f"{where}[mounts] height: {min(heights):g} and {max(heights):g}: must be the same for all"
         )
     if None in positions and any(place is not None for place in positions):
         number = positions.index(None) + 1
         raise SceneError(
-            f"{where}mounts number {number} position: missing; must be given for all mounts or none"
+            f"{where}[mounts] number {number} position: missing; must be given for all mounts or none"
         )
     try:
         return Mounts(
@@ -115,4 +115,4 @@ def _mounts(given: Sequence[MountTable], where: str) -> Mounts:
             np.array([one.stiffness for one in given]), heights.pop(),
         )  # fmt: skip
     except ValueError as error:
-        raise SceneError(f"{where}mounts: {mentioned(error)}") from None
+        raise SceneError(f"{where}[mounts]: {mentioned(error)}") from None
