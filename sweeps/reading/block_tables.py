@@ -101,12 +101,14 @@ def _mounts(given: Sequence[MountTable], where: str) -> Mounts:
     heights, positions = {one.height for one in given}, [one.position for one in given]
     if len(heights) > 1:
         raise SceneError(
-            f"{where}[mounts] height: {min(heights):g} and {max(heights):g}: must be the same for all"
+            f"{where}[mounts] height: {min(heights):g} and {max(heights):g}: must be the same for "
+            "all"
         )
     if None in positions and any(place is not None for place in positions):
         number = positions.index(None) + 1
         raise SceneError(
-            f"{where}[mounts] number {number} position: missing; must be given for all mounts or none"
+            f"{where}[mounts] number {number} position: missing; must be given for all mounts or "
+            "none"
         )
     try:
         return Mounts(

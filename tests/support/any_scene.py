@@ -358,6 +358,27 @@ def _balance(draw: Draw, given: Given) -> None:
     given.values |= {"cylinder_spacing": choices["cylinder_spacing"]} | chosen
 
 
+def _webs(draw: Draw, given: Given) -> None:
+    """Counterweights on webs."""
+    numbers = {"mass": near(0.0, 3.0), "radius": near(0.02, 0.2), "angle": near(-180.0, 180.0),
+               "position": near(-0.1, 0.5)}  # fmt: skip
+    weights = st.lists(st.fixed_dictionaries(numbers), min_size=1, max_size=4)
+    given.tables["counterweights"] = draw(weights)
+    given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
+    if draw(st.booleans()):
+        given.values["counterweights_factor"] = near(0.0, 2.0)
+
+
+def _mounts(draw: Draw, given: Given) -> None:
+    """Two mounts without places along the shaft, or four with them."""
+    width = draw(near(0.1, 0.5))
+    places = draw(st.sampled_from([{}, {"height": -0.2}, {"position": 0.6}]))
+    given.tables["mounts"] = [{"lateral": x, **places, "stiffness": 1.0} for x in (-width, width)]
+    if "position" in places:
+        given.tables["mounts"] += [{"lateral": x, "position": -0.2} for x in (-width, width)]
+        given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
+
+
 def _shaft(draw: Draw, given: Given) -> None:
     own = given.engine.own_cylinders
     throws = given.cylinders if own is None else len(own.along_shaft or ())
@@ -401,7 +422,7 @@ def _stepping(draw: Draw, given: Given) -> None:
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
     _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _balance, _shaft,
-    _stepping,
+    _stepping, _webs, _mounts,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -417,7 +438,7 @@ _EXCLUDE = [{*group.split()} for group in (
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
     "shaft inertia flywheel count layout", "stepping load_table driver",
-    "indicator misfire each_cylinder", "inertia_alone inertia flywheel shaft",
+    "balance webs", "indicator misfire each_cylinder", "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",
 )]  # fmt: skip
 """Features that do not go together, because their keys do not."""

@@ -135,8 +135,8 @@ def test_journals_bear_the_counterweights_by_the_lever_rule() -> None:
 def test_roll_moment_is_that_of_all_forces_on_the_block(offset: float) -> None:
     """Single cylinder: gas on the head and piston on the wall, about the axis of the crank."""
     found = computed(
-        ["roll_moment", "torque", "friction_torque", "gas_force", "mount_force", "mount_force_max", "mount_force_min",
-         "shaking_force"],
+        ["roll_moment", "torque", "friction_torque", "gas_force", "mount_force",
+         "mount_force_max", "mount_force_min", "shaking_force"],
         set={"pin_offset": offset, "counterweight_mass": 0.0}, mounts=TWO_MOUNTS,
         output={"angle_step": 2.0},
     )  # fmt: skip
