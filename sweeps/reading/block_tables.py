@@ -16,7 +16,7 @@ from sweeps.checks import Strict, mentioned
 from sweeps.errors import SceneError
 
 __all__ = [
-    "COUNTERWEIGHTS", "FACTOR", "MOST", "MOUNTS", "WEIGHT_KEYS", "CounterweightTable", "MountTable",
+    "COUNTERWEIGHTS", "MOST", "MOUNTS", "WEIGHT_KEYS", "CounterweightTable", "MountTable",
     "with_block_tables",
 ]  # fmt: skip
 
@@ -28,8 +28,6 @@ MOUNTS = "tables [[mounts]] with lateral, one for each"
 
 WEIGHT_KEYS = ("counterweight_fraction", "counterweight_mass")
 """Parameters that say what counterweights are without saying where."""
-
-FACTOR = "counterweights_factor"
 
 
 class CounterweightTable(Strict):

@@ -46,7 +46,7 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
-from sweeps.reading.block_tables import FACTOR, WEIGHT_KEYS, with_block_tables
+from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -241,8 +241,6 @@ def _read_engine(path: Path, name: str) -> Engine:
 
 def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) -> None:
     """Check that a file sizes its counterweights once."""
-    if given.counterweights is None and FACTOR in values:
-        raise SceneError(f"{name}: [values] {FACTOR}: has no effect without [[counterweights]]")
     for key in WEIGHT_KEYS if given.counterweights is not None else ():
         if key in values:
             raise SceneError(

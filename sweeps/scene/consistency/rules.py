@@ -58,11 +58,6 @@ _EXCLUSIONS = (
         MOTOR_KEYS, lambda scene: scene.torque_tables.driver is not None,
         "not allowed together with driver_table: give one driver",
     ),
-    Exclusion(
-        ("counterweights_factor",), lambda scene: "weights_of_webs" not in scene.words,
-        "has no effect without [[counterweights]], or where the scene gives counterweight_fraction "
-        "or counterweight_mass",
-    ),
     *(
         Exclusion(law.keys, holds, f"not allowed together with {what}: give one law over speed")
         for law in LOAD_LAWS.values() if law.factored
