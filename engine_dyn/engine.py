@@ -50,6 +50,8 @@ class Engine:
         Torque over the crank angle that is given in place of diagrams, with its mean.
     load_table : TorqueOverAngle or TorqueOverSpeed, optional
         What the engine drives, where that is more than a + k omega^alpha.
+    auxiliaries : TorqueOverAngle, optional
+        Torque of all auxiliaries over the crank angle of the cycle.
     driver_table : TorqueOverSpeed, optional
         What drives it; a motor's numbers are among the values instead.
     shaft : Shaft, optional
@@ -81,6 +83,7 @@ class Engine:
     torque: TorqueOverAngle | None = None
     load_table: TorqueOverAngle | TorqueOverSpeed | None = None
     driver_table: TorqueOverSpeed | None = None
+    auxiliaries: TorqueOverAngle | None = None
     shaft: Shaft | None = None
     counterweights: WebWeights | None = None
     mounts: Mounts | None = None

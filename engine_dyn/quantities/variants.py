@@ -59,6 +59,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "auxiliaries": "auxiliaries take torque, which is part of the friction",
     },
     {
+        "steady_auxiliaries": "their torque is the same over the whole cycle",
+        "angle_auxiliaries": "it is given over the angle of each",
+    },
+    {
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },

@@ -46,6 +46,7 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.auxiliary_tables import with_auxiliaries
 from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import (
     CYLINDER_KEYS,
@@ -236,6 +237,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     )
     _check_weights(given, values, name)
     engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
+    engine = with_auxiliaries(engine, given.auxiliaries, path.parent, f"{name}: ")
     return engine if shaft is None else with_shaft(engine, shaft)
 
 

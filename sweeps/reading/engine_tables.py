@@ -11,6 +11,8 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sweeps.checks import Strict
+from sweeps.reading.auxiliary_tables import AUXILIARIES
+from sweeps.reading.auxiliary_tables import MOST as MOST_AUXILIARIES
 from sweeps.reading.block_tables import (
     COUNTERWEIGHTS,
     MOST,
@@ -90,6 +92,9 @@ class EngineFile(Strict):
     shaft: Any = Field(
         default=None,
         description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
+    auxiliaries: list[dict[str, Any]] | None = Field(
+        default=None, description=AUXILIARIES, min_length=1, max_length=MOST_AUXILIARIES
     )
     counterweights: list[CounterweightTable] | None = Field(
         default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST

@@ -23,6 +23,7 @@ from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown, size_text
+from sweeps.reading.auxiliary_tables import with_auxiliaries
 from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine, with_shaft
@@ -370,6 +371,7 @@ def _assembled(
     if shaft is not None:
         engine = with_shaft(engine, shaft)
     engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
+    engine = with_auxiliaries(engine, given.auxiliaries, base, f"{name}: ")
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")

@@ -57,7 +57,7 @@ def variant_words(
         *_cylinder_words(values, described),
         friction_law(values),
         diagrams,
-        "auxiliaries" if values.nonzero("auxiliary_torque") else "bare",
+        *_auxiliary_words(values, driven),
         "own_cycles" if values.cycle_keys else "given_cycles",
         "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
@@ -87,6 +87,14 @@ def _cylinder_words(values: GivenValues, engines: Sequence[Cylinders]) -> tuple[
         "equal_throws" if throws else "unequal_throws",
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",
+    )
+
+
+def _auxiliary_words(values: GivenValues, driven: DrivenMachine) -> tuple[str, ...]:
+    over_angle = driven.auxiliaries is not None
+    return (
+        "auxiliaries" if over_angle or values.nonzero("auxiliary_torque") else "bare",
+        "angle_auxiliaries" if over_angle else "steady_auxiliaries",
     )
 
 

@@ -379,6 +379,14 @@ def _mounts(draw: Draw, given: Given) -> None:
         given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
 
 
+def _auxiliaries(draw: Draw, given: Given) -> None:
+    """A valve train or a pump."""
+    ratios = st.sampled_from([1.0, 2.0] if given.engine.period < 10.0 else [0.5, 1.0, 1.5])
+    waves = [{"order": draw(st.sampled_from([1, 2, 4])), "sine": draw(near(0.0, 5.0))}]
+    one = {"ratio": draw(ratios), "phase": draw(near(-90.0, 90.0)), "mean": draw(near(0.0, 3.0))}
+    given.tables["auxiliaries"] = [{**one, "harmonics": waves}]
+
+
 def _shaft(draw: Draw, given: Given) -> None:
     own = given.engine.own_cylinders
     throws = given.cylinders if own is None else len(own.along_shaft or ())
@@ -422,7 +430,7 @@ def _stepping(draw: Draw, given: Given) -> None:
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
     _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _balance, _shaft,
-    _stepping, _webs, _mounts,
+    _stepping, _webs, _mounts, _auxiliaries,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -437,7 +445,7 @@ _EXCLUDE = [{*group.split()} for group in (
     "count layout firing_angles", "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
-    "shaft inertia flywheel count layout", "stepping load_table driver",
+    "shaft inertia flywheel count layout", "stepping load_table driver", "stepping auxiliaries",
     "balance webs", "indicator misfire each_cylinder", "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",
 )]  # fmt: skip
