@@ -126,7 +126,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "roll_moment_order", r"M_{R,\nu}", "N m",
-        "amplitude of the orders of the roll moment, of gas and reciprocating masses", SOURCE,
+        "amplitude of the orders of the roll moment, without those of friction", SOURCE,
         needs=("roll_moment_harmonics",),
         make=lambda roll_moment_harmonics: np.abs(roll_moment_harmonics),
     ),
@@ -152,7 +152,7 @@ NODES: tuple[Node, ...] = (
     _of_cycle("mount_force_min", "F_{M,min}", "smallest", -1.0),
     Node(
         "mount_force_order", r"F_{M,\nu}", "N",
-        "amplitude of the orders of the vertical force on each mount, of gas and masses", SOURCE,
+        "amplitude of the orders of the vertical force on each mount", SOURCE,
         needs=("mount_force_harmonics",),
         make=lambda mount_force_harmonics: np.abs(mount_force_harmonics),
     ),

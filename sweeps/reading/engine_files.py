@@ -5,7 +5,8 @@ else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and 
 `sweeps.reading.torque_tables`; `[values]` with the keys of a scene; a
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
 `sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`), or one with the
-engine's torque (`sweeps.reading.torque_diagrams`); optional
+engine's torque (`sweeps.reading.torque_diagrams`); `[[counterweights]]` and `[[mounts]]`
+(`sweeps.reading.block_tables`), `[[auxiliaries]]` (`sweeps.reading.auxiliary_tables`); optional
 `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
 for every value that the sources do not give; `[[source]]` with the citations.
 """
