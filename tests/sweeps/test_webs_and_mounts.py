@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from tests.support.scenes import asking, computed, refusal
+from tests.support.scenes import asking, computed, refusal, refusal_of
 
 pytestmark = pytest.mark.compiled
 
@@ -300,3 +300,12 @@ def test_an_engine_file_has_these_tables(tmp_path: Path) -> None:
     for values in ("counterweight_mass = 1.0\n", "counterweight_fraction = 0.5\n"):
         message = refusal(asking(names, engine=engine_with(own, values)))
         assert "not allowed together with [[counterweights]]" in message
+
+
+def test_firing_orders_of_other_crankshafts() -> None:
+    """Counterweights stand where they stand: they do not move with the throws."""
+    scene = asking(["shaking_force_max"], engine=FOUR, counterweights=[WEB])
+    message = refusal_of(lambda: sweeps.firing_orders(scene))
+    assert "[[counterweights]] belong to one crankshaft" in message
+    own = sweeps.firing_orders(scene, crank="own", by="shaking_force_max")
+    assert own.sizes["arrangement"] == 2
