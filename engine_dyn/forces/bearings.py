@@ -73,6 +73,7 @@ __all__ = [
     "first_crank",
     "main_journal_load",
     "of_all_journals",
+    "pin_forces",
     "piston_pin_load",
     "in_turned_axes",
 ]
@@ -189,23 +190,49 @@ def _main_journal(
 ) -> Any:  # fmt: skip
     """Parts of the load of main journal `number` (from 1), shape (..., parts, 2), x and y."""
     places = along_shaft(engine)
-    banks = mechanism.banks_of(engine)
     total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(crank_ratio)), PARTS, 2))
     beside = [places[i] for i in (number - 2, number - 1) if 0 <= i < len(places)]
     for cylinder in (c for place in beside for c in place):
-        member, bank = engine.members[cylinder], banks[cylinder]
-        angle, radius = phi + member.phase, member.radius_factor
-        own = member.own(crank_ratio, offset)
-        pushed = _piston_force(angle, member, *own, family, row)
-        crank = angle + slider_crank.dead_centres(*own).top + bank
-        side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
-        x = side * np.cos(bank) - pushed * np.sin(bank)
-        y = -side * np.sin(bank) - pushed * np.cos(bank)
-        x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
-        share = engine.throw_shares[cylinder]
-        x[..., 4], y[..., 4] = share * x[..., 3], share * y[..., 3]
-        total = total + 0.5 * np.stack([x, y], axis=-1)
+        on_throw = _on_throw(phi, engine, crank_ratio, offset, family, row, cylinder)
+        total = total + 0.5 * np.stack(on_throw, axis=-1)
     return total
+
+
+def _on_throw(
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    cylinder: int,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Parts of the load of a cylinder (from 0) and its share of the throw, x and y."""
+    member, bank = engine.members[cylinder], mechanism.banks_of(engine)[cylinder]
+    angle, radius = phi + member.phase, member.radius_factor
+    own = member.own(crank_ratio, offset)
+    pushed = _piston_force(angle, member, *own, family, row)
+    crank = angle + slider_crank.dead_centres(*own).top + bank
+    side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
+    x = side * np.cos(bank) - pushed * np.sin(bank)
+    y = -side * np.sin(bank) - pushed * np.cos(bank)
+    x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
+    share = engine.throw_shares[cylinder]
+    x[..., 4], y[..., 4] = share * x[..., 3], share * y[..., 3]
+    return x, y
+
+
+def pin_forces(
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    factors: Factors,
+) -> list[Any]:  # fmt: skip
+    """Force of each cylinder on its throw [N], upwards and i times to the side.
+
+    Parameters as `crank_pin_load`; what rotates counts by the factors for main journals.
+    """
+    found = []
+    for cylinder in range(engine.count):
+        parts = _on_throw(phi, engine, crank_ratio, offset, family, row, cylinder)
+        x, y = (
+            sum(factor * part[..., k] for k, factor in enumerate(factors[:PARTS])) for part in parts
+        )
+        found.append(y + 1j * x)
+    return found
 
 
 LOADS: dict[str, Parts] = {

@@ -25,6 +25,7 @@ Source: statics, derived here; balance in several planes: Khurmi and Gupta, chap
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -38,12 +39,16 @@ from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Floats
 
 __all__ = [
-    "Crankshaft", "WebWeights", "couple", "largest_bending", "middle_of", "on_journals",
-    "unbalance",
+    "Crankshaft", "Pins", "WebWeights", "couple", "largest_bending", "largest_of_cycle",
+    "middle_of", "on_journals", "unbalance",
 ]  # fmt: skip
 
 CANCELLED = 1e-13
 """Part of the sum of sizes below which a vector sum is rounding."""
+
+
+Pins = Callable[[Cylinders], list[Any]]
+"""Forces on the throws of the cylinders of an engine [N]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,25 +164,50 @@ def largest_bending(shaft: Crankshaft, bays: Any) -> Any:
     >>> round(float(largest_bending(single, 1)), 6)
     0.0025
     """
+    return _of_bays(shaft, bays, lambda engine: _loads(engine, shaft))
+
+
+def largest_of_cycle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Pins) -> Any:
+    """Largest bending moment of bays at crank angles [N m], with the forces on crank pins.
+
+    All arrays have a last axis for the angles `phi` [rad], over which the largest is taken. `pins`
+    gives the force on the throw of each cylinder of an engine, `bearings.pin_forces`, with all that
+    rotates but the counterweights of webs.
+    """
+
+    def loads(engine: Cylinders) -> list[tuple[Any, Any]]:
+        rotating = _loads(engine, shaft)
+        turning = speed**2 * np.exp(1j * (phi + banks_of(engine)[0]))
+        on_pins = zip(pins(engine), (place for _, place in rotating), strict=False)
+        of_webs = rotating[engine.count :]
+        return [*on_pins, *((vector * turning, place) for vector, place in of_webs)]
+
+    return _of_bays(shaft, bays, loads).max(axis=-1)
+
+
+def _of_bays(
+    shaft: Crankshaft, bays: Any, loads: Callable[[Cylinders], list[tuple[Any, Any]]]
+) -> Any:
     numbers = np.asarray(bays)
 
     def of_engine(engine: Cylinders) -> Any:
         found: Any = np.nan
+        here = loads(engine)
         for number in range(1, len(_bearings(engine))):
             if (numbers == number).any():
-                found = np.where(numbers == number, _of_bay(number, engine, shaft), found)
+                found = np.where(numbers == number, _of_bay(number, engine, shaft, here), found)
         return found
 
     return value_of_sets(shaft.cylinders, shaft.by_count, of_engine)
 
 
-def _of_bay(number: int, engine: Cylinders, shaft: Crankshaft) -> Any:
+def _of_bay(number: int, engine: Cylinders, shaft: Crankshaft, every: list[tuple[Any, Any]]) -> Any:
     bearings = _bearings(engine)
     spacing = np.asarray(shaft.spacing)
     start, end = spacing * bearings[number - 1], spacing * bearings[number]
     first, last = number == 1, number == len(bearings) - 1
     loads = []
-    for force, place in _loads(engine, shaft):
+    for force, place in every:
         inside = (first | (place > start)) & (last | (place <= end))
         if inside.any():
             loads.append((np.where(inside, force, 0.0), place))

@@ -12,7 +12,7 @@ from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.quantities.node import Node, hidden, parameter
-from engine_dyn.quantities.web_weights import OF_WEBS, crankshaft
+from engine_dyn.quantities.web_weights import BENDING, OF_WEBS, crankshaft
 from engine_dyn.units import DEGREE, MPA
 
 __all__ = ["NODES", "PARAMETERS"]
@@ -203,13 +203,31 @@ def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
     )  # fmt: skip
 
 
+def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
+    """Needs as arrays with one more axis at the end; what has no axes stays."""
+    whole = ("counterweights", "cylinders_by_count", "family", "period")
+    return {
+        name: value if name in whole else np.asarray(value)[..., None]
+        for name, value in needs.items()
+    }
+
+
+def _bending_of_cycle(**needs: Any) -> Any:
+    each, samples = _with_last_axis(needs), round(needs["period"] / DEGREE)
+    phi = np.arange(samples) * (needs["period"] / samples)
+    factors = _journal_factors(each)
+    return web_weights.largest_of_cycle(
+        crankshaft(each), each["cylinder"], each["speed"], phi,
+        lambda engine: bearings.pin_forces(
+            phi, engine, each["crank_ratio"], each["offset_ratio"], each["family"], each["row"],
+            factors,
+        ),
+    )  # fmt: skip
+
+
 def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
-    apart = ("counterweights", "cylinders_by_count")
-    whole = {name: needs[name] for name in apart} | {
-        name: np.asarray(needs[name])[..., None]
-        for name in (*OF_WEBS, "cylinder_spacing") if name not in apart
-    }  # fmt: skip
-    shaft, square = crankshaft(whole), np.asarray(needs["speed"])[..., None] ** 2
+    each = _with_last_axis(needs)
+    shaft, square = crankshaft(each), each["speed"] ** 2
     return bearings.of_all_journals(
         needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
         _journal_factors(needs), *_engines(needs), needs["period"], threads,
@@ -231,6 +249,12 @@ NODES: tuple[Node, ...] = (
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
+    Node("bay_bending_moment_cycle_max", r"M_{b,cyc}", "N m",
+         "largest bending moment of the shaft between the main bearings beside each throw over the "
+         "cycle, due to all forces on the crank pins and counterweights, each bay a simply "
+         "supported beam, in steps of 1 degree", "this project",
+         needs=tuple(dict.fromkeys((*_LOADED, *BENDING, "cylinder"))), make=_bending_of_cycle,
+         throws=True, width=200_000),
     Node("all_main_journals_load_rms", r"\bar F_{H,rms}", "N",
          "root mean square of the loads of all main journals", NOTES,
          needs=(_OF_ALL,), make=lambda **needs: needs[_OF_ALL]["rms"]),

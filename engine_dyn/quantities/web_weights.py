@@ -11,7 +11,7 @@ from engine_dyn.forces import web_weights
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.quantities.node import Node, hidden, parameter
 
-__all__ = ["NODES", "OF_WEBS", "PARAMETERS", "crankshaft"]
+__all__ = ["BENDING", "NODES", "OF_WEBS", "PARAMETERS", "crankshaft"]
 
 PARAMETERS = (
     parameter(
@@ -67,7 +67,7 @@ def _on_journals(*, main_bearing: Any, **needs: Any) -> Any:
     return web_weights.on_journals(crankshaft(needs), main_bearing)
 
 
-_BENDING = (
+BENDING = (
     *OF_WEBS, "cylinder_spacing", "bank_offset", "double_radius", "journal_rod_mass",
     "journal_throw_mass",
 )  # fmt: skip
@@ -102,11 +102,11 @@ NODES: tuple[Node, ...] = (
         "bay_bending_moment", "M_b", "N m",
         "largest bending moment of the shaft between the main bearings beside each throw, due to "
         "centrifugal forces, each bay a simply supported beam",
-        "this project", needs=(*_BENDING, "speed", "cylinder"), make=_bending, throws=True,
+        "this project", needs=(*BENDING, "speed", "cylinder"), make=_bending, throws=True,
     ),
     Node(
         "bay_bending_moment_max", "M_{b,max}", "N m",
         "largest bending moment of the shaft in any bay, due to centrifugal forces",
-        "this project", needs=(*_BENDING, "speed"), make=_largest_bending, throws=True,
+        "this project", needs=(*BENDING, "speed"), make=_largest_bending, throws=True,
     ),
 )  # fmt: skip

@@ -309,3 +309,39 @@ def test_firing_orders_of_other_crankshafts() -> None:
     assert "[[counterweights]] belong to one crankshaft" in message
     own = sweeps.firing_orders(scene, crank="own", by="shaking_force_max")
     assert own.sizes["arrangement"] == 2
+
+
+def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
+    """Single cylinder: its journals bear all; beam cut at the webs and at the pin."""
+    webs = [{"mass": 3.0, "radius": 0.06, "angle": 180.0, "position": place}
+            for place in (-0.05, 0.06)]  # fmt: skip
+    found = computed(
+        ["bay_bending_moment_cycle_max", "main_journal_x", "main_journal_y"],
+        counterweights=webs, axes={"speed": [1000.0, 2000.0]},
+        set={"cylinder_spacing": 0.24, "pin_offset": 0.003}, output={"angle_step": 1.0},
+    )  # fmt: skip
+    values = sweeps.read_scene(asking(["imep"])).engine.values
+    journals = found["main_journal_y"] + 1j * found["main_journal_x"]
+    phi = np.radians(found["crank_angle"].values)
+    radius = 0.5 * values["stroke"]  # but for a millionth, with this offset
+    top = np.arcsin(0.003 / (radius / values["crank_ratio"] + radius))
+    for speed in (1000.0, 2000.0):
+        first = journals.sel(speed=speed, main_bearing=1).values
+        square = (speed * np.pi / 30.0) ** 2
+        turning = -3.0 * 0.06 * square * np.exp(1j * (phi + top))
+        moments = [first * 0.07, first * 0.12 - turning * 0.05,
+                   journals.sel(speed=speed, main_bearing=2).values * 0.06]  # fmt: skip
+        largest = max(float(np.abs(moment).max()) for moment in moments)
+        here = float(found["bay_bending_moment_cycle_max"].sel(speed=speed, cylinder=1))
+        assert here == pytest.approx(largest, rel=1e-4)
+
+
+def test_bending_of_a_cycle_without_gas_is_that_of_what_turns() -> None:
+    given: dict[str, Any] = {
+        "engine": "v8_cross_plane_93x86", "counterweights": [{**WEB, "position": 0.03}],
+        "set": {"speed": 20000.0, "reciprocating_mass": 1e-9, "bore": 1e-4, "crank_mass": 2.0},
+    }  # fmt: skip
+    found = computed(["bay_bending_moment_cycle_max", "bay_bending_moment"], **given)
+    whole, turning = found["bay_bending_moment_cycle_max"], found["bay_bending_moment"]
+    assert np.isfinite(whole).sum() == 4
+    np.testing.assert_allclose(whole, turning, rtol=1e-4)
