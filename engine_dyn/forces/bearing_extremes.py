@@ -26,11 +26,13 @@ __all__ = ["CRANK_PIN", "INPUTS", "MAIN_JOURNAL", "PISTON_PIN", "Sampled", "extr
 CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
 """Which load."""
 
-INPUTS = 8
+INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
-of the diagrams, and the five `bearings.Factors`."""
+of the diagrams, and the `bearings.Factors`."""
 
-RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING, THROWS = range(INPUTS)
+RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING, THROWS, WEB_UP, WEB_SIDE = range(
+    INPUTS
+)
 
 SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE, SIDE = range(6)
 """Rows of a cylinder's numbers: mass times crank radius and crank radius, over the engine's; sine
@@ -124,7 +126,7 @@ def extremes_of_loads(
     # Loads of two neighbouring throws: an even one in the first, an odd one in the second.
     x_even, y_even = np.empty(samples), np.empty(samples)
     x_odd, y_odd = np.empty(samples), np.empty(samples)
-    square = np.empty(samples)
+    x, y, square = np.empty(samples), np.empty(samples), np.empty(samples)
     even = odd = -1
     for design in range(begin, end):
         if design == begin or not _same_design(inputs, rows, design):
@@ -142,21 +144,24 @@ def extremes_of_loads(
                 odd = throw
         if first != last:
             for i in range(samples):
-                x, y = x_even[i] + x_odd[i], y_even[i] + y_odd[i]
-                square[i] = x * x + y * y
+                x[i], y[i] = x_even[i] + x_odd[i], y_even[i] + y_odd[i]
         elif first % 2 == 0:
-            for i in range(samples):
-                square[i] = x_even[i] * x_even[i] + y_even[i] * y_even[i]
+            x[:], y[:] = x_even, y_even
         else:
-            for i in range(samples):
-                square[i] = x_odd[i] * x_odd[i] + y_odd[i] * y_odd[i]
+            x[:], y[:] = x_odd, y_odd
+        up, side = inputs[WEB_UP, design], inputs[WEB_SIDE, design]
+        for i in range(samples):
+            # Cylinder 1 has the phase 0, so its angle is the engine's.
+            sine, cosine = sampled.turn[0, 0, i], sampled.turn[0, 1, i]
+            across, along = x[i] + up * sine + side * cosine, y[i] + up * cosine - side * sine
+            square[i] = across * across + along * along
         _extremes_of_square(square, found[:, design])
 
 
 @inlined
 def _same_design(inputs: Floats, rows: Integers, design: int) -> bool:
-    """Whether a design has the numbers of the one before it."""
-    for i in range(INPUTS):
+    """Whether a design has the numbers of the one before it, but for those of its journal."""
+    for i in range(WEB_UP):
         if inputs[i, design] != inputs[i, design - 1]:
             return False
     return bool(rows[0, design] == rows[0, design - 1] and rows[1, design] == rows[1, design - 1])

@@ -29,7 +29,8 @@ Loads
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
 All are sums of five parts with a factor each: gas pressure, crankcase pressure, reciprocating and
-rotating masses, and throws. Weights are left out. Curves over the crank angle are such sums;
+rotating masses, and throws; counterweights of webs, by the lever rule in their bay
+(`web_weights`), add to journals. Weights are left out. Curves over the crank angle are such sums;
 extremes are found design by design by a kernel (`bearing_extremes`).
 
 Source: Rakopoulos notes, loads of the bearings and polar diagrams (without formulas there); the
@@ -72,6 +73,7 @@ __all__ = [
     "first_crank",
     "main_journal_load",
     "of_all_journals",
+    "pin_forces",
     "piston_pin_load",
     "in_turned_axes",
 ]
@@ -121,6 +123,9 @@ class Factors(NamedTuple):
         p scale times area [m2], p_c times area [N], m r omega^2 and m_turning r omega^2 [N].
     throws : array_like
         m r omega^2 of each throw [N]; only main journals bear it.
+    web_up, web_side : array_like
+        What a main journal bears of the counterweights of webs at crank angle 0, upwards and to the
+        side [N].
     """
 
     gas: Any
@@ -128,6 +133,8 @@ class Factors(NamedTuple):
     reciprocating: Any
     rotating: Any
     throws: Any = 0.0
+    web_up: Any = 0.0
+    web_side: Any = 0.0
 
 
 def _piston_force(
@@ -183,23 +190,49 @@ def _main_journal(
 ) -> Any:  # fmt: skip
     """Parts of the load of main journal `number` (from 1), shape (..., parts, 2), x and y."""
     places = along_shaft(engine)
-    banks = mechanism.banks_of(engine)
     total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(crank_ratio)), PARTS, 2))
     beside = [places[i] for i in (number - 2, number - 1) if 0 <= i < len(places)]
     for cylinder in (c for place in beside for c in place):
-        member, bank = engine.members[cylinder], banks[cylinder]
-        angle, radius = phi + member.phase, member.radius_factor
-        own = member.own(crank_ratio, offset)
-        pushed = _piston_force(angle, member, *own, family, row)
-        crank = angle + slider_crank.dead_centres(*own).top + bank
-        side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
-        x = side * np.cos(bank) - pushed * np.sin(bank)
-        y = -side * np.sin(bank) - pushed * np.cos(bank)
-        x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
-        share = engine.throw_shares[cylinder]
-        x[..., 4], y[..., 4] = share * x[..., 3], share * y[..., 3]
-        total = total + 0.5 * np.stack([x, y], axis=-1)
+        on_throw = _on_throw(phi, engine, crank_ratio, offset, family, row, cylinder)
+        total = total + 0.5 * np.stack(on_throw, axis=-1)
     return total
+
+
+def _on_throw(
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    cylinder: int,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Parts of the load of a cylinder (from 0) and its share of the throw, x and y."""
+    member, bank = engine.members[cylinder], mechanism.banks_of(engine)[cylinder]
+    angle, radius = phi + member.phase, member.radius_factor
+    own = member.own(crank_ratio, offset)
+    pushed = _piston_force(angle, member, *own, family, row)
+    crank = angle + slider_crank.dead_centres(*own).top + bank
+    side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
+    x = side * np.cos(bank) - pushed * np.sin(bank)
+    y = -side * np.sin(bank) - pushed * np.cos(bank)
+    x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
+    share = engine.throw_shares[cylinder]
+    x[..., 4], y[..., 4] = share * x[..., 3], share * y[..., 3]
+    return x, y
+
+
+def pin_forces(
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    factors: Factors,
+) -> list[Any]:  # fmt: skip
+    """Force of each cylinder on its throw [N], upwards and i times to the side.
+
+    Parameters as `crank_pin_load`; what rotates counts by the factors for main journals.
+    """
+    found = []
+    for cylinder in range(engine.count):
+        parts = _on_throw(phi, engine, crank_ratio, offset, family, row, cylinder)
+        x, y = (
+            sum(factor * part[..., k] for k, factor in enumerate(factors[:PARTS])) for part in parts
+        )
+        found.append(y + 1j * x)
+    return found
 
 
 LOADS: dict[str, Parts] = {
@@ -300,7 +333,11 @@ def _curves(
             continue
         parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
         for i in (0, 1):
-            whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors))
+            whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors[:PARTS]))
+            if load == "main_journal":
+                up, side = factors.web_up, factors.web_side
+                ahead, behind = ((side, up), (up, -np.asarray(side)))[i]
+                whole = whole + ahead * np.cos(phi) + behind * np.sin(phi)
             sums[i] = np.where(counts == count, whole, sums[i])
     return sums[0], sums[1]
 
@@ -370,9 +407,11 @@ def extremes(
 def of_all_journals(
     crank_ratio: Any, offset: Any, family: Family, row: Any, factors: Factors, cylinders: Any,
     by_count: CylindersByCount, period: float, threads: int | None = 1,
+    webs: Callable[[Integers], Any] | None = None,
 ) -> npt.NDArray[Any]:  # fmt: skip
     """Extremes over all main journals of each design; parameters and notes as `extremes`.
 
+    `webs` gives `web_up` + i `web_side` of journals, which are along the last axis.
     The largest load of any journal and its crank angle, the mean over the journals of the mean
     loads, and the root of their mean square.
     """
@@ -382,9 +421,13 @@ def of_all_journals(
         np.asarray(one)[..., None] for one in (crank_ratio, offset, row, cylinders)
     )
     factors = Factors(*(np.asarray(one)[..., None] for one in factors))
+    journals = np.arange(1, most + 1)
+    if webs is not None:
+        of_webs = webs(journals)
+        factors = factors._replace(web_up=of_webs.real, web_side=of_webs.imag)
     each = extremes(
         "main_journal", ratio, offset, family, row, factors, cylinders, by_count, period,
-        np.arange(1, most + 1), threads,
+        journals, threads,
     )  # fmt: skip
     found = np.empty(each.shape[:-1], dtype=EXTREMES)
     known = np.isfinite(each["mean"])

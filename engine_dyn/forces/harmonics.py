@@ -255,10 +255,11 @@ def gravity_harmonics(
     first_only: bool = False,
     throw_turning_mass: Any = 0.0,
     inclination: Any = 0.0,
+    web_unbalance: Any = 0.0,
 ) -> Complexes:
     """Harmonics of the gravity torque [N m], as `mechanism.gravity_torque`.
 
-    `first_only`: of cylinder 1 alone, with its share of its throw.
+    `first_only`: of cylinder 1 alone, with its share of its throw and without `web_unbalance`.
     """
     of_kind = {}
     for member in {m for engine in by_count.values() for m in engine.members}:
@@ -278,9 +279,13 @@ def gravity_harmonics(
             turned = member.radius_factor * np.exp(1j * nu * member.phase)
             total = total + turned * (along + (rotating_mass + share * throw_turning_mass) * lean)
         most = len(each) * (reciprocating_mass + rotating_mass + throw_turning_mass)
+        webs = 0.0 if first_only else web_unbalance
+        first = -1j * np.exp(1j * (banks_of(engine)[0] + inclination))
+        total = crank_radius * total + np.where(nu == 1.0, webs * first, 0.0)
+        most = crank_radius * most + np.abs(webs)
         return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
 
-    return GRAVITY * crank_radius * _by_count(summed, orders, cylinders, by_count)
+    return GRAVITY * _by_count(summed, orders, cylinders, by_count)
 
 
 def of_curve(curve: Any, angle: Floats, order: Floats) -> Any:

@@ -144,6 +144,7 @@ def gravity_torque(
     offset: Any = 0.0,
     throw_turning_mass: Any = 0.0,
     inclination: Any = 0.0,
+    web_unbalance: Any = 0.0,
 ) -> Any:
     """Torque of the weights of all running gear [N m], r (G_l c/(r omega) + G_r sin(theta)) each.
 
@@ -151,7 +152,8 @@ def gravity_torque(
     throw stands at theta + g.
     `reciprocating_mass` and `rotating_mass` are those of each cylinder, `throw_turning_mass` that
     of each throw [kg]; what turns is at its own crank radius, less what its counterweight is there.
-    `inclination` of the engine [rad] adds to g.
+    `inclination` of the engine [rad] adds to g. `web_unbalance` [kg m] is that of counterweights on
+    webs, complex, with the real axis along cylinder 1 at phi = 0 (`web_weights`).
     Rakopoulos notes, T_G (printed with two errors).
     """
 
@@ -168,9 +170,11 @@ def gravity_torque(
             velocity = slider_crank.velocity(angle, *own)
             one = reciprocating_mass * along * velocity + turning * lean
             whole = whole + member.radius_factor * one
-        return whole
+        first = banks_of(engine)[0] + inclination
+        webs = np.imag(web_unbalance * np.exp(1j * (phi + first)))
+        return whole * crank_radius + webs
 
-    return GRAVITY * crank_radius * value_of_sets(cylinders, by_count, of_engine)
+    return GRAVITY * value_of_sets(cylinders, by_count, of_engine)
 
 
 def sense_of_motion(velocity: Any) -> Any:

@@ -120,6 +120,14 @@ class TorqueOverAngle:
             y0 + t * (m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1)))
         )
 
+    def slope_at(self, theta: npt.ArrayLike) -> Floats:
+        """Derivative of the torque [N m/rad] at any angles [rad]."""
+        t, step, before, after = self._pieces(given_array("theta", theta))
+        y0, y1 = self.torque[before], self.torque[after]
+        m0, m1 = step * self.slope[before], step * self.slope[after]
+        c, d = 3.0 * (y1 - y0) - 2.0 * m0 - m1, 2.0 * (y0 - y1) + m0 + m1
+        return np.asarray((m0 + t * (2.0 * c + t * 3.0 * d)) / step)
+
     def work(self, theta: npt.ArrayLike) -> Floats:
         """Integral of the torque less its mean [J], docs/method.md (43), within one period."""
         t, step, before, _ = self._pieces(given_array("theta", theta))
@@ -244,6 +252,9 @@ class DrivenMachine:
         `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
     engine_torque : TorqueOverAngle, optional
         Torque of an engine that is given in place of its pressure, over the crank angle.
+    auxiliaries : TorqueOverAngle, optional
+        Torque of the engine's auxiliaries over the crank angle, whose period is the cycle; its mean
+        is part of the friction.
     """
 
     over_angle: TorqueOverAngle | None = None
@@ -252,11 +263,17 @@ class DrivenMachine:
     motor: bool = False
     load_law: str = "power_law"
     engine_torque: TorqueOverAngle | None = None
+    auxiliaries: TorqueOverAngle | None = None
 
     @property
-    def torques(self) -> tuple[TorqueOverAngle | None, TorqueOverAngle | None]:
-        """Torques over an angle: that of the load, and that of the engine."""
-        return self.over_angle, self.engine_torque
+    def torques(self) -> tuple[TorqueOverAngle | None, ...]:
+        """Torques over an angle: of the load, of the engine, and of its auxiliaries."""
+        return self.over_angle, self.engine_torque, self.auxiliaries
+
+    @property
+    def over_angles(self) -> bool:
+        """Whether any torque is over an angle."""
+        return any(torque is not None for torque in self.torques)
 
     @property
     def over_speed(self) -> TorqueOverSpeed | None:
@@ -291,7 +308,7 @@ class DrivenMachine:
     @property
     def plain(self) -> bool:
         """Whether there is nothing but a + k omega^alpha."""
-        return self.power_law and self.torques == (None, None)
+        return self.power_law and not self.over_angles
 
     @cached_property
     def form(self) -> Form:

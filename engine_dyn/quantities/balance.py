@@ -12,7 +12,7 @@ from engine_dyn.geometry import masses
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
-__all__ = ["DIRECTIONS", "NODES", "PARAMETERS"]
+__all__ = ["DIRECTIONS", "FORCE", "MOMENT", "NODES", "PARAMETERS", "running_gear"]
 
 DIRECTIONS = (0.0, 90.0)
 """Points of `direction` [degree]."""
@@ -78,27 +78,39 @@ _ENGINE = (
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
 """What does not depend on the speed: sizes of weights, where forces are compared."""
 
-_FORCE = (*_ENGINE, "turning_mass", "throw_turning_mass", "shaft_unbalance", "pair_unbalance")
+FORCE = (
+    *_ENGINE, "turning_mass", "throw_turning_mass", "shaft_unbalance", "pair_unbalance",
+    "web_unbalance",
+)  # fmt: skip
 _SPACES = ("cylinder_spacing", "bank_offset")
-_MOMENT = (*_ENGINE, "turning_mass", "throw_turning_mass", *_SPACES, "balance_couple")
+MOMENT = (
+    *_ENGINE, "turning_mass", "throw_turning_mass", *_SPACES, "balance_couple",
+    "web_unbalance_couple",
+)  # fmt: skip
+
+_TURNING = (
+    *(one for one in _ENGINE if one != "reciprocating_mass"), "turning_mass", "throw_turning_mass",
+)  # fmt: skip
 
 _NAMES = {
     "shaft_unbalance": "shaft", "pair_unbalance": "pair", "cylinder_spacing": "spacing",
     "balance_couple": "couple", "cylinder_set": "cylinders",
-    "cylinders_by_count": "by_count", "offset_ratio": "offset",
+    "cylinders_by_count": "by_count", "offset_ratio": "offset", "web_unbalance": "webs",
+    "web_unbalance_couple": "web_couple",
 }  # fmt: skip
 """Nodes whose attribute of `balance.RunningGear` has another name."""
 
 
-def _gear(needs: dict[str, Any]) -> balance.RunningGear:
+def running_gear(needs: dict[str, Any]) -> balance.RunningGear:
+    """Return masses in motion, from the needs of a node; those of others are left out."""
     given = {_NAMES.get(name, name): value for name, value in needs.items()}
     given["crank_radius"] = 0.5 * given.pop("double_radius")
-    return balance.RunningGear(**{"speed": 1.0, **given})
+    return balance.RunningGear(**{"speed": 1.0, "reciprocating_mass": 0.0, **given})
 
 
 def turning_gear(needs: dict[str, Any]) -> balance.RunningGear:
     """Running gear of nodes by name, without reciprocating masses."""
-    return _gear({**needs, "reciprocating_mass": 0.0})
+    return running_gear({**needs, "reciprocating_mass": 0.0})
 
 
 def components_of(vector: Any) -> Any:
@@ -108,21 +120,21 @@ def components_of(vector: Any) -> Any:
 
 def _curve(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
     def make(*, crank_angle: Any, **needs: Any) -> Any:
-        return components_of(of(_gear(needs), crank_angle))
+        return components_of(of(running_gear(needs), crank_angle))
 
     return make
 
 
 def _number(of: Callable[[balance.RunningGear], Any]) -> Callable[..., Any]:
     def make(**needs: Any) -> Any:
-        return of(_gear(needs))
+        return of(running_gear(needs))
 
     return make
 
 
 def _over_orders(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
     def make(*, order: Any, **needs: Any) -> Any:
-        return of(_gear(needs), order)
+        return of(running_gear(needs), order)
 
     return make
 
@@ -195,9 +207,12 @@ NODES = (
         * reciprocating_mass,
         when="weights_by_fraction",
     ),
-    hidden(
-        "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
-        ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank, when="weights_given",
+    *(
+        hidden(
+            "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
+            ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank, when=word,
+        )
+        for word in ("weights_given", "weights_of_webs")
     ),
     hidden(
         "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights", (),
@@ -207,6 +222,10 @@ NODES = (
         "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
         ("crank_mass", "weight_at_pin"),
         lambda crank_mass, weight_at_pin: crank_mass - weight_at_pin, when="weights_given",
+    ),
+    hidden(
+        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
+        ("crank_mass",), lambda crank_mass: crank_mass, when="weights_of_webs",
     ),
     hidden(
         "weight_at_pin", "kg", "given counterweight of a throw, reduced to the crank radius",
@@ -305,14 +324,14 @@ NODES = (
         "balance_shaft_required", "m_{s1}", "kg",
         "balance-shaft mass for zero first order",
         "Asgari eq. 13 at c = 0.5", needs=(*_MASSES, "balance_shaft_radius"), throws=True,
-        make=lambda balance_shaft_radius, **needs: _gear(needs).shaft_required()
+        make=lambda balance_shaft_radius, **needs: running_gear(needs).shaft_required()
         / balance_shaft_radius,
     ),
     Node(
         "second_shaft_required", "m_{s2}", "kg",
         "mass of each second-order balance shaft for the smallest second-order force",
         "Lanchester's balancer; derived here", needs=(*_MASSES, "second_shaft_radius"), throws=True,
-        make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
+        make=lambda second_shaft_radius, **needs: running_gear(needs).pair_required()
         / second_shaft_radius,
     ),
     Node(
@@ -357,6 +376,10 @@ NODES = (
         {"throw_turning_mass": "weight_at_pin"}, -1.0, "Asgari eqs. 9, 12, figure 6",
         "weights_given",
     ),
+    _turning_force(
+        "counterweight_force", "P_B", "centrifugal force of all counterweights",
+        {"webs": "web_unbalance"}, 1.0, "Asgari eqs. 9, 12, figure 6", "weights_of_webs",
+    ),
     _vector(
         "reciprocating_moment", "M_J", "N m",
         "moment of the reciprocating masses about the middle of the crankshaft, exact",
@@ -365,46 +388,59 @@ NODES = (
     _vector(
         "shaking_force", "F", "N",
         "shaking force on the frame, exact, with counterweights and balance shafts",
-        "Asgari section 2", _FORCE, lambda gear, phi: gear.force(phi), "plain_rods",
+        "Asgari section 2", FORCE, lambda gear, phi: gear.force(phi), "plain_rods",
     ),
     _vector(
         "shaking_moment", "M_F", "N m",
         "shaking moment about the middle of the crankshaft, exact",
-        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment(phi),
+        "Power units, lecture 18", MOMENT, lambda gear, phi: gear.moment(phi),
     ),
     _vector(
         "shaking_force_first", "F_1", "N", "first order of the shaking force", "Asgari eq. 7",
-        _FORCE, lambda gear, phi: gear.force_of_order(1, phi), "plain_rods",
+        FORCE, lambda gear, phi: gear.force_of_order(1, phi), "plain_rods",
     ),
     _vector(
         "shaking_force_second", "F_2", "N", "second order of the shaking force", "Asgari eq. 8",
-        _FORCE, lambda gear, phi: gear.force_of_order(2, phi), "plain_rods",
+        FORCE, lambda gear, phi: gear.force_of_order(2, phi), "plain_rods",
     ),
     _vector(
         "shaking_moment_first", "M_{F,1}", "N m", "first order of the shaking moment",
-        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment_of_order(1, phi),
+        "Power units, lecture 18", MOMENT, lambda gear, phi: gear.moment_of_order(1, phi),
     ),
     _vector(
         "shaking_moment_second", "M_{F,2}", "N m", "second order of the shaking moment",
-        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment_of_order(2, phi),
+        "Power units, lecture 18", MOMENT, lambda gear, phi: gear.moment_of_order(2, phi),
     ),
-    *_ellipses("force", "F", "N", _FORCE, lambda gear, order: gear.force_ellipse(order)),
-    *_ellipses("moment", "M", "N m", _MOMENT, lambda gear, order: gear.moment_ellipse(order)),
+    *_ellipses("force", "F", "N", FORCE, lambda gear, order: gear.force_ellipse(order)),
+    *_ellipses("moment", "M", "N m", MOMENT, lambda gear, order: gear.moment_ellipse(order)),
     _scalar(
         "shaking_force_max", "F_{max}", "N", "largest shaking force of a revolution, exact",
-        "Asgari section 2", _FORCE, lambda gear: gear.force_max(),
+        "Asgari section 2", FORCE, lambda gear: gear.force_max(),
     ),
     _scalar(
         "shaking_force_rms", "F_{rms}", "N", "root mean square of the shaking force",
-        "this project", _FORCE, lambda gear: gear.force_rms(),
+        "this project", FORCE, lambda gear: gear.force_rms(),
     ),
     _scalar(
         "shaking_moment_max", "M_{F,max}", "N m", "largest shaking moment of a revolution, exact",
-        "Power units, lecture 18", _MOMENT, lambda gear: gear.moment_max(),
+        "Power units, lecture 18", MOMENT, lambda gear: gear.moment_max(),
     ),
     _scalar(
         "shaking_moment_rms", "M_{F,rms}", "N m", "root mean square of the shaking moment",
-        "this project", _MOMENT, lambda gear: gear.moment_rms(),
+        "this project", MOMENT, lambda gear: gear.moment_rms(),
+    ),
+    _scalar(
+        "residual_rotating_force", "P_{r,res}", "N",
+        "centrifugal force of all that turns with the crank and its counterweights",
+        "Khurmi and Gupta chapter 21", (*_TURNING, "web_unbalance"),
+        lambda gear: gear.turning_force(),
+    ),
+    _scalar(
+        "residual_rotating_moment", "M_{r,res}", "N m",
+        "moment about the middle of the crankshaft of all that turns with the crank and its "
+        "counterweights",
+        "Khurmi and Gupta chapter 21", (*_TURNING, *_SPACES, "web_unbalance_couple"),
+        lambda gear: gear.turning_moment(),
     ),
     _scalar(
         "best_fraction_rms", "c_{rms}", "1",

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces import bearings, torque
+from engine_dyn.forces import bearings, torque, web_weights
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.web_weights import BENDING, OF_WEBS, crankshaft
 from engine_dyn.units import DEGREE, MPA
 
 __all__ = ["NODES", "PARAMETERS"]
@@ -52,12 +53,15 @@ _LOADED = (
 )  # fmt: skip
 
 
-def _factors(turning: Any, needs: dict[str, Any], throws: Any = 0.0) -> bearings.Factors:
+def _factors(
+    turning: Any, needs: dict[str, Any], throws: Any = 0.0, webs: Any = 0.0
+) -> bearings.Factors:
     area = torque.piston_area(needs["bore"])
     centrifugal = 0.5 * needs["double_radius"] * needs["speed"] ** 2
     return bearings.Factors(
         needs["pressure_scale"] * area, needs["crankcase_pressure"] * area,
         needs["reciprocating_mass"] * centrifugal, turning * centrifugal, throws * centrifugal,
+        np.real(webs) * needs["speed"] ** 2, np.imag(webs) * needs["speed"] ** 2,
     )  # fmt: skip
 
 
@@ -70,7 +74,10 @@ def _piston_pin_factors(needs: dict[str, Any]) -> bearings.Factors:
 
 
 def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
-    return _factors(needs["journal_rod_mass"], needs, needs["journal_throw_mass"])
+    return _factors(
+        needs["journal_rod_mass"], needs, needs["journal_throw_mass"],
+        needs.get("journal_web_unbalance", 0.0),
+    )  # fmt: skip
 
 
 def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
@@ -196,13 +203,58 @@ def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
     )  # fmt: skip
 
 
+def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
+    """Needs as arrays with one more axis at the end; what has no axes stays."""
+    whole = ("counterweights", "cylinders_by_count", "family", "period")
+    return {
+        name: value if name in whole else np.asarray(value)[..., None]
+        for name, value in needs.items()
+    }
+
+
+def _bending_of_cycle(**needs: Any) -> Any:
+    each, samples = _with_last_axis(needs), round(needs["period"] / DEGREE)
+    phi = np.arange(samples) * (needs["period"] / samples)
+    factors = _journal_factors(each)
+    return web_weights.largest_of_cycle(
+        crankshaft(each), each["cylinder"], each["speed"], phi,
+        lambda engine: bearings.pin_forces(
+            phi, engine, each["crank_ratio"], each["offset_ratio"], each["family"], each["row"],
+            factors,
+        ),
+    )  # fmt: skip
+
+
+def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
+    each = _with_last_axis(needs)
+    shaft, square = crankshaft(each), each["speed"] ** 2
+    return bearings.of_all_journals(
+        needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
+        _journal_factors(needs), *_engines(needs), needs["period"], threads,
+        lambda journals: web_weights.on_journals(shaft, journals) * square,
+    )  # fmt: skip
+
+
 NODES: tuple[Node, ...] = (
-    hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
-           (*_LOADED, *_UNBALANCE, *_COUNTED), _of_all_journals, throws=True,
-           width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True),
+    *(
+        hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
+               tuple(dict.fromkeys((*_LOADED, *_UNBALANCE, *_COUNTED, *more))), make, throws=True,
+               width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True, when=word)
+        for word, more, make in (
+            ("weights_by_fraction", (), _of_all_journals),
+            ("weights_given", (), _of_all_journals),
+            ("weights_of_webs", (*OF_WEBS, "cylinder_spacing"), _of_all_with_webs),
+        )
+    ),
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
+    Node("bay_bending_moment_cycle_max", r"M_{b,cyc}", "N m",
+         "largest bending moment of the shaft between the main bearings beside each throw over the "
+         "cycle, due to all forces on the crank pins and counterweights, each bay a simply "
+         "supported beam, in steps of 1 degree", "this project",
+         needs=tuple(dict.fromkeys((*_LOADED, *BENDING, "cylinder"))), make=_bending_of_cycle,
+         throws=True, width=200_000),
     Node("all_main_journals_load_rms", r"\bar F_{H,rms}", "N",
          "root mean square of the loads of all main journals", NOTES,
          needs=(_OF_ALL,), make=lambda **needs: needs[_OF_ALL]["rms"]),
@@ -211,7 +263,7 @@ NODES: tuple[Node, ...] = (
     *_load_nodes("piston_pin", "piston-pin load, cylinder 1", "F_{P}", _RODS,
                  _piston_pin_factors, bearings.piston_pin_load),
     *_load_nodes("main_journal", "main-journal load, on the bearing", "F_{H}",
-                 (*_UNBALANCE, "main_bearing"), _journal_factors,
+                 (*_UNBALANCE, "main_bearing", "journal_web_unbalance"), _journal_factors,
                  bearings.main_journal_load),
     _part("crank_pin_radial", "F_{C,r}",
           "crank-pin load along the crank throw, positive outwards, cylinder 1"),

@@ -9,7 +9,7 @@ from engine_dyn.forces import torque
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.loads import friction
 from engine_dyn.quantities.arithmetic import product
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
 
@@ -62,9 +62,11 @@ def gas_of(needs: Mapping[str, Any]) -> torque.GasPressure:
     )
 
 
-def _friction_over_stroke(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
+def _friction_over_stroke(
+    *, crank_angle: Any, bore: Any, auxiliary_swing: Any, **needs: Any
+) -> Any:
     levels = stroke_friction(needs)
-    return torque.friction_over_stroke(
+    return auxiliary_swing + torque.friction_over_stroke(
         crank_angle, train_of(needs), bore, gas_of(needs), needs["friction_torque"], levels
     )
 
@@ -93,9 +95,23 @@ NODES: tuple[Node, ...] = (
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure, with the auxiliaries",
         "Kakaitsas eq. 3.9", si=BAR, when="auxiliaries",
-        needs=("rubbing", "auxiliary_torque", "displacement", "period"),
-        make=lambda rubbing, auxiliary_torque, displacement, period: rubbing
-        + auxiliary_torque * period / displacement,
+        needs=("rubbing", "auxiliary_torque", "auxiliary_mean", "displacement", "period"),
+        make=lambda rubbing, auxiliary_torque, auxiliary_mean, displacement, period: rubbing
+        + (auxiliary_torque + auxiliary_mean) * period / displacement,
+    ),
+    *(
+        node
+        for name, text, kind, of_curve, make in (
+            ("auxiliary_mean", "mean torque of auxiliaries over the angle", "value", (),
+             lambda driven: driven.auxiliaries.mean),
+            ("auxiliary_swing", "that torque less its mean", "curve", ("crank_angle",),
+             lambda driven, crank_angle: driven.auxiliaries(crank_angle) - driven.auxiliaries.mean),
+        )
+        for node in (
+            hidden(name, "N m", text, ("driven", *of_curve), make, kind=kind,
+                   when="angle_auxiliaries"),
+            hidden(name, "N m", text, (), lambda: 0.0, kind=kind, when="steady_auxiliaries"),
+        )
     ),
     Node(
         "friction_torque", "M_{fr}", "N m",
@@ -141,8 +157,9 @@ NODES: tuple[Node, ...] = (
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
         "friction torque over crank angle, positive against the rotation, subtracted",
         "Kakaitsas eq. 3.8", kind="curve", when="uniform_friction",
-        needs=("friction_torque", "crank_angle"),
-        make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
+        needs=("friction_torque", "auxiliary_swing", "crank_angle"),
+        make=lambda friction_torque, auxiliary_swing, crank_angle: friction_torque
+        + auxiliary_swing + 0.0 * crank_angle,
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
@@ -151,7 +168,8 @@ NODES: tuple[Node, ...] = (
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "friction_torque",
-               "cylinder_set", "period", "offset_ratio", "cylinders_by_count", *FRICTION_NAMES),
+               "cylinder_set", "period", "offset_ratio", "cylinders_by_count", "auxiliary_swing",
+               *FRICTION_NAMES),
         make=_friction_over_stroke,
     ),
 )  # fmt: skip

@@ -25,6 +25,7 @@ from engine_dyn.quantities import (
     generator,
     loads,
     mechanism_forces,
+    mounts,
     orders,
     parameters,
     pressure,
@@ -36,6 +37,7 @@ from engine_dyn.quantities import (
     speed,
     torque,
     torsion,
+    web_weights,
 )
 from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.units import DEGREE
@@ -67,6 +69,7 @@ _PARAMETERS: tuple[Node, ...] = (
     *mechanism_forces.PARAMETERS,
     *shaft_numbers.PARAMETERS,
     *generator.PARAMETERS,
+    *web_weights.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -88,6 +91,8 @@ _QUANTITIES: tuple[Node, ...] = (
     *bearing_loads.NODES,
     *torsion.NODES,
     *generator.NODES,
+    *web_weights.NODES,
+    *mounts.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """
@@ -112,6 +117,8 @@ _CONSTANTS = tuple(
         ("characteristic", "power and torque over speed"),
         ("shaft_system", "discs and shafts that twist"),
         ("double_acting", "pressures of both ends of double-acting cylinders"),
+        ("counterweights", "counterweights on the webs"),
+        ("mounts", "mounts of the engine block"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )
 )
@@ -139,6 +146,7 @@ _DIMENSIONS = (
         "shaft", "", "1", "shaft between two discs, counted from 1; what holds the rings of "
         "dampers comes last", whole=True,
     ),
+    Dimension("mount", "", "1", "mount of the engine block, counted from 1", whole=True),
     Dimension(
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
     ),

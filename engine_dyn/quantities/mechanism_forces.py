@@ -380,12 +380,13 @@ NODES: tuple[Node, ...] = (
         f"{NOTES}, T_G", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "journal_rod_mass",
                "journal_throw_mass", "double_radius", "cylinder_set", "cylinders_by_count",
-               "offset_ratio", "engine_inclination"),
+               "offset_ratio", "engine_inclination", "web_unbalance"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass,
         journal_throw_mass, double_radius, cylinder_set, cylinders_by_count, offset_ratio,
-        engine_inclination: mechanism.gravity_torque(
+        engine_inclination, web_unbalance: mechanism.gravity_torque(
             crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass, 0.5 * double_radius,
             cylinder_set, cylinders_by_count, offset_ratio, journal_throw_mass, engine_inclination,
+            web_unbalance,
         ),
     ),
     Node(

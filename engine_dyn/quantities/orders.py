@@ -35,13 +35,13 @@ def _gravity(scope: str, first_only: bool) -> Node:
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
             needs["journal_rod_mass"], 0.5 * needs["double_radius"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
-            needs["journal_throw_mass"], needs["engine_inclination"],
+            needs["journal_throw_mass"], needs["engine_inclination"], needs["web_unbalance"],
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
         (*_MOTION, "reciprocating_mass", "journal_rod_mass", "journal_throw_mass", "double_radius",
-         "engine_inclination", *_COUNTED), make,
+         "engine_inclination", "web_unbalance", *_COUNTED), make,
     )  # fmt: skip
 
 
@@ -145,7 +145,7 @@ def _complex_torques(scope: str) -> list[Node]:
         return moment * needs[inertia]
 
     def total(**needs: Any) -> Any:
-        return needs[names[0]] + needs[names[1]]
+        return needs[names[0]] + needs[names[1]] - needs.get("auxiliary_harmonics", 0.0)
 
     return [
         _harmonic(
@@ -156,9 +156,20 @@ def _complex_torques(scope: str) -> list[Node]:
             names[1], "N m", f"harmonics of the inertia torque, {whose}",
             (inertia, "reciprocating_mass", "double_radius", "speed"), masses_torque,
         ),
-        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total,
+        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}",
+                  (*names[:2], *(() if scope else ("auxiliary_harmonics",))), total,
                   when="" if scope else "by_pressure"),
     ]  # fmt: skip
+
+
+SAMPLES = 8192
+"""Of a cycle, for the harmonics of auxiliaries."""
+
+
+def _of_auxiliaries(*, driven: Any, period: Any, order: Any) -> Any:
+    angle = np.arange(SAMPLES) * (period / SAMPLES)
+    found = harmonics.of_curve(driven.auxiliaries(angle), angle, np.ravel(order))
+    return found.reshape(np.shape(order))
 
 
 def _of_given_torque(*, torque: Any, crank_angle: Any, order: Any) -> Any:
@@ -199,6 +210,14 @@ _HARMONICS = (
         ("torque", "crank_angle", "order"), _of_given_torque, when="by_torque",
         removes=("crank_angle",),
     ),
+    _harmonic(
+        "auxiliary_harmonics", "N m", "harmonics of the torque of auxiliaries",
+        ("driven", "period", "order"), _of_auxiliaries, when="angle_auxiliaries",
+    ),
+    _harmonic(
+        "auxiliary_harmonics", "N m", "harmonics of the torque of auxiliaries", (), lambda: 0.0,
+        when="steady_auxiliaries",
+    ),
     _gravity("", False),
     _gravity("cylinder_", True),
 )  # fmt: skip
@@ -234,7 +253,8 @@ _ORDERS = (
     *_polar("", "gas_torque", r"M_{g,\nu}", "gas torque, all cylinders"),
     *_polar("", "inertia_torque", r"M_{l,\nu}", "inertia torque, all cylinders"),
     *_polar("", "gravity_torque", r"M_{G,\nu}", "gravity torque, all cylinders"),
-    *_polar("", "torque", r"M_{\nu}", "torque of gas and reciprocating masses, all cylinders"),
+    *_polar("", "torque", r"M_{\nu}",
+            "torque of gas, reciprocating masses and auxiliaries, all cylinders"),
     *_polar("cylinder_", "gas_torque", r"M_{g1,\nu}", "gas torque, cylinder 1"),
     *_polar("cylinder_", "inertia_torque", r"M_{l1,\nu}", "inertia torque, cylinder 1"),
     *_polar("cylinder_", "gravity_torque", r"M_{G1,\nu}", "gravity torque, cylinder 1"),

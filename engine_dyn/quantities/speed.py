@@ -158,7 +158,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     of_engine = OF_TORQUE if by_torque else OF_CYLINDERS
     if (law, angle) == ("power_law", "steady_load"):  # a + k omega^alpha and nothing else
         constant = "load_offset"
-        acting: tuple[str, ...] = ("load_exponent",)
+        acting: tuple[str, ...] = ("load_exponent", "driven")
     else:
         # Of a load over angle, its mean is part of what the speed does not change.
         constant = "load_constant"
@@ -182,7 +182,7 @@ def _inertia_search(solution: Node) -> Node:
     needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
     # Of a load over speed alone, the search finds its start by itself, and faster.
     by_torque = "by_torque" in solution.when
-    swing = ("energy_swing",) if "driven" in needs else ()
+    swing = ("energy_swing",) if by_torque or "load_offset" not in needs else ()
     return replace(
         solution, name="inertia_search", long_name="inertia for the wanted delta",
         gives=("inertia_required", "search_status"),

@@ -106,7 +106,7 @@ def _shaft_extremes(
 
 
 NODES: tuple[Node, ...] = (
-    _solution("by_pressure steady_load", *_OF_CYLINDERS),
+    _solution("by_pressure steady_load", *_OF_CYLINDERS, "driven"),
     _solution("by_pressure angle_load", *_OF_CYLINDERS, "driven", *OF_ANGLE),
     _solution("by_torque steady_load", *_GIVEN, make=_torque_solution_given),
     _solution("by_torque angle_load", *_GIVEN, *OF_ANGLE, make=_torque_solution_given),
@@ -128,8 +128,9 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "as given",
-        when="by_torque", needs=("torque_factor", "driven"),
-        make=lambda torque_factor, driven: torque_factor * driven.engine_torque.mean,
+        when="by_torque", needs=("torque_factor", "driven", "auxiliary_mean"),
+        make=lambda torque_factor, driven, auxiliary_mean: torque_factor
+        * driven.engine_torque.mean - auxiliary_mean,
     ),
     Node(
         "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
@@ -210,9 +211,9 @@ NODES: tuple[Node, ...] = (
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
         "Kakaitsas eq. 3.3", kind="curve", when="by_pressure uniform_friction",
-        needs=("gas_torque", "inertia_torque", "friction_torque"),
-        make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
-        - friction_torque,
+        needs=("gas_torque", "inertia_torque", "friction_torque", "auxiliary_swing"),
+        make=lambda gas_torque, inertia_torque, friction_torque, auxiliary_swing: gas_torque
+        + inertia_torque - friction_torque - auxiliary_swing,
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
@@ -224,9 +225,9 @@ NODES: tuple[Node, ...] = (
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
         "as given", kind="curve", when="by_torque",
-        needs=("crank_angle", "torque_factor", "driven"),
-        make=lambda crank_angle, torque_factor, driven: torque_factor
-        * driven.engine_torque(crank_angle),
+        needs=("crank_angle", "torque_factor", "driven", "auxiliary_mean", "auxiliary_swing"),
+        make=lambda crank_angle, torque_factor, driven, auxiliary_mean, auxiliary_swing:
+        torque_factor * driven.engine_torque(crank_angle) - (auxiliary_mean + auxiliary_swing),
     ),
     Node(
         "torque_after_throw", "T_i", "N m",

@@ -67,6 +67,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "auxiliaries": "auxiliaries take torque, which is part of the friction",
     },
     {
+        "steady_auxiliaries": "their torque is the same over the whole cycle",
+        "angle_auxiliaries": "it is given over the angle of each",
+    },
+    {
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
@@ -120,6 +124,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
         "weights_given": "the mass of the counterweights is given",
+        "weights_of_webs": "mass, place and direction of each counterweight are given",
     },
     {
         "reciprocating_included": "discs of throws include the mean of their reciprocating masses",
@@ -140,6 +145,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "no_counterweights": "nothing says what the counterweights are",
         "counterweights": "scene or engine says what the counterweights are",
+    },
+    {
+        "mounts_without_pitch": "mounts have no places along the shaft, or there are none",
+        "mounts_with_pitch": "mounts have places along the shaft too",
     },
     {
         "no_shaft": "no balance shaft at the crank's speed",

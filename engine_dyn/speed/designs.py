@@ -152,14 +152,15 @@ def needs_of(chosen: Chosen, torques: Sequence[TorqueOverAngle | None]) -> Needs
         parts = parts._replace(rubbed=tuple(RubbedDiagram(*one) for one in table.tolist()))
         first = parts.first_rubbed + FRICTION_PARTS * number
         found += [(first + i, np.maximum(chosen.take(name), 0.0)) for i, name in enumerate(LEVELS)]
-    load, of_engine = torques
+    load, *others = torques
     if load is not None:
         table, number = chosen.distinct("gear_ratio", "load_phase")
         parts = parts._replace(torques=tuple((0, gear, phase) for gear, phase in table.tolist()))
         found.append((parts.first_torque + number, chosen.take("load_scale") / chosen.lever()))
-    if of_engine is not None:
-        parts = parts._replace(torques=(*parts.torques, (1, 1.0, 0.0)))
-        found.append((parts.number - 1, -chosen.take("torque_factor") / chosen.lever()))
+    for which, factor in enumerate((-chosen.take("torque_factor"), np.ones(1)), start=1):
+        if others[which - 1] is not None:
+            parts = parts._replace(torques=(*parts.torques, (which, 1.0, 0.0)))
+            found.append((parts.number - 1, factor / chosen.lever()))
     part = np.empty((len(found), chosen.places.size), dtype=np.int64)
     share = np.empty(part.shape)
     for i, (which, factor) in enumerate(found):

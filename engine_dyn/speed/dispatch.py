@@ -197,7 +197,7 @@ def solve(
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
     """Refuse methods that cannot solve the law of load or driver; ValueError names the method."""
     for method in (METHODS[code] for code in used):
-        if not method.can_solve(driven.law, driven.torques != (None, None)):
+        if not method.can_solve(driven.law, driven.over_angles):
             raise ValueError(
                 f"method {method.name!r} supports only the load law a + k omega^alpha: take another"
             )

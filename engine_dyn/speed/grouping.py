@@ -135,8 +135,7 @@ class Grouping:
         columns of its own, which miss nothing.
         """
         every = self.inputs.size if places is None else places.size
-        over_angle = self.driven.torques != (None, None)
-        names = (*TABLE_NAMES, *(OVER_ANGLE if over_angle else ()))
+        names = (*TABLE_NAMES, *(OVER_ANGLE if self.driven.over_angles else ()))
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
         for begin in range(0, every, SLAB):
             slab = np.arange(begin, min(begin + SLAB, every))
@@ -181,12 +180,13 @@ class Grouping:
     def _repeats(self, chosen: Chosen) -> Integers:
         """How often each design's load repeats in the cycle, or in several cycles, see `cycles_of`.
 
-        0 without a load over an angle.
+        0 without a load over an angle; together with the auxiliaries.
         """
-        load, gear = self.driven.over_angle, chosen.take("gear_ratio")
-        if load is None:
-            return np.zeros(1, dtype=np.int64)
-        return np.asarray(repeats_of(load, gear, self.family.period)).reshape(-1)
+        load, gear, period = self.driven.over_angle, chosen.take("gear_ratio"), self.family.period
+        own = self.driven.auxiliaries
+        times = 0 if own is None else own.repeats * cycles_of(load, period)
+        repeats = 0 if load is None else repeats_of(load, gear, period)
+        return np.asarray(np.gcd(repeats, times)).reshape(-1)
 
 
 def _split(

@@ -63,6 +63,7 @@ def torque_extremes(
                 constant = chosen.take("friction_torque")
                 if driven.engine_torque is not None:
                     constant = constant - chosen.take("torque_factor") * driven.engine_torque.mean
+                    constant = constant + getattr(driven.auxiliaries, "mean", 0.0)
                 friction = np.full(count, constant, dtype=float)
                 of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=np.where(of_load, 0.0, designs.share))

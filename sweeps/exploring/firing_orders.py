@@ -138,7 +138,7 @@ def firing_orders(
     if settings is not None and not isinstance(settings, Mapping):
         raise SceneError(f"settings = {shown(settings)}: must be a dict of keys of [set]")
     asked = _asked(by)
-    own, tables = _one_engine(given, name, arrangement, dict(settings or {}))
+    own, tables = _one_engine(given, name, arrangement, dict(settings or {}), crank)
     orders, total = _orders(own, crank, sample, seed, name)
     tables["axes"] = {ARRANGEMENT: [_written(one.arrangement) for one in orders], **tables["axes"]}
     wanted = dict.fromkeys([*CRITERIA, *BESIDE, *tables["output"].get("quantities", ()), *asked])
@@ -208,7 +208,7 @@ def _asked(by: str | Sequence[str] | None) -> list[str]:
 
 def _one_engine(
     given: Any, name: str, arrangement: str | Mapping[str, Any] | None,
-    replaced: Mapping[str, Any],
+    replaced: Mapping[str, Any], crank: str,
 ) -> tuple[Arrangement, dict[str, Any]]:  # fmt: skip
     """The engine's own arrangement, and the tables of a scene that says nothing of it."""
     own = read_scene(given)
@@ -217,6 +217,11 @@ def _one_engine(
             raise SceneError(
                 f"{name}: [{table}]: not allowed when all firing orders of one engine are compared"
             )
+    if "weights_of_webs" in own.words and (crank != "own" or arrangement is not None):
+        raise SceneError(
+            f"{name}: [[counterweights]] belong to one crankshaft: must be left out, or crank be "
+            "own without another arrangement"
+        )
     if own.beside or own.arrangements or DESIGN in own.dimensions or ENGINE in own.dimensions:
         raise SceneError(
             f"{name}: the scene has several engines or arrangements; it must have one, whose "

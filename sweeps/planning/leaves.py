@@ -56,6 +56,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     period = scene.engine.period
     lowest = math.tau / (period * scene.cycles)
     cycles = scene.cycles * cycles_of(scene.driven.over_angle, period)
+    mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
@@ -64,6 +65,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
+        "mount": np.arange(1, mounts + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
@@ -122,6 +124,8 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "characteristic": scene.characteristic,
         "shaft_system": engine.shaft,
         "double_acting": ends_of(engine.family),
+        "counterweights": engine.counterweights,
+        "mounts": engine.mounts,
         "variant_of": Variants(scene.words),
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}

@@ -37,6 +37,12 @@ def engine_text(engine: Engine) -> str:
     for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
         if table is not None:
             lines.append(f"  {what}_table: {table}")
+    if engine.auxiliaries is not None:
+        lines.append(f"  auxiliaries: {engine.auxiliaries}")
+    if engine.counterweights is not None:
+        lines.append(f"  {len(engine.counterweights.mass)} counterweights on webs")
+    if engine.mounts is not None:
+        lines.append(f"  {len(engine.mounts.lateral)} mounts")
     if engine.shaft is not None:
         lines += ["", *shaft_lines(engine.shaft, engine.values)]
     if engine.torque is not None:

@@ -5,7 +5,8 @@ else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and 
 `sweeps.reading.torque_tables`; `[values]` with the keys of a scene; a
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
 `sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`), or one with the
-engine's torque (`sweeps.reading.torque_diagrams`); optional
+engine's torque (`sweeps.reading.torque_diagrams`); `[[counterweights]]` and `[[mounts]]`
+(`sweeps.reading.block_tables`), `[[auxiliaries]]` (`sweeps.reading.auxiliary_tables`); optional
 `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
 for every value that the sources do not give; `[[source]]` with the citations.
 """
@@ -46,6 +47,8 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.auxiliary_tables import with_auxiliaries
+from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -240,7 +243,20 @@ def _read_engine(path: Path, name: str) -> Engine:
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
     )
+    _check_weights(given, values, name)
+    engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
+    engine = with_auxiliaries(engine, given.auxiliaries, path.parent, f"{name}: ")
     return engine if shaft is None else with_shaft(engine, shaft)
+
+
+def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) -> None:
+    """Check that a file sizes its counterweights once."""
+    for key in WEIGHT_KEYS if given.counterweights is not None else ():
+        if key in values:
+            raise SceneError(
+                f"{name}: [values] {key}: not allowed together with [[counterweights]]; give one "
+                "of them"
+            )
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:

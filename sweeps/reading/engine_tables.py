@@ -11,6 +11,15 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sweeps.checks import Strict
+from sweeps.reading.auxiliary_tables import AUXILIARIES
+from sweeps.reading.auxiliary_tables import MOST as MOST_AUXILIARIES
+from sweeps.reading.block_tables import (
+    COUNTERWEIGHTS,
+    MOST,
+    MOUNTS,
+    CounterweightTable,
+    MountTable,
+)
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
@@ -84,6 +93,15 @@ class EngineFile(Strict):
     shaft: Any = Field(
         default=None,
         description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
+    auxiliaries: list[dict[str, Any]] | None = Field(
+        default=None, description=AUXILIARIES, min_length=1, max_length=MOST_AUXILIARIES
+    )
+    counterweights: list[CounterweightTable] | None = Field(
+        default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST
+    )
+    mounts: list[MountTable] | None = Field(
+        default=None, description=MOUNTS, min_length=1, max_length=MOST
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")

@@ -28,6 +28,7 @@ def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
         motor=motor,
         load_law=_load_law(values),
         engine_torque=engine.torque,
+        auxiliaries=engine.auxiliaries,
     )
 
 

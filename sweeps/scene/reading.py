@@ -23,6 +23,8 @@ from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown, size_text
+from sweeps.reading.auxiliary_tables import with_auxiliaries
+from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine, with_shaft
 from sweeps.reading.referred_files import kept_files, text_of_bytes
@@ -369,6 +371,8 @@ def _assembled(
     shaft = read_shaft(given.shaft, base, f"{name}: ")
     if shaft is not None:
         engine = with_shaft(engine, shaft)
+    engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
+    engine = with_auxiliaries(engine, given.auxiliaries, base, f"{name}: ")
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
@@ -378,6 +382,7 @@ def _assembled(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
     )
     check_places(values, solver.start, name)
+    _check_weights(given, values, name)
     dimensions = _dimensions(axes, raw, solver.axes)
     _check_size(values, dimensions, name)
     check_output(given.output, engine, name)
@@ -436,6 +441,16 @@ def _dimensions(
         first = "axes" in raw and list(raw).index("axes") < list(raw).index("designs")
         dimensions.insert(len(dimensions) if first else 0, DESIGN)
     return (*dimensions, *of_solver)
+
+
+def _check_weights(given: SceneFile, values: GivenValues, name: str) -> None:
+    """Check that a scene sizes its counterweights once."""
+    for key in WEIGHT_KEYS if given.counterweights is not None else ():
+        if values.gives(key):
+            raise SceneError(
+                f"{name}: [{values.table_of(key)}] {key}: not allowed together with "
+                "[[counterweights]]; give one of them"
+            )
 
 
 def _highest_order(given: SceneFile, engine: Engine) -> float:

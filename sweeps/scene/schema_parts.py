@@ -7,6 +7,7 @@ from typing import Any
 
 from engine_dyn.quantities.node import Node
 from sweeps.checks import Strict, allowed, is_ratio
+from sweeps.reading.auxiliary_tables import AuxiliaryTable
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.reading.shaft_tables import SHAFT, ShaftTable
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
@@ -41,9 +42,10 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
     schema: Schema = plain_schema(model.model_json_schema())
     tables = schema.pop("$defs")
-    for part in (ArrangementTable, RodTable, ShaftTable, LoadInClosedForm):
+    for part in (ArrangementTable, RodTable, ShaftTable, LoadInClosedForm, AuxiliaryTable):
         own: Schema = plain_schema(part.model_json_schema())
         tables |= {**own.pop("$defs", {}), part.__name__: own}
+    schema["properties"]["auxiliaries"]["items"] = reference(AuxiliaryTable.__name__)
     return schema, tables
 
 

@@ -14,6 +14,15 @@ from engine_dyn import status
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import Strict
+from sweeps.reading.auxiliary_tables import AUXILIARIES
+from sweeps.reading.auxiliary_tables import MOST as MOST_AUXILIARIES
+from sweeps.reading.block_tables import (
+    COUNTERWEIGHTS,
+    MOST,
+    MOUNTS,
+    CounterweightTable,
+    MountTable,
+)
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.scene.measured import MeasuredTable
@@ -126,6 +135,15 @@ class SceneFile(Strict):
     shaft: Any = Field(
         default=None,
         description="a table [shaft] with discs and shafts, or the name or file of one",
+    )
+    auxiliaries: list[dict[str, Any]] | None = Field(
+        default=None, description=AUXILIARIES, min_length=1, max_length=MOST_AUXILIARIES
+    )
+    counterweights: list[CounterweightTable] | None = Field(
+        default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST
+    )
+    mounts: list[MountTable] | None = Field(
+        default=None, description=MOUNTS, min_length=1, max_length=MOST
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")

@@ -62,7 +62,7 @@ def variant_words(
         *_cylinder_words(values, described, patterns),
         friction_law(values),
         diagrams,
-        "auxiliaries" if values.nonzero("auxiliary_torque") else "bare",
+        *_auxiliary_words(values, driven),
         "own_cycles" if values.cycle_keys else "given_cycles",
         "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
@@ -99,6 +99,14 @@ def _cylinder_words(
         "plain_rods" if plain_rods else "articulated_rods",
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",
+    )
+
+
+def _auxiliary_words(values: GivenValues, driven: DrivenMachine) -> tuple[str, ...]:
+    over_angle = driven.auxiliaries is not None
+    return (
+        "auxiliaries" if over_angle or values.nonzero("auxiliary_torque") else "bare",
+        "angle_auxiliaries" if over_angle else "steady_auxiliaries",
     )
 
 
@@ -154,11 +162,17 @@ def _balance_words(values: GivenValues) -> tuple[str, ...]:
     fraction, mass = "counterweight_fraction", "counterweight_mass"
     # A fraction of the scene replaces the engine's mass.
     weights_given = not values.gives(fraction) and (values.gives(mass) or values.engine_gives(mass))
+    # Both of the scene replace the engine's table.
+    of_webs = values.engine.counterweights is not None and not values.gives(fraction, mass)
     # A fraction of 0 is given too.
     counterweights = weights_given or values.gives(fraction) or values.engine_gives(fraction)
+    mounts = values.engine.mounts
+    pitch = mounts is not None and mounts.position is not None
+    sized = "weights_given" if weights_given else "weights_by_fraction"
     return (
-        "weights_given" if weights_given else "weights_by_fraction",
-        "counterweights" if counterweights else "no_counterweights",
+        "weights_of_webs" if of_webs else sized,
+        "mounts_with_pitch" if pitch else "mounts_without_pitch",
+        "counterweights" if counterweights or of_webs else "no_counterweights",
         "shaft" if values.nonzero("balance_shaft_mass") else "no_shaft",
         "pair" if values.nonzero("second_shaft_mass") else "no_pair",
     )

@@ -383,6 +383,35 @@ def _balance(draw: Draw, given: Given) -> None:
     given.values |= {"cylinder_spacing": choices["cylinder_spacing"]} | chosen
 
 
+def _webs(draw: Draw, given: Given) -> None:
+    """Counterweights on webs."""
+    numbers = {"mass": near(0.0, 3.0), "radius": near(0.02, 0.2), "angle": near(-180.0, 180.0),
+               "position": near(-0.1, 0.5)}  # fmt: skip
+    weights = st.lists(st.fixed_dictionaries(numbers), min_size=1, max_size=4)
+    given.tables["counterweights"] = draw(weights)
+    given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
+    if draw(st.booleans()):
+        given.values["counterweights_factor"] = near(0.0, 2.0)
+
+
+def _mounts(draw: Draw, given: Given) -> None:
+    """Two mounts without places along the shaft, or four with them."""
+    width = draw(near(0.1, 0.5))
+    places = draw(st.sampled_from([{}, {"height": -0.2}, {"position": 0.6}]))
+    given.tables["mounts"] = [{"lateral": x, **places, "stiffness": 1.0} for x in (-width, width)]
+    if "position" in places:
+        given.tables["mounts"] += [{"lateral": x, "position": -0.2} for x in (-width, width)]
+        given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
+
+
+def _auxiliaries(draw: Draw, given: Given) -> None:
+    """A valve train or a pump."""
+    ratios = st.sampled_from([1.0, 2.0] if given.engine.period < 10.0 else [0.5, 1.0, 1.5])
+    waves = [{"order": draw(st.sampled_from([1, 2, 4])), "sine": draw(near(0.0, 5.0))}]
+    one = {"ratio": draw(ratios), "phase": draw(near(-90.0, 90.0)), "mean": draw(near(0.0, 3.0))}
+    given.tables["auxiliaries"] = [{**one, "harmonics": waves}]
+
+
 def _shaft(draw: Draw, given: Given) -> None:
     own = given.engine.own_cylinders
     throws = given.cylinders if own is None else len(own.along_shaft or ())
@@ -426,7 +455,7 @@ def _stepping(draw: Draw, given: Given) -> None:
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
     _indicator, _characteristic, _layout, _each_cylinder, _master_rods, _firing_angles,
-    _firing_pattern, _balance, _shaft, _stepping,
+    _firing_pattern, _balance, _shaft, _stepping, _webs, _mounts, _auxiliaries,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -443,7 +472,8 @@ _EXCLUDE = [{*group.split()} for group in (
     "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
-    "shaft inertia flywheel count layout", "stepping load_table driver",
+    "shaft inertia flywheel count layout", "stepping load_table driver", "stepping auxiliaries",
+    "balance webs",
     "indicator misfire each_cylinder", "firing_pattern indicator load_table driver master_rods",
     "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",

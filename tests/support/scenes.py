@@ -84,6 +84,7 @@ NOT_OF_AN_ENGINE: dict[str, Any] = {
     },
     "characteristic": {"kind": "diesel"},
     "shaft": complete_shaft(1),
+    "mounts": [{"lateral": -0.3}, {"lateral": 0.3}],
 }  # fmt: skip
 """Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
 

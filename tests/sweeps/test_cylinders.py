@@ -316,7 +316,7 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
         set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1],
              **NOT_OF_AN_ENGINE["set"]},
-        shaft=complete_shaft(4),
+        shaft=complete_shaft(4), mounts=NOT_OF_AN_ENGINE["mounts"],
     )  # fmt: skip
     for name in names:
         # Counterweights of four throws in line cancel: no fraction is better than another.

@@ -42,6 +42,7 @@ CHUNK = 2048
 _ARRAYS = (
     "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass",
     "throw_turning_mass", "shaft", "pair", "couple", "spacing", "bank_offset", "speed", "cylinders",
+    "webs", "web_couple",
 )  # fmt: skip
 """Attributes of `RunningGear` that broadcast."""
 
@@ -90,6 +91,9 @@ class RunningGear:
     bank_offset : array_like
         How far each bank stands behind the one before, along the shaft [m]: for rods side by side
         on a pin, and for the two throws of a boxer's pair.
+    webs, web_couple : array_like
+        Unbalance of the counterweights on the webs [kg m], and that times the distance from the
+        middle of the crank [kg m2], both complex: see `engine_dyn.forces.web_weights`.
 
     Notes
     -----
@@ -111,6 +115,8 @@ class RunningGear:
     couple: Any = 0.0
     spacing: Any = np.nan
     bank_offset: Any = 0.0
+    webs: Any = 0.0
+    web_couple: Any = 0.0
 
     def __post_init__(self) -> None:
         """Take the only set of cylinders where none is given."""
@@ -132,8 +138,9 @@ class RunningGear:
     def reciprocating(self) -> RunningGear:
         """Return the same engine without anything but its reciprocating masses."""
         return replace(
-            self, turning_mass=0.0, throw_turning_mass=0.0, shaft=0.0, pair=0.0, couple=0.0
-        )
+            self, turning_mass=0.0, throw_turning_mass=0.0, shaft=0.0, pair=0.0, couple=0.0,
+            webs=0.0, web_couple=0.0,
+        )  # fmt: skip
 
     def force_of_order(self, order: int, phi: Any) -> Complexes:
         """One order of the shaking force over the crank angle, N."""
@@ -181,6 +188,14 @@ class RunningGear:
         """Root of the mean square of the shaking moment over a revolution, N m."""
         return self._each(lambda gear: gear._root_mean_square(moment=True))
 
+    def turning_force(self) -> Any:
+        """Centrifugal force of all that turns with the crank, N."""
+        return self._scaled(np.abs(self._without_rounding(self._turning(moment=False), False)))
+
+    def turning_moment(self) -> Any:
+        """Moment about the middle of the crank of all that turns with it, N m."""
+        return self._scaled(np.abs(self._without_rounding(self._turning(moment=True), True)))
+
     # what would balance it
 
     def shaft_required(self) -> Floats:
@@ -222,7 +237,7 @@ class RunningGear:
         """
         if norm not in ("rms", "peak"):
             raise ValueError(f"norm = {norm!r}: must be 'rms' or 'peak'")
-        without = replace(self, turning_mass=0.0, throw_turning_mass=0.0)
+        without = replace(self, turning_mass=0.0, throw_turning_mass=0.0, webs=0.0)
         if norm == "peak":
             return without._each(lambda gear: gear._least_peak(across_weight))
         forward, backward = without._orders(1.0, moment=False)
@@ -293,7 +308,8 @@ class RunningGear:
         mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
         mass = mass + np.abs(self.throw_turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
-        return CANCELLED * mass * self.crank_radius * weights
+        of_webs = np.abs(self.web_couple if moment else self.webs)
+        return CANCELLED * (mass * self.crank_radius * weights + of_webs)
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
@@ -315,7 +331,7 @@ class RunningGear:
         rods = np.asarray(self.turning_mass) * self._per_count(turning, moment)
         if np.any(self.throw_turning_mass):
             rods = rods + np.asarray(self.throw_turning_mass) * self._per_count(throws, moment)
-        return rods * self.crank_radius
+        return rods * self.crank_radius + (self.web_couple if moment else self.webs)
 
     def _waves(self, order: Any, moment: bool) -> tuple[Any, Any]:
         """Forward and backward amplitude of the reciprocating masses."""
@@ -439,8 +455,9 @@ class RunningGear:
     def _counterweights(self) -> Any:
         """Amplitude of the force that a fraction of 1 adds; 0 where that of all throws cancels."""
         gear = replace(
-            self, turning_mass=-np.asarray(self.reciprocating_mass), throw_turning_mass=0.0
-        )
+            self, turning_mass=-np.asarray(self.reciprocating_mass), throw_turning_mass=0.0,
+            webs=0.0,
+        )  # fmt: skip
         amplitude = gear._turning(moment=False)
         return np.where(np.abs(amplitude) > gear._rounding(moment=False), amplitude, 0.0)
 

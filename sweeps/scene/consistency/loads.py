@@ -68,14 +68,14 @@ def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
 
 def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
     """Check that the methods solve for the loads; what `closed` cannot solve gets a status."""
-    over_angle = driven.torques != (None, None)
+    over_angle = driven.over_angles
     can = [m.name for m in METHODS if m.can_solve(driven.law, over_angle) and not m.exponents]
     for method in METHODS:
         if method.name in scene.methods and not method.can_solve(driven.law, over_angle):
             raise SceneError(
                 f"{name}: [solver] method = {method.name!r}: supports only the load law "
-                f"a + k omega^alpha; with load_table, a driver or a torque given for the engine, "
-                f"use one of {', '.join(can)}"
+                f"a + k omega^alpha; with load_table, a driver, [[auxiliaries]] or a torque given "
+                f"for the engine, use one of {', '.join(can)}"
             )
 
 

@@ -24,6 +24,7 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.speed import AT_START
 from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
+from sweeps.reading.block_tables import MOUNTS
 from sweeps.reading.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.consistency.cylinders import check_throws
 from sweeps.scene.model import Scene
@@ -134,6 +135,8 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' needs a shaft: a table [shaft] "
                     "with discs and shafts, or shaft = its name or file"
                 )
+            if need == "mounts" and scene.engine.mounts is None:
+                raise SceneError(f"{name}: [output] quantities: '{quantity}' needs {MOUNTS}")
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs a four-stroke engine; a "

@@ -1,0 +1,285 @@
+r"""Counterweights on the webs of a crankshaft, and the bending of the shaft between its bearings.
+
+Everything here turns with the crank, so its forces are vectors in the crank's plane, complex as in
+`engine_dyn.forces.balance`: at phi = 0 the real axis points outwards along cylinder 1. A
+counterweight of mass m, radius R and angle alpha (zero and sense as of throws) has the unbalance
+
+    u = f m R e^(i (alpha - alpha_1 + theta_T)),
+
+where alpha_1 is the angle of the throw of cylinder 1, theta_T that of its crank at top dead centre
+(0 without offset) and f a factor on all masses. Its force is u omega^2, its moment about the middle
+of the crank that times its distance z from there.
+
+Main bearings stand halfway between neighbouring throws, and half a spacing outside the outermost.
+Each bay between two of them is a simply supported beam of its own (statically determinate;
+continuity of the shaft is left out). It carries the rotating masses of its throw at their places
+and the counterweights at theirs; what overhangs an outermost bearing belongs to that bay. With the
+loads F_k at z_k and bearings at A and B the bending moment is, along the shaft,
+
+    M(z) = (z - A) sum F_k (B - z_k)/(B - A) - sum_{z_k < z} F_k (z - z_k),
+
+a vector whose size is largest at a load or a bearing, since it is linear in between.
+
+Source: statics, derived here; balance in several planes: Khurmi and Gupta, chapters 21 and 22.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.forces.balance.lines import lines_of
+from engine_dyn.forces.mechanism import banks_of
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.types import Floats
+
+__all__ = [
+    "Crankshaft", "Pins", "WebWeights", "couple", "largest_bending", "largest_of_cycle",
+    "middle_of", "on_journals", "unbalance",
+]  # fmt: skip
+
+CANCELLED = 1e-13
+"""Part of the sum of sizes below which a vector sum is rounding."""
+
+
+Pins = Callable[[Cylinders], list[Any]]
+"""Forces on the throws of the cylinders of an engine [N]."""
+
+
+@dataclass(frozen=True, eq=False)
+class WebWeights:
+    """Counterweights, one a place of each array, shape (N,).
+
+    Attributes
+    ----------
+    mass : ndarray
+        [kg].
+    radius : ndarray
+        Distance of the centre of gravity from the shaft's axis [m].
+    angle : ndarray
+        Direction [rad], with zero and sense of the throws' angles.
+    position : ndarray
+        Place along the shaft [m], from where throws have the position 0, away from the free end.
+    """
+
+    mass: Floats
+    radius: Floats
+    angle: Floats
+    position: Floats
+
+
+class Crankshaft(NamedTuple):
+    """What turns with the crank; arrays broadcast.
+
+    Attributes
+    ----------
+    webs : WebWeights, optional
+        Counterweights.
+    factor : array_like
+        On their masses [1].
+    crank_ratio, offset : array_like
+        lambda [1]; offset of the piston-pin line over the crank radius [1].
+    cylinders, by_count
+        Set of cylinders (broadcasts), and the cylinders of each set.
+    spacing, bank_offset : array_like
+        Distance of neighbouring throws, offset of each bank along the shaft [m].
+    crank_radius : array_like
+        [m].
+    rod_mass, throw_mass : array_like
+        Rotating mass of each cylinder's rod and of each throw, at the crank radius [kg].
+    """
+
+    webs: WebWeights | None
+    factor: Any
+    crank_ratio: Any
+    offset: Any
+    cylinders: Any
+    by_count: CylindersByCount
+    spacing: Any = np.nan
+    bank_offset: Any = 0.0
+    crank_radius: Any = 1.0
+    rod_mass: Any = 0.0
+    throw_mass: Any = 0.0
+
+
+def unbalance(shaft: Crankshaft) -> Any:
+    """Unbalance of all counterweights [kg m], complex."""
+    ones = [np.ones(())] * _count(shaft)
+    return value_of_sets(
+        shaft.cylinders, shaft.by_count, lambda engine: _summed(shaft, engine, ones)
+    )
+
+
+def couple(shaft: Crankshaft) -> Any:
+    """Unbalance times distance from the middle of the crank, of all counterweights [kg m2]."""
+
+    def of_engine(engine: Cylinders) -> Any:
+        middle = np.asarray(shaft.spacing) * middle_of(engine)
+        return _summed(shaft, engine, [place - middle for place in _places(shaft)])
+
+    return value_of_sets(shaft.cylinders, shaft.by_count, of_engine)
+
+
+def on_journals(shaft: Crankshaft, journals: Any) -> Any:
+    """Unbalance of the counterweights that each main journal bears [kg m], complex.
+
+    The real axis points upright (`mechanism.banks_of`) at phi = 0. `journals` are numbers from 1
+    and broadcast; nothing is past an engine's last one.
+    """
+
+    def of_engine(engine: Cylinders) -> Any:
+        bearings = _bearings(engine)
+        shares = []
+        for place in _places(shaft):
+            z = place / np.asarray(shaft.spacing)
+            before = np.clip(np.searchsorted(bearings, z, side="right") - 1, 0, len(bearings) - 2)
+            share = (z - bearings[before]) / (bearings[before + 1] - bearings[before])
+            number = np.asarray(journals) - 1
+            shares.append(
+                np.where(number == before, 1.0 - share, 0.0)
+                + np.where(number == before + 1, share, 0.0)
+            )
+        return _summed(shaft, engine, shares) * np.exp(1j * banks_of(engine)[0])
+
+    return value_of_sets(shaft.cylinders, shaft.by_count, of_engine)
+
+
+def largest_bending(shaft: Crankshaft, bays: Any) -> Any:
+    """Largest bending moment of bays over omega^2 [kg m2]; NaN past an engine's last bay.
+
+    `bays` are their numbers, from 1, as of the throws along the shaft, and broadcast.
+
+    Examples
+    --------
+    One throw of 2 kg at 0.05 m between bearings 0.1 m apart: 2 x 0.05 x 0.1/4.
+
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> single = Crankshaft(None, 1.0, 0.25, 0.0, 1, {1: even_cylinders(1, 4.0 * np.pi)},
+    ...                     spacing=0.1, crank_radius=0.05, throw_mass=2.0)
+    >>> round(float(largest_bending(single, 1)), 6)
+    0.0025
+    """
+    return _of_bays(shaft, bays, lambda engine: _loads(engine, shaft))
+
+
+def largest_of_cycle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Pins) -> Any:
+    """Largest bending moment of bays at crank angles [N m], with the forces on crank pins.
+
+    All arrays have a last axis for the angles `phi` [rad], over which the largest is taken. `pins`
+    gives the force on the throw of each cylinder of an engine, `bearings.pin_forces`, with all that
+    rotates but the counterweights of webs.
+    """
+
+    def loads(engine: Cylinders) -> list[tuple[Any, Any]]:
+        rotating = _loads(engine, shaft)
+        turning = speed**2 * np.exp(1j * (phi + banks_of(engine)[0]))
+        on_pins = zip(pins(engine), (place for _, place in rotating), strict=False)
+        of_webs = rotating[engine.count :]
+        return [*on_pins, *((vector * turning, place) for vector, place in of_webs)]
+
+    return _of_bays(shaft, bays, loads).max(axis=-1)
+
+
+def _of_bays(
+    shaft: Crankshaft, bays: Any, loads: Callable[[Cylinders], list[tuple[Any, Any]]]
+) -> Any:
+    numbers = np.asarray(bays)
+
+    def of_engine(engine: Cylinders) -> Any:
+        found: Any = np.nan
+        here = loads(engine)
+        for number in range(1, len(_bearings(engine))):
+            if (numbers == number).any():
+                found = np.where(numbers == number, _of_bay(number, engine, shaft, here), found)
+        return found
+
+    return value_of_sets(shaft.cylinders, shaft.by_count, of_engine)
+
+
+def _of_bay(number: int, engine: Cylinders, shaft: Crankshaft, every: list[tuple[Any, Any]]) -> Any:
+    bearings = _bearings(engine)
+    spacing = np.asarray(shaft.spacing)
+    start, end = spacing * bearings[number - 1], spacing * bearings[number]
+    first, last = number == 1, number == len(bearings) - 1
+    loads = []
+    for force, place in every:
+        inside = (first | (place > start)) & (last | (place <= end))
+        if inside.any():
+            loads.append((np.where(inside, force, 0.0), place))
+    reaction = sum(force * (end - place) for force, place in loads) / (end - start)
+    largest: Any = 0.0
+    for point in (start, end, *(place for _, place in loads)):
+        z = np.clip(point, start, end)
+        moment = reaction * (z - start)
+        moment = moment - sum(force * np.maximum(z - place, 0.0) for force, place in loads)
+        largest = np.maximum(largest, np.abs(moment))
+    return largest
+
+
+def _loads(engine: Cylinders, shaft: Crankshaft) -> list[tuple[Any, Any]]:
+    """Unbalance [kg m] and place [m] of everything that turns."""
+    lines, spacing = lines_of(engine), np.asarray(shaft.spacing)
+    found = []
+    for k, radius in enumerate(lines.radius):
+        top = slider_crank.dead_centres(
+            radius * np.asarray(shaft.crank_ratio), np.asarray(shaft.offset) / radius
+        ).top
+        mass = np.asarray(shaft.rod_mass) + lines.throw_share[k] * np.asarray(shaft.throw_mass)
+        direction = np.exp(1j * (lines.direction[k] + lines.phase[k] + np.asarray(top)))
+        place = spacing * (lines.place[k] + middle_of(engine)) + lines.bank[k] * shaft.bank_offset
+        found.append((mass * radius * shaft.crank_radius * direction, place))
+    each = zip(_vectors(shaft, engine), _places(shaft), strict=True)
+    return [*found, *((vector, np.asarray(place)) for vector, place in each)]
+
+
+def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
+    total: Any = 0.0
+    most: Any = 0.0
+    for vector, weight in zip(_vectors(shaft, engine), weights, strict=True):
+        total, most = total + vector * weight, most + np.abs(vector * weight)
+    return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
+
+
+def _vectors(shaft: Crankshaft, engine: Cylinders) -> list[Any]:
+    """Unbalance of each counterweight [kg m]."""
+    made, webs = engine.arrangement, shaft.webs
+    if webs is None or made is None:
+        return []
+    first = made.throws[made.cylinders[0].throw].angle
+    top = np.asarray(slider_crank.dead_centres(shaft.crank_ratio, shaft.offset).top)
+    return [
+        np.asarray(shaft.factor) * mass * radius * np.exp(1j * (angle - first + top))
+        for mass, radius, angle in zip(webs.mass, webs.radius, webs.angle, strict=True)
+    ]
+
+
+def _places(shaft: Crankshaft) -> list[float]:
+    return [] if shaft.webs is None else shaft.webs.position.tolist()
+
+
+def _count(shaft: Crankshaft) -> int:
+    return 0 if shaft.webs is None else len(shaft.webs.mass)
+
+
+def middle_of(engine: Cylinders) -> float:
+    """Middle of the crank, in distances of neighbouring throws."""
+    return 0.5 * float(min(_throws(engine)) + max(_throws(engine)))
+
+
+def _throws(engine: Cylinders) -> list[float]:
+    """Places of the throws along the shaft, each once."""
+    made = engine.arrangement
+    assert made is not None  # asked for by the nodes
+    return sorted({throw.position for throw in made.throws})
+
+
+def _bearings(engine: Cylinders) -> Floats:
+    """Places of the main bearings, in distances of neighbouring throws."""
+    throws = np.array(_throws(engine))
+    between = 0.5 * (throws[1:] + throws[:-1])
+    return np.array([throws[0] - 0.5, *between, throws[-1] + 0.5])

@@ -1,0 +1,159 @@
+"""Nodes of the roll moment and the forces on mounts: see `engine_dyn.forces.mounts`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import mounts, web_weights
+from engine_dyn.forces.balance import acceleration_harmonics
+from engine_dyn.forces.mechanism import banks_of
+from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.quantities.balance import FORCE, MOMENT, running_gear
+from engine_dyn.quantities.node import Node, hidden
+
+__all__ = ["NODES"]
+
+SOURCE = "this project"
+
+_OFFSET = (
+    "crank_ratio", "offset_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
+    "cylinders_by_count",
+)  # fmt: skip
+
+
+def _lever(needs: dict[str, Any]) -> Any:
+    """Return m r omega^2 e [N m]."""
+    radius = 0.5 * needs["double_radius"]
+    return needs["reciprocating_mass"] * np.square(radius * needs["speed"]) * needs["offset_ratio"]
+
+
+def _offset_moment(*, crank_angle: Any, period: Any, **needs: Any) -> Any:
+    train = CrankTrain(
+        needs["crank_ratio"], needs["double_radius"], needs["cylinder_set"], period,
+        needs["offset_ratio"], needs["cylinders_by_count"],
+    )  # fmt: skip
+    return _lever(needs) * train.superpose(
+        lambda phi, member: member.mass_factor * train.acceleration(phi, member), crank_angle
+    )
+
+
+def _offset_moment_harmonics(*, order: Any, **needs: Any) -> Any:
+    def of_engine(engine: Cylinders) -> Any:
+        total: Any = 0.0
+        for member in engine.members:
+            own = member.own(needs["crank_ratio"], needs["offset_ratio"])
+            share = member.mass_factor * member.radius_factor * np.exp(1j * order * member.phase)
+            total = total + share * acceleration_harmonics(order, *own)
+        return total
+
+    sums = value_of_sets(needs["cylinder_set"], needs["cylinders_by_count"], of_engine)
+    return _lever(needs) * sums
+
+
+_WITH_PITCH = tuple(dict.fromkeys((*FORCE, *MOMENT)))
+"""What the shaking force and moment need."""
+
+
+def _upright(needs: dict[str, Any]) -> Any:
+    """Turn vectors from cylinder 1's direction to one whose real part is upright."""
+    return np.exp(1j * value_of_sets(
+        needs["cylinder_set"], needs["cylinders_by_count"], lambda engine: banks_of(engine)[0]
+    ))  # fmt: skip
+
+
+def _middle(needs: dict[str, Any]) -> Any:
+    return value_of_sets(
+        needs["cylinder_set"], needs["cylinders_by_count"], web_weights.middle_of
+    ) * needs["cylinder_spacing"]  # fmt: skip
+
+
+def _force(*, roll_moment: Any, crank_angle: Any, mounts: Any, mount: Any, **needs: Any) -> Any:
+    gear, turn = running_gear(needs), _upright(needs)
+    force = gear.force(crank_angle) * turn
+    pitch: Any = 0.0
+    if "cylinder_spacing" in needs:
+        pitch = (gear.moment(crank_angle) * turn).real + _middle(needs) * force.real
+    return mounts.forces(mount, roll_moment, (force.real, force.imag), pitch)
+
+
+def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: Any, **needs: Any
+               ) -> Any:  # fmt: skip
+    gear, turn = running_gear(needs), _upright(needs)
+    forward, backward = (wave * turn for wave in gear.force_orders(order))
+    # The real and the imaginary part of F exp(i nu phi) + B exp(-i nu phi), as waves forwards.
+    up, side = forward + np.conj(backward), -1j * (forward - np.conj(backward))
+    pitch: Any = 0.0
+    if "cylinder_spacing" in needs:
+        forward, backward = (wave * turn for wave in gear.moment_orders(order))
+        pitch = forward + np.conj(backward) + _middle(needs) * up
+    return mounts.forces(mount, roll_moment_harmonics, (up, side), pitch)
+
+
+def _of_cycle(name: str, symbol: str, size: str, sign: float) -> Node:
+    return Node(
+        name, symbol, "N", f"{size} vertical force on each mount over the cycle, positive upwards",
+        SOURCE, needs=("mount_force",), removes=("crank_angle",),
+        make=lambda mount_force: sign * mounts.largest_of_cycle(sign * mount_force),
+    )  # fmt: skip
+
+
+NODES: tuple[Node, ...] = (
+    Node("offset_moment", "", "N m", "moment of the inertia forces about the crank's axis",
+         kind="curve", public=False, when="centred", make=lambda: 0.0),
+    Node("offset_moment", "", "N m", "moment of the inertia forces about the crank's axis",
+         kind="curve", public=False, when="offset", needs=("crank_angle", "period", *_OFFSET),
+         make=_offset_moment),
+    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", (), lambda: 0.0,
+           when="centred"),
+    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", ("order", *_OFFSET),
+           _offset_moment_harmonics, when="offset", width=16),
+    Node(
+        "roll_moment", "M_R", "N m",
+        "moment of the engine on its block about the crankshaft's axis, reaction of the torque, "
+        "positive in the sense of rotation",
+        SOURCE, kind="curve", needs=("torque", "offset_moment"),
+        make=lambda torque, offset_moment: -(torque + offset_moment),
+    ),
+    hidden(
+        "roll_moment_harmonics", "N m", "harmonics of the roll moment",
+        ("torque_harmonics", "offset_moment_harmonics"),
+        lambda torque_harmonics, offset_moment_harmonics:
+        -(torque_harmonics + offset_moment_harmonics), width=16,
+    ),
+    Node(
+        "roll_moment_order", r"M_{R,\nu}", "N m",
+        "amplitude of the orders of the roll moment, without those of friction", SOURCE,
+        needs=("roll_moment_harmonics",),
+        make=lambda roll_moment_harmonics: np.abs(roll_moment_harmonics),
+    ),
+    *(
+        node
+        for word, needs in (("mounts_without_pitch", FORCE), ("mounts_with_pitch", _WITH_PITCH))
+        for node in (
+            Node(
+                "mount_force", "F_M", "N",
+                "vertical force of the engine on each mount, without weight, positive upwards, "
+                "rigid block",
+                SOURCE, kind="curve", throws=True, when=word,
+                needs=("roll_moment", "crank_angle", "mounts", "mount", *needs), make=_force,
+            ),
+            hidden(
+                "mount_force_harmonics", "N", "harmonics of the force on each mount",
+                ("roll_moment_harmonics", "order", "mounts", "mount", *needs), _harmonics,
+                throws=True, when=word, width=16,
+            ),
+        )
+    ),
+    _of_cycle("mount_force_max", "F_{M,max}", "largest", 1.0),
+    _of_cycle("mount_force_min", "F_{M,min}", "smallest", -1.0),
+    Node(
+        "mount_force_order", r"F_{M,\nu}", "N",
+        "amplitude of the orders of the vertical force on each mount", SOURCE,
+        needs=("mount_force_harmonics",),
+        make=lambda mount_force_harmonics: np.abs(mount_force_harmonics),
+    ),
+)  # fmt: skip
