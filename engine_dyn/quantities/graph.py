@@ -77,7 +77,6 @@ _QUANTITIES: tuple[Node, ...] = (
     *loads.NODES,
     *speed.NODES,
     *balance.NODES,
-    *each_cylinder.NODES,
     *flywheels.NODES,
     *characteristics.NODES,
     *series.NODES,
@@ -86,6 +85,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *bearing_loads.NODES,
     *torsion.NODES,
     *generator.NODES,
+    *each_cylinder.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """
