@@ -1,17 +1,28 @@
-"""Inertia force of engines with master and articulated rods: what plain radials do not have."""
+"""Forces of engines with master and articulated rods: on the frame, and on the first master rod."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from engine_dyn.forces import torque
 from engine_dyn.forces.balance.lines import lines_of
+from engine_dyn.forces.bearings import EXTREMES, SAMPLE
+from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes
 
-__all__ = ["inertia_force", "inertia_force_of_order"]
+__all__ = [
+    "MasterLoads",
+    "crank_pin_extremes",
+    "inertia_force",
+    "inertia_force_of_order",
+    "master_loads",
+]
 
 SAMPLES = 360
 """Of a revolution, for single orders."""
@@ -65,4 +76,98 @@ def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
     )
     angle = order * np.asarray(phi, dtype=float)
     found: Complexes = forward * np.exp(1j * angle) + backward * np.exp(-1j * angle)
+    return found
+
+
+class MasterLoads(NamedTuple):
+    """Loads of the master rod of cylinder 1 [N].
+
+    Attributes
+    ----------
+    wall_thrust : ndarray
+        Force of the wall on the master's piston, to the side to which the crank pin goes down.
+    crank_pin : ndarray
+        Force on the crank pin, real along the throw, imaginary in the sense of rotation.
+    """
+
+    wall_thrust: Any
+    crank_pin: Any
+
+
+def master_loads(
+    phi: Any, train: CrankTrain, bore: Any, gas: torque.GasPressure, mass: Any, speed: Any,
+    turning: Any,
+) -> MasterLoads:  # fmt: skip
+    """Loads of the master rod of cylinder 1 and of its crank pin, over the crank angle.
+
+    A piston pushes its rod with P = (p - p_c) A - m b; an articulated rod takes P/cos(delta) along
+    itself to its knuckle pin, where the mass mu m adds its inertia. The moments of all that about
+    the crank pin leave the master's piston the thrust P_1 tan(beta) - M/(l cos(beta)) beside the
+    force P_1, and all forces together load the pin, with what turns with it. Derived here.
+
+    Parameters
+    ----------
+    phi, train, bore, gas, mass, speed
+        As of `torque.torque_after_throw`.
+    turning : array_like
+        Mass of each rod that turns with the crank pin [kg].
+    """
+    crank = train.crank_ratio, train.offset
+    unit = 0.5 * train.double_radius * speed**2
+    theta = phi + slider_crank.dead_centres(*crank).top
+    beta = slider_crank.rod_angle(phi, *crank)
+    pin = np.exp(1j * theta)
+
+    def of_engine(engine: Cylinders) -> Any:
+        assert engine.arrangement is not None
+        throws = [cylinder.throw for cylinder in engine.arrangement.cylinders]
+        moment: Any = 0.0
+        total: Any = 0.0
+        for number, member in enumerate(engine.members):
+            if throws[number] != throws[0]:
+                continue
+            angle = phi + train.phase_of(member)
+            push = torque.piston_area(bore) * gas.difference(angle, member, train)
+            push = push - mass * member.mass_factor * unit * train.acceleration(angle, member)
+            if member.rod is None:
+                total = total - push
+                first = push
+                continue
+            rod, turned = member.rod, np.exp(1j * member.rod.bank)
+            along = rod.direction(angle, *crank)
+            force = -push / along.real * along * turned
+            knuckle = rod.knuckle_acceleration(angle, *crank) * turned
+            beyond = -mass * rod.knuckle_mass * unit * knuckle
+            arm = rod.radius * np.exp(1j * (rod.angle - beta))
+            whole = force + beyond + mass * rod.knuckle_mass * unit * pin
+            moment = moment + (np.conj(arm) * whole).imag
+            total = total + force + beyond
+        thrust = first * np.tan(beta) - moment * train.crank_ratio / np.cos(beta)
+        load = (total + 1j * thrust) * np.conj(pin) + throws.count(throws[0]) * turning * unit
+        return np.stack([thrust + 0j, load])
+
+    assert train.by_count is not None
+    thrust, load = value_of_sets(train.cylinders, train.by_count, of_engine)
+    return MasterLoads(thrust.real, load)
+
+
+def crank_pin_extremes(train: CrankTrain, *given: Any) -> npt.NDArray[Any]:
+    """Extremes of the load of the first crank pin, as `bearings.extremes`.
+
+    `given` as of `master_loads`; all arrays have a last axis of length 1, which the result has not.
+    """
+    samples = round(train.period / SAMPLE)
+    phi = -0.5 * train.period + np.arange(samples) * (train.period / samples)
+    size = np.abs(master_loads(phi, train, *given).crank_pin)
+    best = np.argmax(size, axis=-1)[..., None]
+    before, top, after = (
+        np.take_along_axis(size, (best + step) % samples, axis=-1)[..., 0] ** 2
+        for step in (-1, 0, 1)
+    )
+    bend = np.minimum(before - 2.0 * top + after, -1e-300)
+    move = 0.5 * (before - after) / bend
+    found = np.empty(size.shape[:-1], dtype=EXTREMES)
+    found["peak"] = np.sqrt(top - 0.25 * (before - after) * move)
+    found["angle"] = phi[0] + (best[..., 0] + move) * (train.period / samples)
+    found["mean"], found["rms"] = size.mean(axis=-1), np.sqrt((size**2).mean(axis=-1))
     return found

@@ -161,6 +161,14 @@ class ArticulatedRod(NamedTuple):
             2.0 * k * (beta2 * (k * beta1 - cosine) + beta1 * (1.0 + beta1) * sine),
         )
 
+    def direction(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Direction of the rod from its piston to its knuckle pin, complex as there; length 1."""
+        theta = angle + self._theta(crank_ratio, offset)
+        beta, _, _ = self._lean(theta, crank_ratio, offset)
+        across = np.sin(theta - self.bank) + self.radius * np.sin(self.angle - self.bank - beta)
+        sine = (across - offset) / self.rod(crank_ratio)
+        return 1j * sine - np.sqrt(1.0 - sine * sine)
+
     def knuckle_acceleration(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Acceleration of the knuckle pin beyond the crank pin's over r omega^2, complex.
 

@@ -135,7 +135,8 @@ def _load_nodes(
     whole, extreme = f"{load}_components", f"{load}_extremes"
     variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
-        variants = (("equal", ()), ("unequal", _COUNTED))
+        plain = " plain_rods" if load == "crank_pin" else ""  # see `each_cylinder` for others
+        variants = ((f"equal{plain}", ()), (f"unequal{plain}", _COUNTED))
     made = [
         node
         for when, counted in variants

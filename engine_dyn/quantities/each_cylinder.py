@@ -11,10 +11,11 @@ from engine_dyn.forces import articulated
 from engine_dyn.geometry.cylinder_means import value_of_each
 from engine_dyn.geometry.cylinders import Member
 from engine_dyn.quantities.balance import components_of, turning_gear
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.friction import gas_of, train_of
+from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import DEGREE
 
-__all__ = ["FOLLOWED", "MOTION", "NODES"]
+__all__ = ["FOLLOWED", "MOTION", "NODES", "NOT_FOLLOWED"]
 
 SOURCE = "this project"
 
@@ -120,7 +121,58 @@ _FORCES = (
     _force("shaking_force_second", "F_2", "second order of the shaking force", 2, True),
 )  # fmt: skip
 
-NODES = (*MOTION, *_FORCES)
+_LOADED = (
+    *(need for need in _NEEDS if need != "crank_angle"), "bore", "family", "row", "pressure_scale",
+    "crankcase_pressure", "period", "rod_mass_at_crank",
+)  # fmt: skip
+
+
+def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, ...]:
+    """Arguments of loads of the master rod of cylinder 1; `more` is an axis behind."""
+    arrays = {
+        name: value if name in _WHOLE else np.asarray(value)[(..., *more)]
+        for name, value in needs.items()
+    }
+    return (
+        train_of(arrays), arrays["bore"], gas_of(arrays), arrays["reciprocating_mass"],
+        arrays["speed"], arrays["rod_mass_at_crank"],
+    )  # fmt: skip
+
+
+_WHOLE = ("family", "period", "cylinders_by_count", "crank_angle")
+
+_MASTER = (
+    Node(
+        "wall_thrust", "N", "N",
+        "wall thrust, side force of the piston on the cylinder wall, positive opposite to the side "
+        "where the crank pin moves down, cylinder 1, with the moment of the articulated rods",
+        SOURCE, kind="curve", throws=True, when="articulated_rods",
+        needs=("crank_angle", *_LOADED),
+        make=lambda **needs: articulated.master_loads(
+            needs["crank_angle"], *_of_master(needs)
+        ).wall_thrust,
+    ),
+    hidden(
+        "crank_pin_components", "N", "components of the load of the first crank pin",
+        ("crank_angle", *_LOADED),
+        lambda **needs: articulated.master_loads(
+            needs["crank_angle"], *_of_master(needs)
+        ).crank_pin,
+        kind="curve", throws=True, when="articulated_rods", width=160,
+    ),
+    hidden(
+        "crank_pin_extremes", "N", "extremes of the load of the first crank pin", _LOADED,
+        lambda **needs: articulated.crank_pin_extremes(*_of_master(needs, (None,))),
+        throws=True, when="articulated_rods", width=250_000,
+    ),
+)  # fmt: skip
+
+NODES = (*MOTION, *_FORCES, *_MASTER)
+
+NOT_FOLLOWED = frozenset({
+    "tangential_force", "gas_tangential_force", "inertia_tangential_force", "net_tangential_force",
+})  # fmt: skip
+"""Nodes that are other ones with articulated rods, though they take nothing of the mechanism."""
 
 FOLLOWED = frozenset({
     *(node.name for node in NODES),
@@ -138,8 +190,8 @@ FOLLOWED = frozenset({
     "piston_friction_torque",
     *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
       for part in ("gas", "speed", "inertia")),
-    # what turns with the crank
-    "throw_force", "counterweight_force",
+    # what turns with the crank, and the first crank pin
+    "throw_force", "counterweight_force", "crank_pin_x", "crank_pin_y",
 })  # fmt: skip
 """Nodes that take the mechanism (crank ratio, offset or cylinders) and hold for articulated rods.
 

@@ -81,7 +81,6 @@ _QUANTITIES: tuple[Node, ...] = (
     *loads.NODES,
     *speed.NODES,
     *balance.NODES,
-    *each_cylinder.NODES,
     *flywheels.NODES,
     *characteristics.NODES,
     *series.NODES,
@@ -93,6 +92,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *generator.NODES,
     *web_weights.NODES,
     *mounts.NODES,
+    *each_cylinder.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """

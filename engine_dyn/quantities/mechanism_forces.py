@@ -147,10 +147,11 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
         return force * component.ratio(**needs)
 
     symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
+    plain = part.prefix + component.name == "wall_thrust"  # see `each_cylinder` for others
     of_part = f"{component.short}{part.whose}{component.behind}"
     return _force(
         part.prefix + component.name, symbol, of_part if part.prefix else component.long_name,
-        source, (part.force, *component.needs), make,
+        source, (part.force, *component.needs), make, when="plain_rods" if plain else "",
     )  # fmt: skip
 
 

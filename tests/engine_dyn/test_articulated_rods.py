@@ -20,6 +20,7 @@ from tests.support.master_rods import (
     CRANKCASE,
     KNUCKLE_MASS,
     MASS,
+    OFFSET,
     RADIUS,
     RATIO,
     ROD,
@@ -211,3 +212,53 @@ def test_rods_that_are_none(arguments: Any, message: str) -> None:
 def test_rods_that_do_not_turn() -> None:
     with pytest.raises(ValueError, match=r"articulated_rods: a rod of 1\.5 crank radii"):
         engine(length=1.5).check_turning(RATIO)
+
+
+@EACH
+def test_the_load_of_the_crank_pin_does_the_work_of_the_engine(case: str) -> None:
+    """Thrust and load follow from moments and forces, the torque from virtual work."""
+    gas = torque.GasPressure(diagram(), 0.0, 1.0, CRANKCASE)
+    phi = np.arange(2 * STEPS) * (math.tau / STEPS)
+    loads = articulated.master_loads(phi, train(made(case)), BORE, gas, MASS, SPEED, 1.3)
+    whole = torque.gas_torque(phi, train(made(case)), BORE, gas)
+    whole = whole + torque.inertia_torque(phi, train(made(case)), MASS, SPEED)
+    assert np.abs(RADIUS * loads.crank_pin.imag - whole).max() < 1e-9 * np.ptp(whole)
+
+
+@EACH
+def test_loads_are_what_walls_and_gas_leave(case: str) -> None:
+    """Momentum and its moment about the crank's axis, of the points with their walls."""
+    gas = torque.GasPressure(diagram(), 0.0, 1.0, CRANKCASE)
+    phi = THETA
+    loads = articulated.master_loads(phi, train(made(case)), BORE, gas, MASS, SPEED, 0.0)
+    found, lines = points(case), np.exp(1j * np.arange(COUNT) * (math.tau / COUNT))
+    at = phi + top_of_first(case)
+    knuckles = np.array([between(k.real, at) + 1j * between(k.imag, at) for k in found.knuckles])
+    pins = np.array([(between(h, at) + 1j * OFFSET) for h in found.heights]) * lines[:, None]
+    pulled = np.array([
+        over_phi(case, slope(k, 2).real) + 1j * over_phi(case, slope(k, 2).imag)
+        for k in found.knuckles
+    ])  # fmt: skip
+    forces, moments = np.zeros(STEPS, dtype=complex), np.zeros(STEPS)
+    for k, member in enumerate(made(case).members):
+        own = phi + member.phase_of(RATIO, E)
+        push = AREA * gas.difference(own, member, train(made(case)))
+        push = push + MASS * SPEED**2 * over_phi(case, slope(found.heights[k], 2))
+        if k == 0:
+            side = loads.wall_thrust
+        else:  # the rod pushes along itself
+            rod = (knuckles[k] - pins[k]) * np.conj(lines[k])
+            side = -push * rod.imag / rod.real
+        wall = 1j * side * lines[k] - push * lines[k]
+        if k > 0:
+            inertia = -KNUCKLE_MASS * SPEED**2 * pulled[k]
+            forces += inertia
+            moments += (np.conj(knuckles[k]) * inertia).imag
+        forces += wall
+        moments += (np.conj(pins[k]) * wall).imag
+    turn = np.exp(1j * at)
+    # A mass that turns with the crank pin has no tangential part, and its pull is not in the load.
+    expected = forces * np.conj(turn) - (COUNT - 1) * KNUCKLE_MASS * RADIUS * SPEED**2
+    size = np.abs(expected).max()
+    assert np.abs(loads.crank_pin - expected).max() < 1e-8 * size
+    assert RADIUS * loads.crank_pin.imag == pytest.approx(moments, abs=1e-8 * RADIUS * size)

@@ -181,7 +181,8 @@ def test_quantities_of_each_cylinder(engine: str) -> None:
 @pytest.mark.parametrize(
     "quantity",
     [
-        "wall_thrust", "rod_force", "radial_force", "crank_pin_load_max", "main_journal_load_max",
+        "tangential_force", "gas_wall_thrust", "rod_force", "radial_force", "piston_pin_load",
+        "main_journal_load_max",
         "shaking_moment", "shaking_force_max", "gravity_torque", "throw_torque_order",
         "phase_vector_sum", "inertia_torque_coefficient", "rod_couple", "best_fraction_rms",
     ],
@@ -189,6 +190,26 @@ def test_quantities_of_each_cylinder(engine: str) -> None:
 def test_what_is_not_computed_is_refused_by_name(engine: str, quantity: str) -> None:
     line = refusal(asking((quantity,), engine))
     assert line.endswith(f"'{quantity}' is not computed for engines with articulated_rods")
+
+
+def test_loads_of_the_master_rod(engine: str) -> None:
+    """The tangential load of the pin does the work of the engine's torque."""
+    names = (
+        "torque", "wall_thrust", "crank_pin_tangential", "crank_pin_load", "crank_pin_load_max",
+        "crank_pin_load_rms",
+    )  # fmt: skip
+    rods = {"rod_mass": 4.0, "rod_centre_of_gravity": 0.1}
+    here = computed(names, engine, set=rods, output={"angle_step": 0.5})
+    torque = RADIUS * here["crank_pin_tangential"].values
+    assert np.abs(torque - here["torque"].values).max() < 1e-8 * np.ptp(torque)
+    load = here["crank_pin_load"].values
+    assert float(here["crank_pin_load_max"]) == pytest.approx(load.max(), rel=1e-4)
+    assert float(here["crank_pin_load_rms"]) == pytest.approx(math.sqrt(np.mean(load**2)), rel=1e-9)
+    plain = computed(
+        ("wall_thrust",), engine,
+        set={**rods, "articulated_rods": {"radius": 0.0, "knuckle_mass": 0.0}},
+    )  # fmt: skip
+    assert np.ptp(here["wall_thrust"].values) > 1.5 * np.ptp(plain["wall_thrust"].values)
 
 
 @pytest.mark.parametrize(

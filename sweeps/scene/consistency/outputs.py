@@ -10,7 +10,7 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
-from engine_dyn.quantities.each_cylinder import FOLLOWED
+from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
@@ -20,6 +20,7 @@ from engine_dyn.quantities.graph import (
     PARAMETERS,
     UNLESS_GIVEN,
 )
+from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.speed import AT_START
 from sweeps.dimensions import ELASTICITY
@@ -159,7 +160,7 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' needs the pressure in the "
                     f"cylinders, but engine {scene.engine.name} gives its torque in place of it"
                 )
-            if articulated and node.name not in FOLLOWED and not MECHANISM.isdisjoint(node.needs):
+            if articulated and _is_of_plain_rods(node):
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' is not computed for engines with "
                     "articulated_rods"
@@ -174,6 +175,12 @@ def check_needs(scene: Scene, name: str) -> None:
             check_throws(scene, quantity, name)
     if missing:
         raise SceneError(f"{name}: [output] quantities: {_missing_text(scene, missing)}")
+
+
+def _is_of_plain_rods(node: Node) -> bool:
+    """Whether a node does not hold for articulated rods."""
+    followed = node.name in FOLLOWED or MECHANISM.isdisjoint(node.needs)
+    return node.name in NOT_FOLLOWED or not followed
 
 
 def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
