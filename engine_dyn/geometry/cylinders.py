@@ -32,6 +32,7 @@ from engine_dyn.types import Floats
 __all__ = [
     "EQUAL",
     "LARGEST_FACTOR",
+    "LARGEST_FIRING",
     "MOST_CYCLES",
     "SEALED",
     "Cylinders",
@@ -107,6 +108,10 @@ SMALLEST_RADIUS = 0.1
 
 LARGEST_FACTOR = 2.0
 """More than twice the pressure rise or the mass of the others is another engine."""
+
+
+LARGEST_FIRING = 4.0
+"""Largest factor of a firing pattern: few firings that keep the torque need more pressure each."""
 
 
 @dataclass(frozen=True)
@@ -431,10 +436,10 @@ def _checked_pattern(pattern: Sequence[float]) -> tuple[float, ...]:
     if not len(pattern):
         raise ValueError("firing_pattern: empty; must have at least one firing")
     for place, value in enumerate(pattern, start=1):
-        if not (0.0 <= value <= LARGEST_FACTOR or value == SEALED):
+        if not (0.0 <= value <= LARGEST_FIRING or value == SEALED):
             raise ValueError(
                 f"firing_pattern, firing {place} = {value:g}: must be a number from 0 (no "
-                f"combustion) to {LARGEST_FACTOR:g}"
+                f"combustion) to {LARGEST_FIRING:g}"
             )
     return tuple(map(float, pattern))
 

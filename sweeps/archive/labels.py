@@ -53,7 +53,7 @@ _NAMES = {
     "method": "method of the periodic speed",
     "inertia_model": "model of the moment of inertia",
     "arrangement": "arrangement of the cylinders",
-    "firing_pattern": "which firings happen, in sequence",
+    "firing_pattern": "firing pattern",
 }
 """Long names of axes of words and of labels of designs."""
 

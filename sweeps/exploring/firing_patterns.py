@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import LARGEST_FACTOR
+from engine_dyn.geometry.cylinders import LARGEST_FIRING
 from sweeps.dimensions import DESIGN, ENGINE, FIRING_PATTERN, OF_PATTERNS
 from sweeps.errors import SceneError, shown
 from sweeps.exploring.firing_orders import given_scene
@@ -28,6 +28,9 @@ MOST = 2000
 
 LONGEST = 24
 """Firings after which a pattern repeats, at most."""
+
+ALIKE = 1e-3
+"""Part by which the factor that keeps the torque may differ from point to point of a scene."""
 
 _LEFT_OUT = ("designs", "sample", "uncertainty", "reference", "measured")
 
@@ -77,7 +80,7 @@ def firing_patterns(
     ------
     SceneError
         In one line: for a density that no pattern has, too many patterns, a factor on the pressure
-        above 2, scenes that are not about one engine, and quantities that do not rank designs.
+        above 4, scenes that are not about one engine, and quantities that do not rank designs.
 
     Examples
     --------
@@ -95,13 +98,8 @@ def firing_patterns(
     idle = "d" if valves_shut else "0"
     factor = 1.0
     if keep_torque:
-        factor = _factor_of_torque(given, name, tables, idle, float(share))
-    texts = [
-        word.replace("0", idle)
-        if factor == 1.0
-        else " ".join(f"{factor:.6g}" if letter == "1" else idle for letter in word)
-        for word in words
-    ]
+        factor = _factor_of_torque(given, name, tables, words[0], idle, float(share))
+    texts = [_text(word, factor, idle) for word in words]
     tables["axes"] = {FIRING_PATTERN: texts, **tables["axes"]}
     found = run(read_scene(given, **tables), threads=threads, progress=progress)
     values = _ranked_by(found, by, order)
@@ -200,31 +198,42 @@ def _tables(given: Any, name: str, replaced: dict[str, Any], by: str) -> dict[st
 
 
 def _factor_of_torque(
-    given: Any, name: str, tables: Mapping[str, Any], idle: str, density: float
+    given: Any, name: str, tables: Mapping[str, Any], word: str, idle: str, density: float
 ) -> float:
-    """Factor on the combustion pressure with which the mean gas torque is that of all firings."""
+    """Factor on the combustion pressure with which the mean torque is that of all firings.
+
+    The torque is linear in the factor, but for a friction that follows the largest pressure.
+    """
     from sweeps.running.in_memory import run
 
-    asked = {**tables, "axes": {FIRING_PATTERN: ["1", "0", "d"], **tables["axes"]},
-             "output": {"quantities": ["imep"]}}  # fmt: skip
-    imep = run(read_scene(given, **asked))["imep"]
-    fired, motored, sealed = (imep.isel({FIRING_PATTERN: i}).values for i in range(3))
-    off = sealed if idle == "d" else motored
-    factors = ((fired - (1.0 - density) * off) / density - motored) / (fired - motored)
-    factor = float(np.max(factors))
-    if not factor - float(np.min(factors)) <= 1e-6:
-        others = ", ".join(str(dim) for dim in imep.dims if dim != FIRING_PATTERN)
+    ends = 1.0, min(1.0 / density, LARGEST_FIRING)
+    texts = ["1", *(_text(word, factor, idle) for factor in ends)]
+    asked = {**tables, "axes": {FIRING_PATTERN: texts, **tables["axes"]},
+             "output": {"quantities": ["torque_mean"]}}  # fmt: skip
+    torque = run(read_scene(given, **asked))["torque_mean"]
+    wanted, low, high = (torque.isel({FIRING_PATTERN: i}).values for i in range(3))
+    factors = ends[0] + (ends[1] - ends[0]) * (wanted - low) / (high - low)
+    factor = float(np.mean(factors))
+    if not np.ptp(factors) <= ALIKE:
+        others = ", ".join(str(dim) for dim in torque.dims if dim != FIRING_PATTERN)
         raise SceneError(
             f"{name}: no one factor on the pressure keeps the torque at every {others}; must be "
             "one, or do not keep the torque"
         )
-    if factor > LARGEST_FACTOR:
+    if factor > LARGEST_FIRING:
         raise SceneError(
             f"{name}: to keep the torque, cylinders that fire need {factor:.3g} times the "
-            f"combustion pressure; must be at most {LARGEST_FACTOR:g}: choose a higher density, or "
+            f"combustion pressure; must be at most {LARGEST_FIRING:g}: choose a higher density, or "
             "do not keep the torque"
         )
     return factor
+
+
+def _text(word: str, factor: float, idle: str) -> str:
+    """Pattern as scenes have it."""
+    if factor == 1.0:
+        return word.replace("0", idle)
+    return " ".join(f"{factor:.6g}" if letter == "1" else idle for letter in word)
 
 
 def _ranked_by(found: xr.Dataset, by: str, order: float | None) -> Any:

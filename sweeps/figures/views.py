@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.dimensions import PUBLISHED
+from sweeps.dimensions import FIRING_PATTERN, PUBLISHED
 from sweeps.figures.options import Options
 from sweeps.figures.wording import (
     axis_label,
@@ -136,7 +136,8 @@ class StudyAxis:
             word = self.words[index]
             return "no misfire" if word == "none" else f"misfire of cylinder {word}"
         if self.words:
-            return self.words[index]
+            pattern = "firing pattern " if self.name == FIRING_PATTERN else ""
+            return pattern + self.words[index]
         return value_text(self.variable, self.name, float(self.values[index]), self.digits)
 
     def heading(self, place: Mapping[str, int]) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.geometry.cylinders import LARGEST_FACTOR, MOST_CYCLES, SEALED
+from engine_dyn.geometry.cylinders import LARGEST_FIRING, MOST_CYCLES, SEALED
 from sweeps.dimensions import DESIGN, FIRING_PATTERN
 from sweeps.errors import SceneError, shown
 from sweeps.scene.representations import named_some
@@ -29,7 +29,7 @@ __all__ = [
 
 PATTERN = (
     "a string: a letter for each firing in sequence, 1 (fires), 0 (no combustion) or d (valves "
-    f"shut), such as '110'; or a factor on the combustion pressure from 0 to {LARGEST_FACTOR:g} "
+    f"shut), such as '110'; or a factor on the combustion pressure from 0 to {LARGEST_FIRING:g} "
     "for each, such as '1 0.95 1.02'; or 'deviation 0.03, 32 cycles, seed 1' (random)"
 )
 """What the key means and what is allowed."""
@@ -41,8 +41,9 @@ _RANDOM = re.compile(
     r"(?:\s*,\s*seeds?\s+(?P<seed>\d+)(?:\s+to\s+(?P<last>\d+))?)?"
 )
 
-MOST_FIRINGS, MOST_SEEDS = 4096, 1000
-"""Firings of a pattern, and patterns that one text stands for, at most."""
+MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
+"""Firings of a pattern, patterns that one text stands for, and cycles after which all patterns of a
+scene repeat, at most."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class FiringPattern:
         if self.firings:
             return self.firings
         draw = np.random.default_rng(self.seed).normal(1.0, self.deviation, self.cycles * cylinders)
-        return tuple(np.clip(draw, 0.0, LARGEST_FACTOR).tolist())
+        return tuple(np.clip(draw, 0.0, LARGEST_FIRING).tolist())
 
     def cycles_of(self, cylinders: int) -> int:
         """Cycles after which it repeats."""
@@ -156,12 +157,19 @@ def read_firing_patterns(
         different, which = np.unique(np.array(texts), return_inverse=True)
         each = tuple(_one(text, where) for text in different.tolist())
         found = FiringPatterns(each, (DESIGN,), which.reshape(-1))
+    for one in found.each:
+        cycles = max(map(one.cycles_of, counts))
+        if cycles > MOST_CYCLES:
+            raise SceneError(
+                f"{where} = {shown(one.name)}: repeats after {cycles} cycles; must be at most "
+                f"{MOST_CYCLES}"
+            )
     cycles = found.cycles(counts)
-    if cycles > MOST_CYCLES:
-        together = f"{len(found.each)} patterns together repeat" if found.dims else "repeats"
-        names = "" if len(found.each) == 1 else f" ({named_some([p.name for p in found.each])})"
+    if cycles > MOST_TOGETHER:
+        names = named_some([one.name for one in found.each])
         raise SceneError(
-            f"{where}: {together} after {cycles} cycles{names}; must be at most {MOST_CYCLES}"
+            f"{where}: {names} together repeat after {cycles:,} cycles; must be at most "
+            f"{MOST_TOGETHER:,}"
         )
     return found
 
@@ -195,7 +203,7 @@ def _factor(part: str, text: str, where: str) -> float:
         value = float(part)
     except ValueError:
         value = math.nan
-    if not 0.0 <= value <= LARGEST_FACTOR:
+    if not 0.0 <= value <= LARGEST_FIRING:
         raise SceneError(f"{where} = {shown(text)}: {shown(part)}; must be {PATTERN}")
     return value
 

@@ -181,7 +181,7 @@ def test_symmetry_counts_firings() -> None:
     ("pattern", "message"),
     [
         ([], "firing_pattern: empty; must have at least one firing"),
-        ([1.0, 2.5], "firing_pattern, firing 2 = 2.5: must be a number from 0 .* to 2"),
+        ([1.0, 4.5], "firing_pattern, firing 2 = 4.5: must be a number from 0 .* to 4"),
         (
             [1.0] * 65 + [0.0] * 2,
             "67 firings of 4 cylinders repeat after 67 cycles; must be at most 64",

@@ -1,0 +1,196 @@
+"""Firing patterns in scenes, and the search for the best of a density."""
+
+import json
+import re
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.exploring.firing_patterns import _necklaces, _turned_once
+from tests.support.commands import ok, refused
+from tests.support.scenes import computed, refusal, refusal_of
+
+FOUR = {"cylinders": 4, "load": 50, "inertia": 5, "speed": 1000}
+
+
+def test_axis_set_designs_and_sample_give_the_same() -> None:
+    """Alone, along an axis or for each design: the bits of one pattern."""
+    texts = ["1", "110", "1 0.5 1"]
+    axis = computed(["delta"], set=FOUR, axes={"firing_pattern": texts})
+    assert axis.firing_pattern_name.values.tolist() == texts
+    designs = computed(
+        ["delta"], set={k: v for k, v in FOUR.items() if k != "inertia"},
+        designs={"firing_pattern": texts[::-1], "inertia": [5, 5, 5]},
+    )  # fmt: skip
+    assert designs.delta.values.tolist() == axis.delta.values[::-1].tolist()
+    assert designs.firing_pattern.values.tolist() == texts[::-1]
+    for text, delta in zip(texts, axis.delta.values, strict=True):
+        alone = computed(["delta"], set={**FOUR, "firing_pattern": text})
+        assert float(alone.delta) == pytest.approx(float(delta), rel=1e-9)
+    sample = computed(
+        ["delta"], set={k: v for k, v in FOUR.items() if k != "inertia"},
+        sample={"number": 8, "firing_pattern": texts, "inertia": {"low": 4, "high": 6}},
+    )  # fmt: skip
+    assert set(sample.firing_pattern.values.tolist()) <= set(texts)
+    assert np.isfinite(sample.delta).all()
+
+
+def test_a_pattern_within_a_cycle_is_a_misfire() -> None:
+    """Every fourth firing left out is the last cylinder to fire without combustion."""
+    pattern = computed(["delta", "torque_mean"], set={**FOUR, "firing_pattern": "1110"})
+    misfire = computed(["delta", "torque_mean"], set={**FOUR, "misfire": 2})  # 1-3-4-2
+    assert float(pattern.delta) == pytest.approx(float(misfire.delta), rel=1e-12)
+    assert float(pattern.torque_mean) == pytest.approx(float(misfire.torque_mean), rel=1e-12)
+
+
+def test_curves_orders_and_cycles() -> None:
+    asked = ["delta", "omega", "omega_mean", "torque", "torque_order", "torque_mean", "cycle_delta"]
+    found = computed(
+        asked, set={**FOUR, "firing_pattern": "11010"}, output={"angle_step": 0.5}
+    )  # fmt: skip
+    angle = found.crank_angle.values
+    assert (angle[0], angle[-1], angle.size) == (-360.0, 5 * 720 - 360.5, 5 * 1440)
+    assert found.order.values[:3] == pytest.approx([0.1, 0.2, 0.3])
+    assert float(found.torque.mean()) == pytest.approx(float(found.torque_mean), rel=1e-6)
+    waves = 2.0 * np.abs(np.fft.rfft(found.torque.values))[1 : found.order.size + 1] / angle.size
+    assert found.torque_order.values == pytest.approx(waves, abs=1e-6 * waves.max())
+    # Firings that repeat after five halves of a turn: other orders are not excited.
+    excited = np.isclose(found.order.values % 0.4, 0.0) | np.isclose(found.order.values % 0.4, 0.4)
+    assert waves[~excited].max() < 1e-9 * waves.max()
+    each = found.omega.values.reshape(5, -1)
+    ranges = (each.max(axis=1) - each.min(axis=1)) / float(found.omega_mean)
+    assert found.cycle_delta.values == pytest.approx(ranges, rel=1e-3)
+    assert (found.cycle_delta.values <= float(found.delta) * (1.0 + 1e-6)).all()
+
+
+def test_random_firings() -> None:
+    """The same seed gives the same bits; the deviation is that of the firings."""
+    text = "deviation 0.04, 64 cycles, seeds 5 to 8"
+    found = computed(["delta", "imep"], set=FOUR, axes={"firing_pattern": [text, "1"]})
+    assert found.firing_pattern_name.values[:2].tolist() == [
+        "deviation 0.04, 64 cycles, seed 5", "deviation 0.04, 64 cycles, seed 6",
+    ]  # fmt: skip
+    alone = computed(["delta"], set={**FOUR, "firing_pattern": "deviation 0.04, 64 cycles, seed 7"})
+    assert float(alone.delta) == pytest.approx(float(found.delta[2]), rel=1e-9)
+    delta = found.delta.values
+    assert (delta[:4] > delta[4]).all()
+    assert len(set(delta.tolist())) == 5
+    # The mean of 256 independent firings: 0.04 over the root of 256, times 4.5.
+    assert found.imep.values[:4] == pytest.approx(float(found.imep[4]), rel=4.5 * 0.04 / 16.0)
+
+
+@pytest.mark.parametrize("valves_shut", [False, True])
+def test_search(valves_shut: bool) -> None:
+    scene = {"engine": "ntua", "set": FOUR}
+    found = sweeps.firing_patterns(scene, "2/3", longest=6, valves_shut=valves_shut)
+    assert found.ranked_by.values.tolist() == sorted(found.delta.values.tolist())
+    whole = computed(["torque_mean"], set=FOUR)
+    assert found.torque_mean.values == pytest.approx(float(whole.torque_mean), rel=1e-4)
+    # The best by the general solver, from tables of torque that no other pattern is in.
+    best = str(found.firing_pattern_name.values[0])
+    general = computed(
+        ["delta", "delta_error"], set={**FOUR, "firing_pattern": best}, solver={"method": "newton"}
+    )  # fmt: skip
+    assert float(found.delta[0]) == pytest.approx(float(general.delta), rel=1e-6)
+    about = json.loads(found.attrs["firing_patterns"])
+    assert about["density"] == "2/3"
+    # A little more than 3/2 for the friction of higher pressures; less without gas exchange.
+    assert about["pressure_factor"] == pytest.approx(1.5, rel=0.02)
+
+
+def test_search_by_an_order() -> None:
+    scene = {"engine": "ntua", "set": FOUR}
+    found = sweeps.firing_patterns(
+        scene, 0.75, longest=8, by="torque_order", order=0.5, keep_torque=False
+    )
+    amplitude = found.torque_order.isel(order=np.flatnonzero(np.isclose(found.order, 0.5))[0])
+    assert found.ranked_by.values == pytest.approx(amplitude.values)
+    assert found.ranked_by.values.tolist() == sorted(amplitude.values.tolist())
+
+
+def test_all_patterns_once() -> None:
+    """Against all words, and their classes by turning them."""
+    for length in range(2, 11):
+        for ones in range(1, length):
+            words = {"".join(w) for w in product("01", repeat=length) if w.count("1") == ones}
+            classes = {max(w[i:] + w[:i] for i in range(length)) for w in words}
+            assert set(_turned_once(length, ones)) == classes
+            assert _necklaces(length, ones) == len(classes)
+
+
+def test_command(tmp_path: Path) -> None:
+    sets = "cylinders=4,load=50,inertia=5"
+    told = ok("firing-patterns", "ntua", "--set", sets, "--density", "2/3", "--longest", "6",
+              "-o", tmp_path / "found.nc")  # fmt: skip
+    assert "3 firing patterns of density 2/3" in told
+    assert "1.5 times the combustion pressure" in told
+    line = refused("firing-patterns", "ntua", "--set", sets, "--density", "1/5")
+    assert "times the combustion pressure; must be at most 4" in line
+    with sweeps.open(tmp_path / "found.nc") as opened:
+        assert opened.firings.values.tolist() == ["110", "111010", "111100"]
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"set": {"firing_pattern": ""}}, r"\[set\] firing_pattern = ''.*must be a string: a letter"),
+    ({"set": {"firing_pattern": 110}}, r"\[set\] firing_pattern = 110: must be a string"),
+    ({"set": {"firing_pattern": "11x"}}, r"firing_pattern = '11x': 'x'; must be a string"),
+    ({"set": {"firing_pattern": "1 4.5"}}, r"'4.5'; must be a string"),
+    ({"set": {"firing_pattern": "1" * 66 + "0"}}, "repeats after 67 cycles; must be at most 64"),
+    ({"axes": {"firing_pattern": "110"}}, r"\[axes\] firing_pattern = '110': must be a list"),
+    ({"axes": {"firing_pattern": ["110", "1 1 0", "110"]}}, "duplicate '110'"),
+    (
+        {"axes": {"firing_pattern": ["1" * n + "0" for n in (30, 36, 40)]}},
+        "together repeat after 47,027 cycles; must be at most 2,520",
+    ),
+    ({"set": {"firing_pattern": "deviation 0.9, 8 cycles"}}, "deviation must be above 0"),
+    ({"set": {"firing_pattern": "deviation 0.1, 80 cycles"}}, "cycles must be from 2 to 64"),
+    ({"set": {"firing_pattern": "deviation 0.1, 8 cycles, seeds 1 to 2"}}, "several seeds"),
+    (
+        {"set": {"firing_pattern": "110"}, "axes": {"firing_pattern": ["110"]}},
+        r"given in \[set\] and \[axes\]; give it once",
+    ),
+]
+
+
+@pytest.mark.parametrize(("tables", "message"), WRONG)
+def test_refused(tables: dict[str, Any], message: str) -> None:
+    settings = {"load": 50, "cylinders": 4, **tables.get("set", {})}
+    scene = {"engine": "ntua", **tables, "set": settings, "output": {"quantities": ["delta"]}}
+    if "after" in message:  # of a single cylinder, each firing is a cycle
+        settings["cylinders"] = 1
+    assert re.search(message, refusal(scene))
+
+
+@pytest.mark.parametrize(
+    ("given", "options", "message"),
+    [
+        (("ntua", 1.5), {}, "density = 1.5: must be between 0 and 1"),
+        (("ntua", "5/13"), {}, "no pattern of at most 12 firings has it"),
+        (("ntua", 0.5), {"longest": 30}, "longest = 30: must be a whole number from 2 to 24"),
+        (("ntua", 0.5), {"longest": 24}, "patterns of density 1/2; at most 2,000"),
+        (
+            ("ntua", 0.5),
+            {"by": "omega", "settings": {"load": 50}},
+            "by 'omega': must be a quantity",
+        ),
+        (("ntua", 0.5), {"order": 1.0, "settings": {"load": 50}}, "order: only with a quantity"),
+        (("nothing", 0.5), {}, "neither an engine nor a scene"),
+    ],
+)
+def test_search_refuses(given: tuple[Any, ...], options: dict[str, Any], message: str) -> None:
+    assert message in refusal_of(lambda: sweeps.firing_patterns(*given, **options))
+
+
+def test_an_engine_without_cylinders(tmp_path: Path) -> None:
+    engine = tmp_path / "given.toml"
+    engine.write_text(
+        'cycle = "two-stroke"\n[values]\nspeed = 300\ninertia = 10\n[[diagram]]\n'
+        'kind = "torque"\nmean = 100\nharmonics = [{ order = 3, sine = 20 }]\n', encoding="utf-8",
+    )  # fmt: skip
+    scene = {"engine": str(engine), "set": {"firing_pattern": "110"},
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    assert "gives its torque, not its cylinders" in refusal(scene)
