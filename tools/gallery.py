@@ -28,7 +28,8 @@ Entry = Mapping[str, Any]
 """A picture.
 
 Its keys: `name`; `scene`, the text of the scene.toml that the commands read, or `scene_of`, the
-entry or the page that has it; `commands`, where the two usual ones do not draw it; `files`, how
+entry or the page that has it; `files_of`, a page whose named files the commands read; `commands`,
+where the two usual ones do not draw it; `files`, how
 the names of the drawn files begin that are kept, one below the other; `made_by`, the page whose
 tool draws it.
 """
@@ -88,12 +89,16 @@ def draw(entry: Entry, done: dict[tuple[str, ...], Path], among: Path) -> None:
     """
     plot = f"engine-dyn plot out.nc --only {entry['name']}"
     *first, last = entry.get("commands", ["engine-dyn run scene.toml -o out.nc", plot])
-    before = (scene_of(entry), *first)
+    page = entry.get("files_of", "")
+    before = (page, scene_of(entry), *first)
     folder = done.get(before)
     if folder is None:
         folder = done[before] = Path(tempfile.mkdtemp(dir=among))
-        if before[0]:
-            (folder / "scene.toml").write_text(before[0], encoding="utf-8")
+        if scene_of(entry):
+            (folder / "scene.toml").write_text(scene_of(entry), encoding="utf-8")
+        text = (DOCS / page).read_text(encoding="utf-8") if page else ""
+        for block, name in re.findall(r"^```toml\n(# (\S+\.toml)\n.*?)^```", text, re.M | re.S):
+            (folder / name).write_text(block, encoding="utf-8")
         for command in first:
             run_command(command, folder)
     for path in folder.rglob("*.png"):

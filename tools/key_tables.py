@@ -204,7 +204,7 @@ def _text(found: Mapping[str, Sequence[Row]], known: Mapping[str, str]) -> str:
     for place, of_table in others:
         part, inner, _ = place.strip("`").partition("s` of ")
         name = re.findall(r"\w+", place)[-1]  # of "`discs` of `[shaft]`": shaft
-        if name in again and name != "arrangement":
+        if name in again and name not in ("arrangement", "articulated_rods"):
             continue
         before = {row["key"]: listed_in[row["key"], row["meaning"]] for row in of_table
                   if (row["key"], row["meaning"]) in listed_in}  # fmt: skip

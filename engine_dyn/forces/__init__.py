@@ -2,6 +2,7 @@
 
 torque            torque of gas and masses over the crank angle
 mechanism         forces on piston, wall, rod, crank pin and frame
+rod_loads         loads at the crosshead pin, and their reversal
 bearings          loads of pins and journals over the cycle
 bearing_extremes  the largest and the mean of them, of many designs
 harmonics         orders of the torque

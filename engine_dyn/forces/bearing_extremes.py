@@ -32,9 +32,9 @@ of the diagrams, and the five `bearings.Factors`."""
 
 RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING, THROWS = range(INPUTS)
 
-SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE = range(5)
+SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE, SIDE = range(6)
 """Rows of a cylinder's numbers: mass times crank radius and crank radius, over the engine's; sine
-and cosine of its direction from upright; its share in its throw."""
+and cosine of its direction from upright; its share in its throw; its factor on the offset."""
 
 
 SAME = 1.0 + 1e-12
@@ -47,7 +47,7 @@ class Sampled(NamedTuple):
 
     Attributes
     ----------
-    cylinders : ndarray, shape (5, Z)
+    cylinders : ndarray, shape (6, Z)
         `SHARE` and so on of each cylinder.
     curve : ndarray of int64, shape (Z,)
         Which of the curves below is a cylinder's: those of one phase and one pressure share it.
@@ -86,7 +86,7 @@ class Sampled(NamedTuple):
         cylinders = np.array([
             [member.mass_factor * member.radius_factor for member in members],
             [member.radius_factor for member in members], np.sin(banks), np.cos(banks),
-            engine.throw_shares[: len(members)],
+            engine.throw_shares[: len(members)], [member.side for member in members],
         ])  # fmt: skip
         return cls(
             cylinders, np.array([kinds.index((m.phase, m.pressure_factor)) for m in members]),
@@ -181,7 +181,8 @@ def _load_of_throw(
     for place in range(sampled.throws[throw], sampled.throws[throw + 1]):
         cylinder = sampled.on_throws[place]
         radius = sampled.cylinders[RADIUS, cylinder]
-        ratio, offset = inputs[RATIO, design] * radius, inputs[OFFSET, design] / radius
+        ratio = inputs[RATIO, design] * radius
+        offset = sampled.cylinders[SIDE, cylinder] * inputs[OFFSET, design] / radius
         mass = inputs[RECIPROCATING, design] * sampled.cylinders[SHARE, cylinder]
         bank_sine = sampled.cylinders[BANK_SINE, cylinder]
         bank_cosine = sampled.cylinders[BANK_COSINE, cylinder]

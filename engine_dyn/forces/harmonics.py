@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.forces import torque
 from engine_dyn.forces.cylinder_harmonics import (
     gas_harmonics,
     inertia_harmonics,
@@ -24,6 +25,7 @@ from engine_dyn.forces.cylinder_harmonics import (
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.pressure.family import Family
@@ -53,6 +55,9 @@ __all__ = [
 
 WHOLE = 1e-6
 """By how much an order may miss a multiple of a curve's lowest, in parts of it: rounding."""
+
+SAMPLES, SAMPLED_AT_ONCE = 2880, 256
+"""Of two revolutions, a quarter of a degree apart; designs whose samples exist at a time."""
 
 CANCELLED = 1e-12
 """Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
@@ -148,19 +153,28 @@ class Part(NamedTuple):
     lever : callable
         What a cylinder multiplies them with. On a throw of rho engine's radii the force has rho
         times the lever, and the acceleration is rho times as large besides.
+    curve : callable
+        The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
+        `more`: its harmonics with an articulated rod are those of samples.
+    more : tuple of array_like
+        What the curve takes besides; broadcasts.
     """
 
     single: Single
     lever: Callable[[Member], float]
+    curve: Callable[..., Any]
+    more: tuple[Any, ...] = ()
 
 
 VELOCITY = Part(
     lambda nu, crank_ratio, offset, _: velocity_harmonics(nu, crank_ratio, offset),
     lambda m: m.radius_factor,
+    lambda angle, member, *crank: member.velocity(angle, *crank),
 )
 INERTIA = Part(
     lambda nu, crank_ratio, offset, _: inertia_harmonics(nu, crank_ratio, offset),
     lambda m: m.mass_factor * m.radius_factor**2,
+    lambda angle, member, *crank: -0.5 * member.square(angle, *crank)[1],
 )
 
 
@@ -191,7 +205,12 @@ def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -
         there = np.abs(periods - np.rint(periods)) < WHOLE
         return of(nu) if there.all() else _where(there, nu, of)
 
-    return Part(single, lambda m: m.radius_factor)
+    def curve(angle: Floats, member: Member, crank_ratio: Any, offset: Any, place: Any) -> Any:
+        at = member.diagram_angle(angle, crank_ratio, offset)
+        gas = torque.pressure(at, family, place, 1.0, member.pressure_factor)
+        return gas * member.velocity(angle, crank_ratio, offset)
+
+    return Part(single, lambda m: m.radius_factor, curve, (row,))
 
 
 def of_engine(
@@ -241,17 +260,19 @@ def gravity_harmonics(
 
     `first_only`: of cylinder 1 alone, with its share of its throw.
     """
-    of_radius = {}
-    for radius in {m.radius_factor for engine in by_count.values() for m in engine.members}:
-        own = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
-        of_radius[radius] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
+    of_kind = {}
+    for member in {m for engine in by_count.values() for m in engine.members}:
+        kind = member.radius_factor, member.side
+        if kind not in of_kind:
+            own = member.own(np.asarray(crank_ratio), np.asarray(offset))
+            of_kind[kind] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
 
     def summed(nu: Floats, engine: Cylinders) -> Any:
         each = list(zip(engine.members, banks_of(engine), engine.throw_shares, strict=True))
         total: Any = 0.0
         for member, from_upright, share in each[:1] if first_only else each:
             bank = from_upright + inclination
-            speed, top = of_radius[member.radius_factor]
+            speed, top = of_kind[member.radius_factor, member.side]
             lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
             along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed
             turned = member.radius_factor * np.exp(1j * nu * member.phase)
@@ -296,19 +317,41 @@ def _vectors(
 def _sum_of(
     part: Part, crank_ratio: Any, offset: Any
 ) -> Callable[[Floats, tuple[Member, ...]], Any]:
-    """Sum of a part over cylinders: those of one pressure and one crank radius share harmonics."""
-    known: dict[tuple[PressureFactor, float], Any] = {}
+    """Sum of a part over cylinders: those of one pressure and one mechanism share harmonics."""
+    known: dict[tuple[Any, ...], Any] = {}
 
     def summed(nu: Floats, members: tuple[Member, ...]) -> Any:
         total: Any = 0.0
-        for key in dict.fromkeys((m.pressure_factor, m.radius_factor) for m in members):
-            alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor) == key)
+        for member in (m for m in members if m.rod is not None):
+            own = _of_samples(part, nu, member, crank_ratio, offset)
+            total = total + own * np.exp(1j * nu * member.phase_of(crank_ratio, offset))
+        members = tuple(m for m in members if m.rod is None)
+        for key in dict.fromkeys((m.pressure_factor, m.radius_factor, m.side) for m in members):
+            alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor, m.side) == key)
             if key not in known:
                 known[key] = part.single(nu, *alike[0].own(crank_ratio, offset), key[0])
             total = total + known[key] * _vectors(nu, alike, part.lever)
         return total
 
     return summed
+
+
+def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset: Any) -> Any:
+    """Harmonics of a part over a cylinder's own angle, from equally spaced samples of its curve."""
+    columns = np.broadcast_arrays(*map(np.asarray, (crank_ratio, offset, *part.more)))
+    flat = [column.reshape(-1, 1).astype(float) for column in columns]
+    angle: Floats = np.arange(SAMPLES, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
+    orders, which = np.unique(np.asarray(nu, dtype=np.float64), return_inverse=True)
+    found = np.empty((flat[0].size, orders.size), dtype=np.complex128)
+    for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):
+        here = slice(begin, begin + SAMPLED_AT_ONCE)
+        found[here] = of_curve(
+            part.curve(angle, member, *(column[here] for column in flat)), angle, orders
+        )
+    place, row = np.broadcast_arrays(
+        which.reshape(nu.shape), np.arange(flat[0].size).reshape(columns[0].shape)
+    )
+    return found[row, place]
 
 
 def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:

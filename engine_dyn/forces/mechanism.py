@@ -190,9 +190,8 @@ def piston_friction_torque(
     def of_engine(engine: Cylinders) -> Any:
         whole: Any = 0.0
         for member in engine.members:
-            own = member.own(crank_ratio, offset)
-            speed = np.abs(slider_crank.velocity(phi + member.phase, *own))
-            whole = whole + member.radius_factor * speed
+            angle = phi + member.phase_of(crank_ratio, offset)
+            whole = whole + np.abs(member.velocity(angle, crank_ratio, offset))
         return whole
 
     return friction * crank_radius * value_of_sets(cylinders, by_count, of_engine)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 
 __all__ = ["CrankTrain", "along_shaft", "superpose"]
@@ -23,12 +22,14 @@ def superpose(
     cylinders: Any,
     period: float,
     by_count: CylindersByCount | None = None,
+    phase_of: Callable[[Member], Any] = lambda member: member.phase,
 ) -> Any:
     """Sum of a cylinder's curve over all cylinders.
 
     docs/method.md (39); Kakaitsas (2015), eqs. 5.1-5.3. The curve is evaluated at the shifted
     angles themselves, for a cylinder whose factors it may use; `cylinders` broadcasts with `phi`.
-    They are keys of `by_count`, or numbers of evenly firing equal cylinders.
+    They are keys of `by_count`, or numbers of evenly firing equal cylinders. `phase_of` is
+    the phase of a cylinder that differs from others [rad].
     """
     counts = np.asarray(cylinders)
     others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}
@@ -41,7 +42,7 @@ def superpose(
             term = curve(phi - i * period / numbers, EQUAL)
             total = total + (term if i == 0 else np.where(i < numbers, term, 0.0))
     for count, engine in others.items():
-        whole = sum(curve(phi + member.phase, member) for member in engine.members)
+        whole = sum(curve(phi + phase_of(member), member) for member in engine.members)
         total = np.where(counts == count, whole, total)
     return total
 
@@ -74,17 +75,23 @@ class CrankTrain(NamedTuple):
 
     def velocity(self, phi: Any, member: Member) -> Any:
         """Piston velocity of a cylinder over the engine's crank radius and speed [1]."""
-        own = member.own(self.crank_ratio, self.offset)
-        return member.radius_factor * slider_crank.velocity(phi, *own)
+        return member.velocity(phi, self.crank_ratio, self.offset)
 
     def acceleration(self, phi: Any, member: Member) -> Any:
         """Piston acceleration of a cylinder over the engine's crank radius and speed squared."""
-        own = member.own(self.crank_ratio, self.offset)
-        return member.radius_factor * slider_crank.acceleration(phi, *own)
+        return member.acceleration(phi, self.crank_ratio, self.offset)
+
+    def square(self, phi: Any, member: Member) -> tuple[Any, Any]:
+        """Kinetic energy of a cylinder's masses over m r^2 omega^2/2, and its slope [1]."""
+        return member.square(phi, self.crank_ratio, self.offset)
+
+    def phase_of(self, member: Member) -> Any:
+        """Angle to add to the engine's to get a cylinder's own [rad]."""
+        return member.phase_of(self.crank_ratio, self.offset)
 
     def superpose(self, curve: Callable[[Any, Member], Any], phi: Any) -> Any:
         """Sum of a cylinder's curve over all cylinders: see `superpose`."""
-        return superpose(curve, phi, self.cylinders, self.period, self.by_count)
+        return superpose(curve, phi, self.cylinders, self.period, self.by_count, self.phase_of)
 
 
 def along_shaft(engine: Cylinders) -> tuple[tuple[int, ...], ...]:

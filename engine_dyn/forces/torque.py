@@ -121,9 +121,10 @@ class GasPressure(NamedTuple):
     scale: Any
     crankcase: Any
 
-    def difference(self, phi: Any, member: Member) -> Any:
+    def difference(self, phi: Any, member: Member, train: CrankTrain) -> Any:
         """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""
-        gas = pressure(phi, self.family, self.row, self.scale, member.pressure_factor)
+        angle = member.diagram_angle(phi, train.crank_ratio, train.offset)
+        gas = pressure(angle, self.family, self.row, self.scale, member.pressure_factor)
         return gas - self.crankcase
 
 
@@ -135,7 +136,7 @@ def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        return gas.difference(angle, member) * train.velocity(angle, member)
+        return gas.difference(angle, member, train) * train.velocity(angle, member)
 
     return piston_area(bore) * 0.5 * train.double_radius * train.superpose(one, phi)
 
@@ -148,7 +149,7 @@ def reciprocating_inertia(phi: Any, train: CrankTrain, mass: Any) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        return train.velocity(angle, member) ** 2 * member.mass_factor
+        return train.square(angle, member)[0]
 
     return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
@@ -161,8 +162,7 @@ def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = train.velocity(angle, member)
-        return -train.acceleration(angle, member) * v * member.mass_factor
+        return -0.5 * train.square(angle, member)[1]
 
     return mass * (0.5 * train.double_radius * speed) ** 2 * train.superpose(one, phi)
 
@@ -178,9 +178,8 @@ def inertia_torque_actual(
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = train.velocity(angle, member)
-        b = train.acceleration(angle, member)
-        return -v * (omega**2 * b + acceleration * v) * member.mass_factor
+        square, slope = train.square(angle, member)
+        return -0.5 * omega**2 * slope - acceleration * square
 
     return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
@@ -261,11 +260,10 @@ def torque_after_throw(
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]
-        angle = phi + member.phase
-        v = train.velocity(angle, member)
+        angle = phi + train.phase_of(member)
         found = (
-            lever * gas.difference(angle, member) * v,
-            -moment * member.mass_factor * train.acceleration(angle, member) * v,
+            lever * gas.difference(angle, member, train) * train.velocity(angle, member),
+            -0.5 * moment * train.square(angle, member)[1],
             -friction_torque / engine.count,
         )
         return found if varying is None else (*found, -lever * varying(angle, member))

@@ -8,10 +8,10 @@ ahead in the sense of rotation fires earlier, a bank ahead later. In a four-stro
 angle says which of the two turns it is.
 
 The angle to add to phi to get a cylinder's own crank angle, from its own firing top dead centre, is
-its *phase*, minus its firing angle. All cylinders have the same slider-crank on their own pin:
-articulated rods (radial engines, some V engines) are not covered. An offset of the pin shifts all
-dead centres of equal throws alike; throws of another radius then stand where their dead centres
-fall at the firing angles, arcsin(e/(l + r)) from the direction given here.
+its *phase*, minus its firing angle. An offset e of the pin shifts the dead centres of equal throws
+alike; throws of another radius, or to the other side of the crank's axis, then stand where their
+dead centres fall at the firing angles, arcsin(e/(l + r)) of their own from the direction given
+here. Articulated rods shift them too, but cannot be put right by the throw: see `cylinders.Member`.
 """
 
 from __future__ import annotations
@@ -215,6 +215,9 @@ class Arrangement:
         Says that uneven firing is meant.
     name : str
         What it is called, for people.
+    sides : tuple of float
+        Factor on the engine's offset for each bank: 1, as of the bank of cylinder 1, or -1, to the
+        other side of the crank's axis, as of the second bank of VR engines; empty: 1 for all.
 
     Raises
     ------
@@ -234,6 +237,7 @@ class Arrangement:
     cylinders: tuple[Cylinder, ...]
     uneven: bool = False
     name: str = ""
+    sides: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is no engine."""
@@ -255,6 +259,7 @@ class Arrangement:
             _finite(f"bank {number}: angle", angle)
         for number, cylinder in enumerate(self.cylinders, start=1):
             self._check_cylinder(number, cylinder)
+        self._check_sides()
         if not self.uneven and not self.is_even:
             raise ValueError(
                 f"firing intervals {_degrees(self.firing_intervals)} degree: uneven; if this is "
@@ -292,6 +297,20 @@ class Arrangement:
                 f"cylinder {number}: firing_angle = {_degrees(firing)} degree: its throw is at top "
                 f"dead centre at {_degrees(top % TURN)}{turn}"
             )
+
+    def _check_sides(self) -> None:
+        if not self.sides:
+            return
+        listed = ", ".join(f"{side:g}" for side in self.sides)
+        if len(self.sides) != len(self.banks) or not set(self.sides) <= {1.0, -1.0}:
+            raise ValueError(f"sides = {listed}: must be 1 or -1 for each of the banks")
+        if self.sides[self.cylinders[0].bank] != 1.0:
+            raise ValueError(f"sides = {listed}: must be 1 for the bank of cylinder 1")
+
+    @cached_property
+    def cylinder_sides(self) -> tuple[float, ...]:
+        """Factor on the engine's offset of cylinders 1, 2, ... Z: see `sides`."""
+        return tuple(self.sides[c.bank] if self.sides else 1.0 for c in self.cylinders)
 
     @cached_property
     def firing_angles(self) -> Floats:

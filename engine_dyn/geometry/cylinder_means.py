@@ -19,10 +19,15 @@ __all__ = [
     "engine_inertia_of_cylinders",
     "mean_factor",
     "mean_of_cylinders",
+    "mean_square",
     "mean_stroke_ratio",
     "throws_per_cylinder",
+    "value_of_each",
     "value_of_sets",
 ]
+
+SAMPLES = 360
+"""Of a revolution, for the means of articulated rods."""
 
 
 def value_of_sets(
@@ -48,6 +53,21 @@ def value_of_sets(
     total: Any = np.nan
     for count in np.unique(counts):
         total = np.where(counts == count, of_engine(by_count[int(count)]), total)
+    return total
+
+
+def value_of_each(
+    of_one: Callable[[Member], Any], numbers: Any, cylinder_set: Any, by_count: CylindersByCount
+) -> Any:
+    """Take a value of single cylinders, whose numbers, from 1, broadcast; NaN past the last one."""
+    asked = np.asarray(numbers)
+    total: Any = np.nan
+    for number in np.unique(asked).astype(int).tolist():
+
+        def of_engine(engine: Cylinders, number: int = number) -> Any:
+            return of_one(engine.members[number - 1]) if number <= engine.count else np.nan
+
+        total = np.where(asked == number, value_of_sets(cylinder_set, by_count, of_engine), total)
     return total
 
 
@@ -91,13 +111,23 @@ def mean_stroke_ratio(
     cylinder_set, by_count
         As of `value_of_sets`.
     """
-
-    def of_one(member: Member) -> Any:
-        own = slider_crank.dead_centres(*member.own(crank_ratio, offset)).stroke
-        return member.radius_factor * own
-
-    mean = mean_of_cylinders(cylinder_set, by_count, of_one)
+    mean = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: member.stroke(crank_ratio, offset)
+    )
     return mean / slider_crank.dead_centres(crank_ratio, offset).stroke
+
+
+def mean_square(member: Member, crank_ratio: Any, offset: Any) -> Any:
+    """Mean over a revolution of `Member.square`, the squared velocity with the factor on the mass.
+
+    That of an articulated rod is the mean of equally spaced samples: it is smooth and periodic.
+    """
+    if member.rod is None:
+        factor = member.mass_factor * member.radius_factor**2
+        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
+    angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    ratio, beside = (np.asarray(one)[..., None] for one in (crank_ratio, offset))
+    return np.mean(member.square(angle, ratio, beside)[0], axis=-1)
 
 
 def engine_inertia_of_cylinders(
@@ -111,12 +141,9 @@ def engine_inertia_of_cylinders(
     share s in its throw: `masses.engine_inertia` with means over the cylinders. docs/method.md
     (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries.
     """
-
-    def of_one(member: Member) -> Any:
-        factor = member.mass_factor * member.radius_factor**2
-        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
-
-    reciprocating = mean_of_cylinders(cylinder_set, by_count, of_one)
+    reciprocating = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: mean_square(member, crank_ratio, offset)
+    )
     rods = value_of_sets(
         cylinder_set, by_count, lambda engine: np.mean(np.square(engine.radius_factors))
     )

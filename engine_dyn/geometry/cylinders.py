@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import (
     FOUR_STROKE,
     TURN,
@@ -25,6 +26,7 @@ from engine_dyn.geometry.arrangement import (
     firing_phases,
     symmetry,
 )
+from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.layouts import in_line
 from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
@@ -69,12 +71,24 @@ class Member(NamedTuple):
         Reciprocating mass over the engine's [1].
     radius_factor : float
         Crank radius, and stroke, over the engine's; rods are equally long [1].
+    side : float
+        Factor on the offset: -1 where the bank lies to the other side of the crank's axis than
+        that of cylinder 1 (VR engines) [1].
+    rod : ArticulatedRod, optional
+        The rod, where it hangs on a master rod; its crank radius is then the engine's.
+
+    Notes
+    -----
+    `angle` is the cylinder's own, from its own top dead centre; crank ratio and offset over the
+    crank radius are the engine's. What is returned is over the engine's crank radius and speed.
     """
 
     phase: float
     pressure_factor: PressureFactor
     mass_factor: float
     radius_factor: float = 1.0
+    side: float = 1.0
+    rod: ArticulatedRod | None = None
 
     @property
     def cycles(self) -> int:
@@ -89,7 +103,66 @@ class Member(NamedTuple):
         dead centres fall at the firing angles.
         """
         radius = self.radius_factor
-        return OwnCrank(crank_ratio * radius, offset / radius)
+        return OwnCrank(crank_ratio * radius, self.side * offset / radius)
+
+    def phase_of(self, crank_ratio: Any, offset: Any) -> Any:
+        """Angle to add to the engine's to get the own one [rad].
+
+        That of an articulated rod differs from `phase` by some degrees: cylinders on one pin have
+        their dead centres where the rods put them.
+        """
+        return self.phase if self.rod is None else self.phase - self.rod.top(crank_ratio, offset)
+
+    def diagram_angle(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Angle at which the cylinder takes the pressure from its diagram [rad].
+
+        The own one; with an articulated rod that of the master at the same part of the stroke.
+        """
+        return angle if self.rod is None else self.rod.diagram_angle(angle, crank_ratio, offset)
+
+    def position(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Piston travel from top dead centre."""
+        if self.rod is not None:
+            return self.rod.position(angle, crank_ratio, offset)
+        return self.radius_factor * slider_crank.position(angle, *self.own(crank_ratio, offset))
+
+    def velocity(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Piston velocity."""
+        if self.rod is not None:
+            return self.rod.velocity(angle, crank_ratio, offset)
+        return self.radius_factor * slider_crank.velocity(angle, *self.own(crank_ratio, offset))
+
+    def acceleration(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
+        """Piston acceleration at constant speed."""
+        if self.rod is not None:
+            return self.rod.acceleration(angle, crank_ratio, offset)
+        return self.radius_factor * slider_crank.acceleration(angle, *self.own(crank_ratio, offset))
+
+    def square(self, angle: Any, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
+        """Kinetic energy over m r^2 omega^2/2, and its slope: f v^2 and 2 f v b.
+
+        With an articulated rod, with that of the mass at its knuckle pin beyond the crank pin's.
+        """
+        v = self.velocity(angle, crank_ratio, offset)
+        b = self.acceleration(angle, crank_ratio, offset)
+        square, slope = self.mass_factor * v * v, 2.0 * self.mass_factor * v * b
+        if self.rod is None:
+            return square, slope
+        knuckle, turn = self.rod.knuckle_square(angle, crank_ratio, offset)
+        return square + self.rod.knuckle_mass * knuckle, slope + self.rod.knuckle_mass * turn
+
+    def bottom(self, crank_ratio: Any, offset: Any) -> Any:
+        """Own angle at bottom dead centre [rad]."""
+        if self.rod is not None:
+            return self.rod.bottom(crank_ratio, offset)
+        return slider_crank.dead_centres(*self.own(crank_ratio, offset)).bottom
+
+    def stroke(self, crank_ratio: Any, offset: Any) -> Any:
+        """Stroke over two of the engine's crank radii [1]."""
+        if self.rod is not None:
+            return self.rod.stroke(crank_ratio, offset)
+        own = self.own(crank_ratio, offset)
+        return self.radius_factor * slider_crank.dead_centres(*own).stroke
 
 
 class OwnCrank(NamedTuple):
@@ -314,21 +387,41 @@ class Cylinders:
 
     @cached_property
     def equal_throws(self) -> bool:
-        """Whether all crank radii are the engine's."""
-        return set(self.radius_factors) == {1.0}
+        """Whether all strokes are the engine's: crank radii are, and no rod hangs on another."""
+        return set(self.radius_factors) == {1.0} and not self.articulated
+
+    @cached_property
+    def articulated(self) -> bool:
+        """Whether rods hang on master rods."""
+        return any(member.rod is not None for member in self.members)
+
+    @cached_property
+    def both_sides(self) -> bool:
+        """Whether cylinders lie to both sides of the crank's axis."""
+        return len({member.side for member in self.members}) > 1
 
     def check_turning(self, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> None:
         """Refuse throws that do not turn: |e| + r must be below the rod's length on each.
+
+        Articulated rods must be longer than |e| + r and the knuckle pin's distance together.
 
         `crank_ratio` and `offset`, over the crank radius, are the engine's and broadcast.
 
         Raises
         ------
         ValueError
-            One line that begins with `radius_factor`.
+            One line that begins with `radius_factor` or `articulated_rods`.
         """
         largest = max(self.radius_factors)
         ratio, offset_ratio = np.asarray(crank_ratio, dtype=float), np.abs(offset)
+        for rod in dict.fromkeys(member.rod for member in self.members if member.rod):
+            least = 1.0 + rod.radius + offset_ratio
+            if not (rod.rod(ratio) > least).all():
+                raise ValueError(
+                    f"articulated_rods: a rod of {np.min(rod.rod(ratio)):g} crank radii with its "
+                    f"knuckle pin at {rod.radius:g}: must be longer than {np.max(least):g}, crank "
+                    "radius, knuckle radius and offset together"
+                )
         stuck = ~(ratio * (largest + offset_ratio) < 1.0)
         if stuck.any():
             ratio, offset_ratio = np.broadcast_arrays(ratio, offset_ratio)
@@ -380,8 +473,12 @@ class Cylinders:
                         f"{LARGEST_FACTOR:g}"
                     )
             factors.append(taken)
-        phases = [member.phase for member in self.members]
-        members = tuple(Member(*m) for m in zip(phases, *factors, strict=True))
+        if self.articulated and set(factors[2]) != {1.0}:
+            raise ValueError("radius_factor: not allowed together with articulated rods")
+        members = tuple(
+            member._replace(pressure_factor=f, mass_factor=m, radius_factor=r)
+            for member, f, m, r in zip(self.members, *factors, strict=True)
+        )
         return Cylinders(self.period, members, self._with_radii(factors[2]))
 
     def _with_radii(self, radii: tuple[float, ...]) -> Arrangement | None:
@@ -485,7 +582,7 @@ def cylinders_of(
         One line, for a wrong number of factors, or values that are no factor.
     """
     radii = arrangement.radius_factors.tolist()
-    phases = arrangement.phases.tolist()
-    members = tuple(Member(p, 1.0, 1.0, r) for p, r in zip(phases, radii, strict=True))
+    each = zip(arrangement.phases.tolist(), radii, arrangement.cylinder_sides, strict=True)
+    members = tuple(Member(phase, 1.0, 1.0, radius, side) for phase, radius, side in each)
     engine = Cylinders(arrangement.period, members, arrangement)
     return engine.with_factors(pressure_factor, mass_factor)

@@ -23,6 +23,7 @@ __all__ = [
     "TWO_STROKE_IN_LINE_ORDERS",
     "TWO_STROKE_VEE_ORDERS",
     "VEE_ORDERS",
+    "VR_ORDERS",
     "KnownOrder",
     "customary_order",
     "in_line_order_by_rule",
@@ -246,6 +247,16 @@ VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
 
 TWO_STROKE_VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {2: VEE_ORDERS[2]}
 """Two-stroke V engines."""
+
+VR_ORDERS: dict[int, KnownOrder] = {
+    5: KnownOrder((1, 2, 4, 5, 3), "Volkswagen VR5 of 15 degrees: Wikipedia, VR5 engine"),
+    6: KnownOrder(
+        (1, 5, 3, 6, 2, 4),
+        "Volkswagen VR6 of 15 and 10.6 degrees: from memory; as six in line fire, as Wikipedia, "
+        "VR6 engine, says of it",
+    ),
+}
+"""Four-stroke VR engines, odd numbers in one bank, even ones in the other."""
 
 BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     2: (KnownOrder((1, 2), "BMW boxer; " + _GENERIC),),

@@ -1,4 +1,4 @@
-"""Customary arrangements by name: in-line, V, W, boxer, radial engines and parallel twins.
+"""Customary arrangements by name: in-line, V, VR, W, boxer, radial engines, parallel twins.
 
 Functions take radians; `arrangement_from_text` reads what engine files say, in degrees:
 
@@ -6,6 +6,7 @@ Functions take radians; `arrangement_from_text` reads what engine files say, in 
     V8 cross-plane                  V8 flat-plane 1-5-4-8-3-7-2-6
     V6 60 split-pin                 V6 90 shared-pin alternate 1-6-5-4-3-2
     V2 45                           boxer 6
+    VR6 15                          VR4 13 1-3-4-2
     W3 60,0,-60 1-3-2               radial 9, radial 14 two-row
     parallel twin 270
 
@@ -23,6 +24,7 @@ import itertools
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +41,7 @@ from engine_dyn.geometry.firing_orders import (
     TWO_STROKE_BOXER_ORDERS,
     TWO_STROKE_VEE_ORDERS,
     VEE_ORDERS,
+    VR_ORDERS,
     KnownOrder,
     customary_order,
     in_line_order_by_rule,
@@ -55,6 +58,7 @@ __all__ = [
     "parallel_twin",
     "radial",
     "vee",
+    "vr_engine",
     "w_engine",
 ]
 
@@ -186,6 +190,47 @@ def vee(
     return made
 
 
+def vr_engine(
+    cylinders: int,
+    bank_angle: float,
+    order: Sequence[int] | None = None,
+    period: float = FOUR_STROKE,
+) -> Arrangement:
+    """VR engine: a narrow V whose cylinders, in turns in either bank, have each its own throw.
+
+    Pins are splayed so that the firing is even. The banks lie to opposite sides of the crank's
+    axis: an offset of the engine is that of the bank of cylinder 1, the other has it reversed. The
+    second bank lies `bank_angle` behind the first, against the sense of rotation, so that the axes
+    of the cylinders meet below the crank's with a positive offset, as they are built. Which bank
+    cylinder 1 is in is an assumption; the other choice is the mirrored engine.
+
+    Parameters
+    ----------
+    cylinders : int
+        3 or more; odd numbers are in the first bank.
+    bank_angle : float
+        Angle between the banks [rad], above 0 and at most 45 degrees.
+    order : sequence of int, optional
+        Firing order; without it the one of `firing_orders.VR_ORDERS`.
+    period : float
+        4 pi (four-stroke) or 2 pi.
+    """
+    name = f"VR{cylinders}"
+    _check_count("VR", cylinders, 3, MOST)
+    if not 0.0 < bank_angle <= 0.25 * math.pi:
+        raise ValueError(
+            f"{name}: bank angle = {bank_angle / DEGREE:g} degree: must be above 0 and at most 45"
+        )
+    name = f"{name} {bank_angle / DEGREE:g}"
+    if order is None:
+        if period == TURN or cylinders not in VR_ORDERS:
+            raise _no_order(name, cylinders, "in turns in either bank along the shaft")
+        order = VR_ORDERS[cylinders].order
+    banks = [k % 2 for k in range(cylinders)]
+    made = _of_order(name, order, banks, range(cylinders), (0.0, -bank_angle), "split", period)
+    return replace(made, sides=(1.0, -1.0))
+
+
 def w_engine(
     cylinders: int,
     bank_angles: Sequence[float],
@@ -275,8 +320,8 @@ def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrang
 
     Four-stroke rows have an odd number of cylinders: every second one fires, 1-3-5-2-4. Two rows
     (cylinders staggered, pins 180 degrees apart) fire in turns: of 14 cylinders, 9 on or 5 back
-    (FAA-H-8083-32). All rods are taken as working on the pin itself: master and articulated rods
-    are not covered.
+    (FAA-H-8083-32). Rods work on the pin itself unless `Cylinders.with_rods` makes some of them
+    articulated rods.
     """
     name = f"radial {cylinders}" + (" two-row" if rows == 2 else "")
     if rows not in (1, 2) or (rows == 2 and period == TURN):
@@ -338,8 +383,8 @@ def not_covered(text: str) -> str | None:
 
 
 _FORMS = (
-    "must be one of 'in-line N', 'V<N> ANGLE', 'boxer N', 'W<N> ANGLE,ANGLE,...', 'radial N', "
-    "'parallel twin ANGLE'"
+    "must be one of 'in-line N', 'V<N> ANGLE', 'VR<N> ANGLE', 'boxer N', "
+    "'W<N> ANGLE,ANGLE,...', 'radial N', 'parallel twin ANGLE'"
 )
 
 
@@ -378,8 +423,13 @@ def _read(text: str, period: float) -> Arrangement:
                 raise ValueError(f"the bank angle is missing, such as 'V{cylinders} 90'")
             bank_angle = 0.5 * math.pi if angles is None else _angle(angles)
             return vee(cylinders, bank_angle, pins, order, numbering, crank, period)
-    if words and re.match(r"vr\d*$", words[0]):
-        raise ValueError(f"VR engines have no text, as each cylinder has its own pin; {_TABLE}")
+        case [first, *rest] if re.fullmatch(r"vr\d+", first):
+            order = _taken_order(rest)
+            if not rest:
+                raise ValueError(f"the bank angle is missing, such as '{first.upper()} 15'")
+            bank_angle = _angle(rest.pop(0))
+            _no_more(rest, ("one angle", "an order such as 1-5-3-6-2-4"))
+            return vr_engine(_count(first[2:]), bank_angle, order, period)
     raise ValueError(not_covered(text) or _FORMS)
 
 

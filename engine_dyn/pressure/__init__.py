@@ -6,6 +6,7 @@ first_law, first_law_fields, first_law_kernel    modelled cycles of engines, by 
 collocation              intervals of high order, by which these are followed
 cycle_table, curves      families of many modelled cycles, and the kernels that make their rows
 diesel_cycle, compressor, pump    modelled cycles by simpler rules
+double_acting            compressors with gas on both sides of the piston
 file_fields              units and ranges of modelled cycles in engine files
 fourier                  Fourier coefficients of diagrams
 motored                  cylinders that do not burn, or burn less or more

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +35,14 @@ from engine_dyn.pressure.first_law_kernel import smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = ["FILE_FIELDS", "FILE_UNITS", "CompressorCycle", "CompressorDiagrams", "tabulate"]
+__all__ = [
+    "FILE_FIELDS",
+    "FILE_UNITS",
+    "CompressorCycle",
+    "CompressorDiagrams",
+    "refusals",
+    "tabulate",
+]
 
 
 LARGEST_STEP = 0.5 * DEGREE
@@ -108,8 +115,8 @@ class CompressorCycle:
 
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
-        columns = {i.name: given_array(i.name, getattr(self, i.name)) for i in fields(self)}
-        for bad, message in _refusals(columns):
+        columns = {name: given_array(name, value) for name, value in self._values().items()}
+        for bad, message in refusals(columns):
             if bad.any():
                 raise ValueError(message)
 
@@ -136,9 +143,7 @@ class CompressorCycle:
         ValueError
             If the step does not divide the cycle or is over 10 degrees.
         """
-        found = tabulate(
-            {item.name: getattr(self, item.name) for item in fields(self)}, step_degrees
-        )
+        found = tabulate(self._values(), step_degrees)
         return found.angle, found.pressure
 
     def diagram(self, step_degrees: float = 0.5) -> Diagram:
@@ -146,10 +151,11 @@ class CompressorCycle:
 
         Its peak lies before dead centre, where `diagram_from_points` would take it for a mistake.
         """
-        found = tabulate(
-            {item.name: getattr(self, item.name) for item in fields(self)}, step_degrees
-        )
+        found = tabulate(self._values(), step_degrees)
         return Diagram(found.angle, found.pressure, found.slope, TWO_STROKE)
+
+    def _values(self) -> dict[str, float]:
+        return {name: getattr(self, name) for name in FILE_FIELDS}
 
 
 class CompressorDiagrams(NamedTuple):
@@ -172,7 +178,9 @@ class CompressorDiagrams(NamedTuple):
     status: Integers
 
 
-def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> CompressorDiagrams:
+def tabulate(
+    values: Mapping[str, ArrayLike], step_degrees: float = 0.5, crank_end: bool = False
+) -> CompressorDiagrams:
     """Tabulate a batch of compressors.
 
     Parameters
@@ -181,6 +189,9 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
         Fields of CompressorCycle in SI units, scalars or arrays that broadcast together.
     step_degrees : float
         Step of the table [degree]; 360 must be a multiple of it.
+    crank_end : bool
+        Whether the gas is on the piston's side towards the crank; angle 0 is then the bottom dead
+        centre. There 2 - x(phi + pi) is the travel x(phi) with the crank ratio negated.
 
     Raises
     ------
@@ -199,13 +210,14 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
     shape = wide[0].shape
     columns = {name: array.reshape(-1) for name, array in zip(FILE_FIELDS, wide, strict=True)}
     bad = np.zeros(columns["valve_lag"].size, dtype=np.bool_)
-    for wrong, _ in _refusals(columns):
+    for wrong, _ in refusals(columns, crank_end):
         bad |= wrong
     size, count = bad.size, len(angle)
     outcome = np.where(bad, status.INVALID_INPUT, status.CONVERGED).astype(np.int64)
     pressure, slope = np.full((size, count), np.nan), np.full((size, count), np.nan)
     good = np.flatnonzero(~bad)
     if good.size:
+        columns = _of_end(columns, crank_end)
         suction, delivery = _openings(columns)
         cases = np.stack([*columns.values(), suction, delivery], axis=-1)
         _integrate(cases, good, angle, pressure, slope, outcome)
@@ -215,6 +227,11 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
         slope.reshape(*shape, count),
         outcome.reshape(shape),
     )
+
+
+def _of_end(columns: dict[str, Floats], crank_end: bool) -> dict[str, Floats]:
+    """Fields whose crank ratio is that of the formulas for one end of the cylinder."""
+    return {**columns, "crank_ratio": -columns["crank_ratio"]} if crank_end else columns
 
 
 def _openings(columns: Mapping[str, Floats]) -> tuple[Floats, Floats]:
@@ -235,8 +252,10 @@ def _angle_of(travel: Floats, crank_ratio: Floats) -> Floats:
     return np.asarray(np.arccos(np.where((travel >= 0.0) & (travel <= 2.0), cosine, np.nan)))
 
 
-def _refusals(columns: Mapping[str, Floats]) -> Iterator[tuple[NDArray[np.bool_], str]]:
-    """Find what is no cycle: where, and the line that says it of the first."""
+def refusals(
+    columns: dict[str, Floats], crank_end: bool = False
+) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Find what is no cycle: where, and the line that says it of the first; see `tabulate`."""
 
     def said(name: str, bad: NDArray[np.bool_], allowed: str) -> str:
         unit, size = FILE_UNITS[name]
@@ -260,7 +279,7 @@ def _refusals(columns: Mapping[str, Floats]) -> Iterator[tuple[NDArray[np.bool_]
     bad = columns["suction_loss"] > 0.5 * columns["suction_pressure"]
     yield bad, said("suction_loss", bad, "at most half of suction_pressure")
     with np.errstate(all="ignore"):
-        suction, delivery = _openings(columns)
+        suction, delivery = _openings(_of_end(columns, crank_end))
         both = 2.0 * columns["valve_ramp"]
         bad = ~(suction + both <= math.pi)
         yield (

@@ -33,6 +33,8 @@ _WIEBE = "combustion duration of the {}, 0 to 99.9 percent burnt with the usual 
 MEANINGS: Mapping[str, str] = {
     "compression_ratio": "largest over smallest cylinder volume",
     "clearance_ratio": "clearance volume over swept volume",
+    "crank_end_clearance_ratio": "clearance volume of the crank end over the volume swept there",
+    "piston_rod_diameter": "diameter of the piston rod, below the bore",
     "crank_ratio": "crank radius over rod length",
     "offset_ratio": "offset of the piston pin's line over the crank radius",
     "intake_pressure": "pressure of the intake manifold or scavenge air at the valves, absolute",

@@ -96,14 +96,19 @@ def _gear(needs: dict[str, Any]) -> balance.RunningGear:
     return balance.RunningGear(**{"speed": 1.0, **given})
 
 
-def _components(vector: Any) -> Any:
+def turning_gear(needs: dict[str, Any]) -> balance.RunningGear:
+    """Running gear of nodes by name, without reciprocating masses."""
+    return _gear({**needs, "reciprocating_mass": 0.0})
+
+
+def components_of(vector: Any) -> Any:
     """Both directions of a vector over the crank angle, (..., direction, crank angle)."""
     return np.stack([vector.real, vector.imag], axis=-2)
 
 
 def _curve(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
     def make(*, crank_angle: Any, **needs: Any) -> Any:
-        return _components(of(_gear(needs), crank_angle))
+        return components_of(of(_gear(needs), crank_angle))
 
     return make
 
@@ -124,10 +129,10 @@ def _over_orders(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[...,
 
 def _vector(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
-    of: Callable[[balance.RunningGear, Any], Any],
+    of: Callable[[balance.RunningGear, Any], Any], when: str = "",
 ) -> Node:  # fmt: skip
     return Node(
-        name, symbol, unit, long_name, source, kind="curve", adds=("direction",),
+        name, symbol, unit, long_name, source, kind="curve", adds=("direction",), when=when,
         needs=("crank_angle", *needs), make=_curve(of), throws=True,
     )  # fmt: skip
 
@@ -140,8 +145,8 @@ def _turning_force(
 
     def make(*, crank_angle: Any, **needs: Any) -> Any:
         turning = {of: sign * np.asarray(needs.pop(mass)) for of, mass in masses_of.items()}
-        gear = _gear({**needs, "reciprocating_mass": 0.0, **turning})
-        return _components(gear.force(crank_angle))
+        gear = turning_gear({**needs, **turning})
+        return components_of(gear.force(crank_angle))
 
     ratios = tuple(one for one in _ENGINE if one != "reciprocating_mass")
     return Node(
@@ -325,17 +330,17 @@ NODES = (
     ),
     _vector(
         "reciprocating_force", "P_J", "N", "inertia force of all reciprocating masses, exact",
-        "Asgari eqs. 1, 7, 8", _ENGINE, lambda gear, phi: gear.force(phi),
+        "Asgari eqs. 1, 7, 8", _ENGINE, lambda gear, phi: gear.force(phi), "plain_rods",
     ),
     _vector(
         "reciprocating_force_first", "P_{J,1}", "N",
         "first order of the inertia force of all reciprocating masses, primary force",
-        "Asgari eq. 7", _ENGINE, lambda gear, phi: gear.force_of_order(1, phi),
+        "Asgari eq. 7", _ENGINE, lambda gear, phi: gear.force_of_order(1, phi), "plain_rods",
     ),
     _vector(
         "reciprocating_force_second", "P_{J,2}", "N",
         "second order of the inertia force of all reciprocating masses, secondary force",
-        "Asgari eq. 8", _ENGINE, lambda gear, phi: gear.force_of_order(2, phi),
+        "Asgari eq. 8", _ENGINE, lambda gear, phi: gear.force_of_order(2, phi), "plain_rods",
     ),
     _turning_force(
         "throw_force", "P_r", "centrifugal force of the rotating masses of all throws",
@@ -360,7 +365,7 @@ NODES = (
     _vector(
         "shaking_force", "F", "N",
         "shaking force on the frame, exact, with counterweights and balance shafts",
-        "Asgari section 2", _FORCE, lambda gear, phi: gear.force(phi),
+        "Asgari section 2", _FORCE, lambda gear, phi: gear.force(phi), "plain_rods",
     ),
     _vector(
         "shaking_moment", "M_F", "N m",
@@ -369,11 +374,11 @@ NODES = (
     ),
     _vector(
         "shaking_force_first", "F_1", "N", "first order of the shaking force", "Asgari eq. 7",
-        _FORCE, lambda gear, phi: gear.force_of_order(1, phi),
+        _FORCE, lambda gear, phi: gear.force_of_order(1, phi), "plain_rods",
     ),
     _vector(
         "shaking_force_second", "F_2", "N", "second order of the shaking force", "Asgari eq. 8",
-        _FORCE, lambda gear, phi: gear.force_of_order(2, phi),
+        _FORCE, lambda gear, phi: gear.force_of_order(2, phi), "plain_rods",
     ),
     _vector(
         "shaking_moment_first", "M_{F,1}", "N m", "first order of the shaking moment",

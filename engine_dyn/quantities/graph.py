@@ -18,6 +18,7 @@ from engine_dyn.quantities import (
     bearing_loads,
     characteristics,
     curve_means,
+    each_cylinder,
     flywheels,
     friction,
     friction_components,
@@ -27,6 +28,7 @@ from engine_dyn.quantities import (
     orders,
     parameters,
     pressure,
+    rod_loads,
     running_gear,
     series,
     shaft_numbers,
@@ -76,10 +78,12 @@ _QUANTITIES: tuple[Node, ...] = (
     *loads.NODES,
     *speed.NODES,
     *balance.NODES,
+    *each_cylinder.NODES,
     *flywheels.NODES,
     *characteristics.NODES,
     *series.NODES,
     *mechanism_forces.NODES,
+    *rod_loads.NODES,
     *orders.NODES,
     *bearing_loads.NODES,
     *torsion.NODES,
@@ -107,6 +111,7 @@ _CONSTANTS = tuple(
         ("inertia_model", "constant or variable inertia"),
         ("characteristic", "power and torque over speed"),
         ("shaft_system", "discs and shafts that twist"),
+        ("double_acting", "pressures of both ends of double-acting cylinders"),
         ("variant_of", "which variant of a node the scene has: `Variants`"),
     )
 )
@@ -115,6 +120,9 @@ _DIMENSIONS = (
     Dimension(
         "cylinder", "", "1", "throw along the shaft, with its cylinders, counted from 1",
         whole=True,
+    ),
+    Dimension(
+        "piston", "", "1", "piston, by the number of its cylinder, counted from 1", whole=True,
     ),
     Dimension(
         "main_bearing", "j", "1",

@@ -332,6 +332,7 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eq. 2.1", ("pressure", "crankcase_pressure", "bore"),
         lambda pressure, crankcase_pressure, bore: (pressure - crankcase_pressure)
         * torque.piston_area(bore),
+        when="single_acting",
     ),
     _force(
         "inertia_force", "P_l",

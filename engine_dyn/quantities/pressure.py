@@ -9,6 +9,7 @@ import numpy as np
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
 from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import DoubleActingDiagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import peak_of_cylinders
 from engine_dyn.quantities.arithmetic import balance_of, quotient
@@ -91,6 +92,45 @@ def _mean_gas_of_unequal_throws(
     )
 
 
+def _largest(double_acting: DoubleActingDiagram) -> Any:
+    return np.float64(double_acting.largest)
+
+
+_OF_BOTH_ENDS = (
+    *(
+        Node(
+            name, symbol, "bar" if public else "Pa", "largest tabulated pressure of both ends",
+            "this project" if public else "", si=BAR if public else 1.0, public=public,
+            when="double_acting", needs=("double_acting",), make=_largest,
+        )
+        for name, symbol, public in (
+            ("peak_pressure", "p_{max}", True), ("mean_peak_pressure", "", False)
+        )
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in the head end of cylinder 1", "this project",
+        si=BAR, kind="curve", when="double_acting", needs=("crank_angle", "double_acting"),
+        make=lambda crank_angle, double_acting: double_acting.head_end(crank_angle),
+    ),
+    *(
+        Node(
+            "crank_end_pressure", "p_{ce}", "bar",
+            "absolute pressure on the crank's side of the piston of cylinder 1", "this project",
+            si=BAR, kind="curve", when=when, needs=("crank_angle", of), make=make,
+        )
+        for when, of, make in (
+            (
+                "double_acting", "double_acting",
+                lambda crank_angle, double_acting: double_acting.crank_end(crank_angle),
+            ),
+            (
+                "single_acting", "crankcase_pressure",
+                lambda crank_angle, crankcase_pressure: crankcase_pressure + 0.0 * crank_angle,
+            ),
+        )
+    ),
+)  # fmt: skip
+
 NODES: tuple[Node, ...] = (
     Node(
         "place", "", "1", "place of load and speed in the table of one family", kind="value",
@@ -153,33 +193,35 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "mean_peak_pressure", "", "Pa",
-        "largest pressure, averaged over the cylinders", public=False,
+        "largest pressure, averaged over the cylinders", public=False, when="single_acting",
         needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.mean) * pressure_scale,
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("row", "family", "pressure_scale"),
+        "Kakaitsas eq. 3.9", si=BAR, when="single_acting equal",
+        needs=("row", "family", "pressure_scale"),
         make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, when="unequal",
+        "Kakaitsas eq. 3.9", si=BAR, when="single_acting unequal",
         needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.max) * pressure_scale,
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
-        kind="curve", when="equal", needs=("crank_angle", "family", "row", "pressure_scale"),
+        kind="curve", when="single_acting equal",
+        needs=("crank_angle", "family", "row", "pressure_scale"),
         make=lambda crank_angle, family, row, pressure_scale: torque.pressure(
             crank_angle, family, row, pressure_scale
         ),
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
-        kind="curve", when="unequal",
+        kind="curve", when="single_acting unequal",
         needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
                "cylinders_by_count"),
         make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
@@ -187,6 +229,7 @@ NODES: tuple[Node, ...] = (
             crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
         ),
     ),
+    *_OF_BOTH_ENDS,
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
         needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share"),

@@ -88,17 +88,18 @@ NODES: tuple[Node, ...] = (
         "throws_per_cylinder", "1", "number of throws over that of cylinders", (), lambda: 1.0,
         when="own_pins",
     ),
-    Node(
-        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-        when="offset",
-        needs=("crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count"),
-        make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count: mean_stroke_ratio(
-            crank_ratio, offset_ratio, cylinder_set, cylinders_by_count
-        ),
+    *(
+        Node(
+            "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+            when=when, needs=("crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count"),
+            make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count:
+            mean_stroke_ratio(crank_ratio, offset_ratio, cylinder_set, cylinders_by_count),
+        )
+        for when in ("offset", "centred articulated_rods")
     ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-        when="centred", needs=("cylinder_set", "cylinders_by_count"),
+        when="centred plain_rods", needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "radius", cylinder_set, cylinders_by_count
         ),

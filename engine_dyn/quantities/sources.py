@@ -7,6 +7,9 @@ from collections.abc import Mapping
 __all__ = ["SOURCES"]
 
 SOURCES: Mapping[str, str] = {
+    "API": "American Petroleum Institute, Standard 618, Reciprocating compressors for petroleum, "
+    "chemical, and gas industry services, 5th edition, paragraph 6.6.4 on the reversal of the rod "
+    "load; as others give it, not compared page by page",
     "Asgari": "T. Asgari, A. Mohammadebrahim, N. Meyghani and H. Saraei, Development of balance "
     "shaft and flywheel for single cylinder diesel engine based on analytical approach and "
     "comparison with the simulation result, 2019; in Persian with an English abstract, KIASA "

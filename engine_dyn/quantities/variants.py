@@ -26,6 +26,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "by_torque": "it is given over the crank angle",
     },
     {
+        "single_acting": "the gas acts on one side of the pistons",
+        "double_acting": "it acts on both, and the diagram is that of an effective pressure",
+    },
+    {
         "centred": "the line of the piston pins meets the crank's axis",
         "offset": "it passes beside the crank's axis somewhere in the scene",
     },
@@ -36,6 +40,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "equal_throws": "all throws of an engine have one crank radius",
         "unequal_throws": "crank radii of an engine differ",
+    },
+    {
+        "plain_rods": "all rods work on a crank pin",
+        "articulated_rods": "rods hang on master rods",
     },
     {
         "own_pins": "each cylinder has a throw of its own",

@@ -171,7 +171,9 @@ class Grouping:
             times = math.gcd(cylinders.symmetry, repeats * cylinders.cycles)
             nodes = nodes_of(times, fewest * cylinders.cycles, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
-            for (number,), alike in _split(same, [boxes_of(ratio, offset, radius, alone)]):
+            # Phases of articulated rods follow from the crank: no polynomials between cranks.
+            boxes = boxes_of(ratio, offset, radius, alone or cylinders.articulated)
+            for (number,), alike in _split(same, [boxes]):
                 own_ratio, own_offset = (float(alike.take(name)[0]) for name in CRANK)
                 box = box_of(number, own_ratio, own_offset, radius)
                 yield (count, *others), alike, Source(family, cylinders, box, nodes, torques)

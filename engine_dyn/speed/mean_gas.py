@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import kernel
+from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member, PressureFactor
 from engine_dyn.pressure.cycle_table import CycleTable
@@ -37,6 +38,7 @@ def mean_gas_torque(
     family: Family,
     offset_ratio: Any = 0.0,
     pressure_factor: PressureFactor = 1.0,
+    rod: ArticulatedRod | None = None,
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
@@ -46,7 +48,7 @@ def mean_gas_torque(
     """
     if isinstance(pressure_factor, tuple):
         each = {
-            factor: mean_gas_torque(crank_ratio, row, family, offset_ratio, factor)
+            factor: mean_gas_torque(crank_ratio, row, family, offset_ratio, factor, rod)
             for factor in sorted(set(pressure_factor))
         }
         return np.mean([each[factor] for factor in pressure_factor], axis=0)
@@ -55,7 +57,7 @@ def mean_gas_torque(
     )
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
     ratio, offset, places = (np.array(v).reshape(-1) for v in given)
-    result, number = np.empty(ratio.size), boxes_of(ratio, offset)
+    result, number = np.empty(ratio.size), boxes_of(ratio, offset, alone=rod is not None)
     for one in np.unique(number).tolist():
         here = np.flatnonzero(number == one)
         box = box_of(one, float(ratio[here[0]]), float(offset[here[0]]))
@@ -63,23 +65,23 @@ def mean_gas_torque(
         weight = places[here] - low
         rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
         (means,) = remembered(
-            family, ("mean gas", box, pressure_factor, rows.tobytes()),
-            partial(_means, family, box, pressure_factor, rows),
+            family, ("mean gas", box, pressure_factor, rod, rows.tobytes()),
+            partial(_means, family, box, Member(0.0, pressure_factor, 1.0, rod=rod), rows),
         )  # fmt: skip
         factors = box.factors(ratio[here], offset[here])
         result[here] = _add_up(factors, np.searchsorted(rows, low), weight, means)
     return result.reshape(given[0].shape)
 
 
-def _means(family: Family, box: Box, pressure_factor: float, rows: Integers) -> tuple[Floats, ...]:
+def _means(family: Family, box: Box, member: Member, rows: Integers) -> tuple[Floats, ...]:
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
-    angle, weights = mean_weights(Member(0.0, pressure_factor, 1.0), box, family.period)
+    angle, weights = mean_weights(member, box, family.period)
     found = np.empty((rows.size, len(weights)))
     if isinstance(family, CycleTable):  # at once: it forgets what is not asked for with the next
         family.curves(rows)
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
-        pressure = pressures_of_rows(family, some, angle, pressure_factor) - ATMOSPHERE
+        pressure = pressures_of_rows(family, some, angle, member.pressure_factor) - ATMOSPHERE
         _weigh(weights, pressure, found[begin : begin + some.size])
     return (found,)
 
@@ -134,7 +136,7 @@ def mean_gas_of_unequal_throws(
     def of_one(member: Member) -> Any:
         own = member.own(crank_ratio, offset)
         return member.radius_factor * mean_gas_torque(
-            own.crank_ratio, row, family, own.offset, member.pressure_factor
+            own.crank_ratio, row, family, own.offset, member.pressure_factor, member.rod
         )
 
     return mean_of_cylinders(cylinder_set, by_count, of_one)

@@ -16,7 +16,6 @@ import numpy as np
 from engine_dyn import status
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
@@ -106,19 +105,21 @@ def _cycle_of(
     gas, shape, square, slope = (np.zeros(count) for _ in range(4))
     levels = np.array([max(value[name], 0.0) for name in LEVELS])
     for member in cylinders.members:
-        phi = angle + member.phase
-        both = pressures_of_rows(family, rows, phi, member.pressure_factor)
+        crank = value["crank_ratio"], value["offset_ratio"]
+        phi = angle + member.phase_of(*crank)
+        at = member.diagram_angle(phi, *crank)
+        both = pressures_of_rows(family, rows, at, member.pressure_factor)
         pressure = value["scale"] * ((1.0 - weight) * both[0] + weight * both[1])
-        own = member.own(value["crank_ratio"], value["offset_ratio"])
-        speed = velocity(phi, *own)
-        v, b = member.radius_factor * speed, member.radius_factor * acceleration(phi, *own)
-        load = pressure - value["crankcase_pressure"]
+        v, load = member.velocity(phi, *crank), pressure - value["crankcase_pressure"]
+        own_square, own_slope = member.square(phi, *crank)
         gas += load * v
-        shape -= member.mass_factor * b * v
-        square += member.mass_factor * v * v
-        slope += 2.0 * member.mass_factor * v * b
+        shape -= 0.5 * own_slope
+        square += own_square
+        slope += own_slope
         if levels.any():
-            parts = stacked_parts(value["ring_pressure"] + load, speed, np.sin(phi))
+            parts = stacked_parts(
+                value["ring_pressure"] + load, v / member.radius_factor, np.sin(phi)
+            )
             means = parts.mean(axis=1)
             factors = np.where(means > 0.0, levels / np.where(means > 0.0, means, 1.0), 0.0)
             gas -= factors @ (parts - means[:, None])

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.forces.superposition import along_shaft
-from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
-from engine_dyn.geometry.masses import mean_square_velocity
+from engine_dyn.geometry.cylinder_means import mean_square, value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 
 __all__ = ["mean_torques_of_throws", "reciprocating_inertia_of_throws"]
@@ -31,8 +30,7 @@ def reciprocating_inertia_of_throws(
     """
 
     def of_one(member: Member) -> Any:
-        factor = member.mass_factor * member.radius_factor**2
-        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
+        return mean_square(member, crank_ratio, offset)
 
     moment = reciprocating_mass * crank_radius**2
     return moment * _of_throws(of_one, cylinder_set, by_count, throws)
@@ -57,10 +55,10 @@ def mean_torques_of_throws(
     """
     from engine_dyn.speed.mean_gas import mean_gas_torque
 
-    known: dict[tuple[PressureFactor, float], Any] = {}
+    known: dict[tuple[Any, ...], Any] = {}
 
     def of_one(member: Member) -> Any:
-        key = member.pressure_factor, member.radius_factor
+        key = member.pressure_factor, member.radius_factor, member.side
         if key not in known:
             own = member.own(crank_ratio, offset)
             known[key] = member.radius_factor * mean_gas_torque(

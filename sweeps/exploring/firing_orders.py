@@ -290,6 +290,7 @@ def _written(made: Arrangement) -> str | dict[str, Any]:
         "name": made.name,
         "uneven": made.uneven,
         "banks": [bank / DEGREE for bank in made.banks],
+        **({"sides": list(made.sides)} if made.sides else {}),
         "throws": [
             {"angle": _degrees(throw.angle), "position": throw.position,
              "radius_factor": throw.radius_factor}

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from engine_dyn.types import Floats
 from sweeps.figures.multiples import multiples
 from sweeps.figures.scales import comparable
-from sweeps.figures.sheet import OWN_ORDINATES, NamedFigures
+from sweeps.figures.sheet import OWN_ORDINATES, Entries, NamedFigures
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_lines, over_angle, set_cycle, trace
 from sweeps.figures.views import View, stem_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_PANELS = 6
@@ -20,6 +24,10 @@ MOST_PANELS = 6
 GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "piston_forces": (
         "Forces on the piston", "Force", ("gas_force", "inertia_force", "piston_force")
+    ),
+    "rod_loads": (
+        "Rod loads", "Load, compression positive",
+        ("gas_force", "crosshead_inertia_load", "combined_rod_load"),
     ),
     "mechanism_forces": (
         "Forces of the mechanism", "Force",
@@ -56,6 +64,9 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
 }  # fmt: skip
 """What is drawn in one panel: file, title, ordinate and variables."""
 
+REVERSING = ("combined_rod_load",)
+"""Loads whose reversal is marked."""
+
 
 def grouped_names(view: View) -> list[str]:
     """Variables of which at least two of one group are there."""
@@ -91,8 +102,25 @@ def together(
     sheet = multiples(len(places), base, each, sharex=True, sharey=share)
     for panel, place in zip(sheet.panels, places, strict=True):
         draw_lines(panel, view, names, place, sheet.entries, look)
+        for name in REVERSING:
+            if name in curves:
+                _shade_reversal(panel, view.title(name), trace(view, name, place), sheet.entries)
         panel.set_title(axis.heading(place))
     set_cycle(sheet.panels, view, (6.3 if axis else 4.6) / sheet.columns, sheet.lowest)
     sheet.label_y(ordinate + view.unit(names[0]), 1.5 if axis else 2.8)
     notes = [*view.notes(names), axis.picked_text(MOST_PANELS), "" if share else OWN_ORDINATES]
     return sheet.finish(axis.by(title), notes, view.caption, below=bool(axis))
+
+
+def _shade_reversal(
+    panel: Axes, title: str, curve: tuple[Floats, Floats, str], entries: Entries
+) -> None:
+    """Shade the angles at which a load has the direction that it has for fewer of them."""
+    x, load, _ = curve
+    pushing = load > 0.0
+    if pushing.all() or not pushing.any():
+        return
+    reversed_there = pushing if pushing[:-1].mean() < 0.5 else ~pushing
+    entries[f"{title}: reversed"] = panel.fill_between(
+        x, 0.0, np.where(reversed_there, load, 0.0), color="#d9d9d9", linewidth=0.0, zorder=0
+    )

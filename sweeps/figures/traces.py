@@ -25,7 +25,7 @@ FRICTION = "friction_torque"
 RMS = "_rms"
 """Ending of the root mean square of a curve."""
 
-PADDED = {"cylinder", "main_bearing"}
+PADDED = {"cylinder", "piston", "main_bearing"}
 """Dimensions as long as the largest engine needs; others have no values at their end."""
 
 

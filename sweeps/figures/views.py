@@ -40,7 +40,9 @@ MOST_ROWS = 45
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
-CATEGORIES = ("cylinder", "main_bearing", "cylinders", "direction", "valve_train", MISFIRE)
+CATEGORIES = (
+    "cylinder", "piston", "main_bearing", "cylinders", "direction", "valve_train", MISFIRE,
+)  # fmt: skip
 """Dimensions between whose values there is nothing: no line runs from one to the next."""
 
 RUNNING = ("crank_angle", "order", "crossing")

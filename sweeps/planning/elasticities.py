@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
@@ -90,6 +91,11 @@ def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) ->
     the engine does.
     """
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
+    family = scene.engine.family
+    if "double_acting" in scene.words:
+        given.difference_update(OF_EFFECTIVE_PRESSURE)
+    if scene.indicator is not None or (family.diagrams and family.low == family.high):
+        given.discard("load")  # the name of the only diagram
     return [
         key
         for key, node in PARAMETERS.items()

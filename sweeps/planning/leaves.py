@@ -18,6 +18,7 @@ from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
@@ -58,6 +59,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
+        "piston": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
         "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
@@ -119,6 +121,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "cylinders_by_count": sets,
         "characteristic": scene.characteristic,
         "shaft_system": engine.shaft,
+        "double_acting": ends_of(engine.family),
         "variant_of": Variants(scene.words),
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}

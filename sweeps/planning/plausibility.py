@@ -22,6 +22,7 @@ from engine_dyn.plausibility.judgement import (
 )
 from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
 from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR
@@ -81,6 +82,8 @@ def _lines(plan: Plan) -> list[str]:
     off = silenced(plan.scene)
     if "all" in off:
         return []
+    if "double_acting" in plan.scene.words:  # piston rod and crosshead have their masses
+        off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
     used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
     if "family" in used:
         used.update(plan.scene.cycle_keys)
@@ -228,6 +231,9 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         return []
     measured = scene.indicator is not None
     diagrams = [scene.indicator] if scene.indicator is not None else scene.engine.family.diagrams
+    ends = ends_of(scene.engine.family)
+    if ends is not None:  # the effective pressure is that of no gas
+        diagrams = (ends.head_end, ends.crank_end)
     driven = plan.leaves["driven"].data.has_driver
     lines = [
         f"[indicator]: {note.removeprefix(WARNING)}"
@@ -238,7 +244,9 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         return lines  # the other measures are wrong for the same reason
     for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
-        if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
+        if ends is not None:
+            where += (", head end", ", crank end")[found.place[0]]
+        elif not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
             where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
         if scene.confidential:
             lines.append(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
 from sweeps.errors import one_line
@@ -44,7 +45,12 @@ def engine_text(engine: Engine) -> str:
         lines += ["", "diagrams" if family.diagrams else "no diagrams"]
     speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]
-    for (load, speed), diagram in zip(points, family.diagrams, strict=True):
+    diagrams = family.diagrams
+    ends = ends_of(family)
+    if ends is not None:
+        points = [(load, end) for load, _ in points for end in (", head end", ", crank end")]
+        diagrams = (ends.head_end, ends.crank_end)
+    for (load, speed), diagram in zip(points, diagrams, strict=True):
         lines.append(
             f"  load {load:g} percent{speed}: p_max {diagram.peak / BAR:.4g} bar at "
             f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"

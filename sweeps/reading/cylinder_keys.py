@@ -18,6 +18,7 @@ from pydantic import Field
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text, not_covered
+from engine_dyn.geometry.master_rods import with_rods
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import DEGREE
 from sweeps.checks import Strict, check_structure, mentioned, numbers
@@ -27,6 +28,7 @@ __all__ = [
     "CYLINDER_KEYS",
     "ArrangementTable",
     "CylinderKeys",
+    "RodTable",
     "arrangement_of",
     "name_of",
     "read_arrangement",
@@ -46,6 +48,8 @@ CYLINDER_KEYS: Mapping[str, str] = {
     f"{LARGEST_FACTOR:g} [1]",
     "radius_factor": "crank radius (and stroke) of each cylinder over that of cylinder 1: a list "
     f"of numbers from {SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}, the first 1 [1]",
+    "articulated_rods": "a table of the rods that hang on master rods: radius and knuckle_mass, "
+    "and angles and length where these are not customary",
 }
 """Keys that describe the cylinders, with what they mean and what is allowed."""
 
@@ -90,6 +94,11 @@ class ArrangementTable(Strict):
         min_length=1,
         max_length=MOST_CYLINDERS,
     )
+    sides: list[float] | None = Field(
+        default=None,
+        description="a list of 1 or -1 for each bank: the side of the crank's axis to which "
+        "crank_offset moves it, 1 that of cylinder 1's bank, -1 the other, as in VR engines",
+    )
     cylinders: list[CylinderTable] = Field(
         description=f"a list of 1 to {MOST_CYLINDERS} tables with throw, bank and firing_angle",
         min_length=1,
@@ -103,6 +112,30 @@ class ArrangementTable(Strict):
     )
 
 
+class RodTable(Strict):
+    """Rods that hang on master rods; lengths over the crank radius."""
+
+    radius: float | list[float] = Field(
+        description="a number, or one for each cylinder, 0 for the master of each throw: distance "
+        "of the knuckle pin from the crank pin over the crank radius; 0: plain rods"
+    )
+    knuckle_mass: float | list[float] = Field(
+        description="a number, or one for each cylinder: mass at each knuckle pin (lower end of "
+        "the articulated rod, with the pin) over the reciprocating mass of a cylinder; 0: it moves "
+        "as the crank pin"
+    )
+    angles: list[float] | None = Field(
+        default=None,
+        description="a list of the directions of the knuckle pins from the master rod [degree], 0 "
+        "for masters; default: those of the cylinders from the master's",
+    )
+    length: float | list[float] | None = Field(
+        default=None,
+        description="a number, or one for each cylinder: length of the articulated rod over the "
+        "crank radius; default: the master rod's less radius",
+    )
+
+
 @dataclass(frozen=True)
 class CylinderKeys:
     """Keys as given, checked by themselves; None where not given. Angles in degree."""
@@ -112,6 +145,7 @@ class CylinderKeys:
     pressure_factor: tuple[float, ...] | None = None
     mass_factor: tuple[float, ...] | None = None
     radius_factor: tuple[float, ...] | None = None
+    articulated_rods: RodTable | None = None
 
     @property
     def given(self) -> dict[str, Any]:
@@ -135,6 +169,10 @@ def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
             continue
         if key == "arrangement":
             found[key] = read_arrangement(item, f"{where}{key}")
+        elif key == "articulated_rods":
+            if not isinstance(item, Mapping):
+                raise SceneError(f"{where}{key} = {shown(item)}: must be {CYLINDER_KEYS[key]}")
+            found[key] = check_structure(RodTable, item, f"{where}{key}")
         else:
             if not isinstance(item, list):
                 raise SceneError(
@@ -186,7 +224,7 @@ _OTHER_WORDS = {
 }  # fmt: skip
 """What arrangements are also called, and the words that are understood."""
 
-_UNDERSTOOD = ("in-line", "boxer", "radial", "parallel twin", "v", "w")
+_UNDERSTOOD = ("in-line", "boxer", "radial", "parallel twin", "v", "vr", "w")
 
 
 def _meant(text: str, period: float) -> str:
@@ -196,7 +234,7 @@ def _meant(text: str, period: float) -> str:
         return ""
     near = difflib.get_close_matches(parts[1], _UNDERSTOOD, n=1, cutoff=0.6)
     word = _OTHER_WORDS.get(parts[1], near[0] if near else "")
-    meant = f"{word.upper()}{parts[2]}" if word in ("v", "w") else f"{word} {parts[2]}"
+    meant = f"{word.upper()}{parts[2]}" if word in ("v", "vr", "w") else f"{word} {parts[2]}"
     try:
         arrangement_from_text(meant, period)
     except ValueError:
@@ -218,7 +256,8 @@ def _described(given: ArrangementTable, period: float) -> Arrangement:
         Cylinder(one.throw - 1, one.bank - 1, one.firing_angle * DEGREE) for one in given.cylinders
     )
     banks = tuple(angle * DEGREE for angle in given.banks)
-    made = Arrangement(period, throws, banks, cylinders, given.uneven, name_of(given))
+    sides = tuple(given.sides or ())
+    made = Arrangement(period, throws, banks, cylinders, given.uneven, name_of(given), sides)
     for what, known, used in (
         ("throw", throws, {one.throw for one in cylinders}),
         ("bank", banks, {one.bank for one in cylinders}),
@@ -287,9 +326,23 @@ def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: st
         made = base
         if arrangement is not None and arrangement is not base.arrangement:
             made = cylinders_of(arrangement, base.pressure_factors, base.mass_factors)
-        return made.with_factors(keys.pressure_factor, keys.mass_factor, keys.radius_factor)
+            if base.articulated and keys.articulated_rods is None:
+                raise ValueError(
+                    "arrangement: the engine has articulated_rods, which must be given with "
+                    "another one"
+                )
+        made = made.with_factors(keys.pressure_factor, keys.mass_factor, keys.radius_factor)
+        return made if keys.articulated_rods is None else _with_rods(made, keys.articulated_rods)
     except ValueError as error:
         raise SceneError(f"{where}{mentioned(error)}") from None
+
+
+def _with_rods(made: Cylinders, rods: RodTable) -> Cylinders:
+    angles = None if rods.angles is None else [degree * DEGREE for degree in rods.angles]
+    try:
+        return with_rods(made, rods.radius, rods.knuckle_mass, angles, rods.length)
+    except ValueError as error:
+        raise ValueError(f"articulated_rods: {error}") from None
 
 
 def _with_angles(
@@ -302,9 +355,7 @@ def _with_angles(
             replace(cylinder, firing_angle=angle)
             for cylinder, angle in zip(arrangement.cylinders, angles, strict=True)
         )
-        return Arrangement(
-            period, arrangement.throws, arrangement.banks, cylinders, True, arrangement.name
-        )
+        return replace(arrangement, cylinders=cylinders, uneven=True)
     throws = tuple(Throw(-angle, float(i)) for i, angle in enumerate(angles))
     made = tuple(Cylinder(i, 0, angle) for i, angle in enumerate(angles))
     listed = ", ".join(f"{degree:g}" for degree in degrees)

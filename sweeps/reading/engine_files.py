@@ -55,7 +55,13 @@ from sweeps.reading.cylinder_keys import (
 from sweeps.reading.engine_tables import EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
-from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
+from sweeps.reading.modelled_diagrams import (
+    KINDS,
+    check_double_acting,
+    modelled_diagram,
+    no_more,
+    taken,
+)
 from sweeps.reading.referred_files import add_files_read, kept, kept_files, referred
 from sweeps.reading.shaft_tables import GivenShaft, read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
@@ -188,6 +194,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
         for i, table in enumerate(given.diagram if torque is None else (), start=1)
     ]
+    check_double_acting([t.get("kind") for t in given.diagram], given.pressure_scale, name)
     family = _family(diagrams, name)
     if count := count_cylinders(given, values, period, name):
         values["cylinders"] = float(count)

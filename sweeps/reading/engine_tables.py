@@ -78,6 +78,7 @@ class EngineFile(Strict):
     pressure_factor: Any = Field(default=None, description=CYLINDER_KEYS["pressure_factor"])
     mass_factor: Any = Field(default=None, description=CYLINDER_KEYS["mass_factor"])
     radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
+    articulated_rods: Any = Field(default=None, description=CYLINDER_KEYS["articulated_rods"])
     load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
     driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
     shaft: Any = Field(

@@ -1,23 +1,25 @@
 """Modelled indicator diagrams of engine files: every kind of [[diagram]] but "points".
 
 What a cycle needs of the engine itself (`crank_ratio`, its offset, and for the loss to the walls
-`bore`, `stroke` and `speed`) comes from [values], or from the diagram where it says so.
+`bore`, `stroke` and `speed`) comes from [values], or from the diagram where it says so. The bore
+and the crankcase pressure of double-acting cylinders come from [values] alone, as the solver's do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
-from engine_dyn.pressure import compressor, diesel_cycle, pump
+from engine_dyn.pressure import compressor, diesel_cycle, double_acting, pump
 from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
+from engine_dyn.pressure.double_acting import DoubleActingCycle
 from engine_dyn.pressure.file_fields import FileField
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.pressure.first_law_fields import (
@@ -26,10 +28,23 @@ from engine_dyn.pressure.first_law_fields import (
     TWO_STROKE_FIELDS,
 )
 from engine_dyn.pressure.pump import PumpCycle
+from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "OF_ENGINE", "Kind", "modelled_cycle", "modelled_diagram", "no_more", "taken"]
+__all__ = [
+    "KINDS",
+    "OF_ENGINE",
+    "Kind",
+    "check_double_acting",
+    "modelled_cycle",
+    "modelled_diagram",
+    "no_more",
+    "taken",
+]
+
+DOUBLE_ACTING = "double_acting_compressor"
+"""Kind of a [[diagram]] of cylinders with gas on both sides of the piston."""
 
 
 class Kind(NamedTuple):
@@ -60,6 +75,7 @@ KINDS: Mapping[str, Kind] = {
     "first_law": Kind(FourStrokeCycle, FOUR_STROKE, FOUR_STROKE_FIELDS),
     "two_stroke": Kind(TwoStrokeCycle, TWO_STROKE, TWO_STROKE_FIELDS),
     "compressor": Kind(CompressorCycle, TWO_STROKE, compressor.FILE_FIELDS),
+    DOUBLE_ACTING: Kind(DoubleActingCycle, TWO_STROKE, double_acting.FILE_FIELDS),
     "pump": Kind(PumpCycle, TWO_STROKE, pump.FILE_FIELDS),
 }
 """Kinds of modelled diagrams by their names in files."""
@@ -67,7 +83,7 @@ KINDS: Mapping[str, Kind] = {
 STEP = 0.5
 """Degrees between two points of a diagram."""
 
-OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
+OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed", "crankcase_pressure")
 """Fields of cycles that come from [values] where a diagram does not have them."""
 
 
@@ -124,7 +140,7 @@ def modelled_cycle(
     fields_given = _fields(kind, rest, where, values)
     offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
     if offset != 0.0 and "offset_ratio" not in fields_given:
-        if kind.cycle is CompressorCycle:
+        if issubclass(kind.cycle, CompressorCycle):
             raise SceneError(
                 f"{where} kind = '{name}': modelled without offset; pin_offset and crank_offset "
                 "must be 0"
@@ -136,6 +152,32 @@ def modelled_cycle(
         return kind.cycle(**fields_given), step
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def check_double_acting(kinds: Sequence[Any], pressure_scale: object, name: str) -> None:
+    """Refuse what would be applied to the effective pressure of a double-acting cylinder.
+
+    Parameters
+    ----------
+    kinds : sequence
+        Of all [[diagram]] of an engine file.
+    pressure_scale : object
+        Its [pressure_scale], None without one.
+    name : str
+        What messages begin with.
+
+    Raises
+    ------
+    SceneError
+        For another diagram beside it, and a scale over the speed.
+    """
+    if DOUBLE_ACTING not in kinds:
+        return
+    where = f"{name}: [[diagram]] number {kinds.index(DOUBLE_ACTING) + 1} kind = '{DOUBLE_ACTING}'"
+    if len(kinds) > 1:
+        raise SceneError(f"{where}: must be the only [[diagram]]; one file for each capacity")
+    if pressure_scale is not None:
+        raise SceneError(f"{where}: not allowed together with [pressure_scale]")
 
 
 def _fields(
@@ -157,13 +199,16 @@ def _fields(
     no_more(rest, where, ("load", "speed", "kind", "step", *found, *usable))
     for item in fields(kind.cycle):
         key = item.name
-        if key not in usable:
+        field = kind.fields.get(key)
+        if key not in usable and (field is not None or key not in OF_ENGINE):
             continue
-        field = kind.fields[key]
-        if key in rest:
+        if field is not None and key in rest:
             found[key] = number(rest[key], f"{where} {key}") * field.size
         elif kind.cycle is not DieselCycle and key in OF_ENGINE and key in values:
-            found[key] = values[key] * field.size
+            found[key] = values[key] * (PARAMETERS[key].si if field is None else field.size)
+        elif field is None:
+            unit = PARAMETERS[key].unit
+            raise SceneError(f"{where} {key}: missing; must be a number in {unit}, in [values]")
         elif item.default is MISSING or (key in of_wall and key != "wall_factor"):
             also = "" if key not in OF_ENGINE else ", here or in [values]"
             words = "" if field.unit == "1" else f" in {field.unit}"

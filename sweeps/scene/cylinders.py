@@ -41,14 +41,14 @@ def own_cylinders(keys: CylinderKeys, values: GivenValues, where: str) -> Cylind
         return own
     count = counts[0]
     if len(counts) > 1:
-        lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
+        lengths = {len(v) for v in keys.given.values() if isinstance(v, tuple)}
         if keys.arrangement is not None:
             try:
                 made = arrangement_of(keys.arrangement, engine.period)
             except ValueError as error:
                 raise SceneError(f"{where}{mentioned(error)}") from None
             lengths = {len(made.cylinders)}
-        count = min(lengths)
+        count = min(lengths or {counts[0] if own is None else own.count})
         if count not in counts:
             listed = ", ".join(str(z) for z in counts)
             key = next(iter(keys.given))

@@ -7,7 +7,7 @@ from typing import Any
 
 from engine_dyn.quantities.node import Node
 from sweeps.checks import Strict, allowed, is_ratio
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.reading.shaft_tables import SHAFT, ShaftTable
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 
@@ -41,9 +41,9 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
     schema: Schema = plain_schema(model.model_json_schema())
     tables = schema.pop("$defs")
-    for part in (ArrangementTable, ShaftTable, LoadInClosedForm):
+    for part in (ArrangementTable, RodTable, ShaftTable, LoadInClosedForm):
         own: Schema = plain_schema(part.model_json_schema())
-        tables |= {**own.pop("$defs"), part.__name__: own}
+        tables |= {**own.pop("$defs", {}), part.__name__: own}
     return schema, tables
 
 
@@ -129,6 +129,8 @@ def key_of_cylinders(name: str) -> Schema:
     """Schema of a key of single cylinders."""
     if name == "arrangement":
         return {**ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
+    if name == "articulated_rods":
+        return {**reference("RodTable"), "description": CYLINDER_KEYS[name]}
     return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
 
 

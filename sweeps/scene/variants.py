@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -57,6 +58,7 @@ def variant_words(
     return (
         closure,
         "by_pressure" if values.engine.torque is None else "by_torque",
+        "single_acting" if ends_of(values.engine.family) is None else "double_acting",
         *_cylinder_words(values, described, patterns),
         friction_law(values),
         diagrams,
@@ -87,11 +89,14 @@ def _cylinder_words(
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     if patterns is not None and any(SEALED in one.firings for one in patterns.each):
         throws = False  # the mean work of their cylinders is no mean of their factors
+    throws = throws and (centred or not any(engine.both_sides for engine in engines))
     own_pins = all(engine.own_pins for engine in engines)
+    plain_rods = not any(engine.articulated for engine in engines)
     return (
         "centred" if centred else "offset",
         "equal" if equal else "unequal",
         "equal_throws" if throws else "unequal_throws",
+        "plain_rods" if plain_rods else "articulated_rods",
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",
     )

@@ -73,7 +73,8 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
     assert down == pytest.approx([found["down"] for found in exact], abs=limit)
 
 
-ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5"]
+ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5",
+           "VR6 15"]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -113,8 +114,12 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
         found: Any = 0.0
         for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
             angle, own = phi + member.phase, member.radius_factor
-            crank = angle + slider_crank.dead_centres(own * ratio, offset / own).top + bank
-            down = -own * slider_crank.position(angle, own * ratio, offset / own)
+            crank = (
+                angle
+                + slider_crank.dead_centres(own * ratio, member.side * offset / own).top
+                + bank
+            )
+            down = -own * slider_crank.position(angle, own * ratio, member.side * offset / own)
             axis = np.array([np.sin(bank), np.cos(bank)])[:, None]
             found = found + member.mass_factor * mass * radius * down * axis
             found = found + turning * radius * own * np.stack([np.sin(crank), np.cos(crank)])
@@ -128,9 +133,12 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
         angle, own = phi + member.phase, member.radius_factor
         pressure = torque.pressure(angle, family, 0.0, SCALE, member.pressure_factor)
         gas = AREA * (pressure - CRANKCASE)
-        b = own * slider_crank.acceleration(angle, own * ratio, offset / own)
+        beside = member.side * offset / own
+        b = own * slider_crank.acceleration(angle, own * ratio, beside)
         inertia = -member.mass_factor * mass * radius * omega**2 * b
-        thrust = (gas + inertia) * mechanism.thrust_ratio(angle, own * ratio, offset / own)
+        thrust = (gas + inertia) * mechanism.thrust_ratio(
+            angle, own * ratio, member.side * offset / own
+        )
         frame += gas * np.array([np.sin(bank), np.cos(bank)])[:, None]
         frame -= thrust * np.array([np.cos(bank), -np.sin(bank)])[:, None]
     assert frame == pytest.approx(-force, abs=1e-6 * np.abs(total).max())
@@ -174,7 +182,13 @@ FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0
 @pytest.mark.parametrize("load", list(bearings.LOADS))
 @pytest.mark.parametrize(
     ("text", "unequal"),
-    [("in-line 3", FACTORS), ("V6 60 split-pin", {}), ("V8 cross-plane", {}), ("radial 5", {})],
+    [
+        ("in-line 3", FACTORS),
+        ("V6 60 split-pin", {}),
+        ("V8 cross-plane", {}),
+        ("radial 5", {}),
+        ("VR6 15", {}),
+    ],
 )
 def test_extremes_are_those_of_the_curves_at_the_samples(
     family: Family, load: str, text: str, unequal: dict[str, Any]

@@ -18,6 +18,7 @@ from engine_dyn.geometry.firing_orders import (
     TWO_STROKE_BOXER_ORDERS,
     TWO_STROKE_IN_LINE_ORDERS,
     VEE_ORDERS,
+    VR_ORDERS,
     KnownOrder,
 )
 from engine_dyn.geometry.layouts import arrangement_from_text
@@ -60,6 +61,7 @@ def cylinders_of_row(row: Row) -> list[tuple[float, int, int, float]]:
         "line": lambda k: (0, k),
         "banks": lambda k: (k // in_bank, k % in_bank),
         "alternate": lambda k: (k % 2, k // 2),
+        "in turns": lambda k: (k % 2, k),
         "radial": lambda k: (k, 0),
         "two-row": lambda k: (k, k % 2),
     }[row["numbering"]]
@@ -190,6 +192,7 @@ def test_every_layout_that_needs_no_order_is_in_the_table() -> None:
             *(f"in-line {count}" for count in IN_LINE_ORDERS),
             *(f"boxer {count}" for count in BOXER_ORDERS),
             *vee_texts(VEE_ORDERS),
+            *(f"VR{count} 15" for count in VR_ORDERS),
         },
         TURN: {
             *(f"in-line {count}" for count in TWO_STROKE_IN_LINE_ORDERS),

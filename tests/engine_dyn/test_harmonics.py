@@ -98,7 +98,7 @@ def test_inertia_and_velocity_harmonics(offset: float) -> None:
 FACTORS = {"pressure_factor": (0.0, 1.0, 0.8, 1.0), "mass_factor": (1.0, 1.1, 1.0, 0.9)}
 ENGINES = [
     ("V6 60 split-pin", {}), ("V8 cross-plane", {}), ("boxer 4", {}), ("parallel twin 270", {}),
-    ("V6 90 shared-pin", {}), ("in-line 4", FACTORS),
+    ("V6 90 shared-pin", {}), ("VR6 15", {}), ("in-line 4", FACTORS),
     ("in-line 4", {**FACTORS, "radius_factor": (1.0, 0.8, 1.2, 0.8)}),
 ]  # fmt: skip
 

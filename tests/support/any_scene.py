@@ -37,8 +37,8 @@ MOST_DESIGNS = 24
 
 LAYOUTS = {
     1: ("in-line 1",), 2: ("parallel twin 270", "V2 90", "boxer 2"), 3: ("in-line 3", "radial 3"),
-    4: ("in-line 4", "V4 90 shared-pin", "boxer 4"), 5: ("in-line 5", "radial 5"),
-    6: ("V6 60 split-pin", "V6 90 shared-pin", "boxer 6", "in-line 6"),
+    4: ("in-line 4", "V4 90 shared-pin", "boxer 4"), 5: ("in-line 5", "radial 5", "VR5 15"),
+    6: ("V6 60 split-pin", "V6 90 shared-pin", "boxer 6", "in-line 6", "VR6 15"),
     7: ("in-line 7", "radial 7"), 8: ("V8 cross-plane", "V8 flat-plane", "boxer 8"),
     10: ("V10 90 shared-pin",), 12: ("V12 60 shared-pin",), 16: ("V16 60 shared-pin",),
 }  # fmt: skip
@@ -341,6 +341,18 @@ def _firing_pattern(draw: Draw, given: Given) -> None:
         given.settings["firing_pattern"] = draw(patterns)
 
 
+def _master_rods(draw: Draw, given: Given) -> None:
+    """Rods that hang on the first rod of each throw."""
+    two_stroke = given.engine.period < 10.0
+    names = {3: "radial 3", 5: "radial 5", 12: "V12 60 shared-pin"}
+    names = {4: "boxer 4"} if two_stroke else names
+    count = draw(st.sampled_from(sorted(names)))
+    given.settings |= {"arrangement": names[count], "cylinders": count}
+    given.cylinders = count
+    radius = 0.0 if two_stroke else draw(near(0.2, 0.5))
+    given.settings["articulated_rods"] = {"radius": radius, "knuckle_mass": draw(near(0.1, 0.3))}
+
+
 def _firing_angles(draw: Draw, given: Given) -> None:
     count, cycle = given.cylinders, round(np.degrees(given.engine.period))
     even = [cycle * i / count for i in range(count)]
@@ -413,8 +425,8 @@ def _stepping(draw: Draw, given: Given) -> None:
 
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
-    _indicator, _characteristic, _layout, _each_cylinder, _firing_angles, _firing_pattern,
-    _balance, _shaft, _stepping,
+    _indicator, _characteristic, _layout, _each_cylinder, _master_rods, _firing_angles,
+    _firing_pattern, _balance, _shaft, _stepping,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -426,11 +438,13 @@ SIMPLE = (
 _EXCLUDE = [{*group.split()} for group in (
     "inertia flywheel", "load_law load_table driver", "load driver characteristic",
     "cycle indicator characteristic driver", "count layout each_cylinder misfire",
-    "count layout firing_angles", "count each_cylinder firing_angles misfire",
+    "count layout firing_angles master_rods", "master_rods each_cylinder misfire",
+    "master_rods shaft", "master_rods balance", "master_rods friction_over_stroke",
+    "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
     "shaft inertia flywheel count layout", "stepping load_table driver",
-    "indicator misfire each_cylinder", "firing_pattern indicator load_table driver",
+    "indicator misfire each_cylinder", "firing_pattern indicator load_table driver master_rods",
     "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",
 )]  # fmt: skip
@@ -498,8 +512,20 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
         )
         asked = [name for name in scene["output"]["quantities"] if not series.search(name)]
         scene["output"]["quantities"] = asked or ["torque_max"]
+    if "articulated_rods" in given.settings:
+        asked = [q for q in scene["output"]["quantities"] if _has_with_rods(scene, q)]
+        scene["output"]["quantities"] = asked or ["torque_max"]
     _reference(draw, scene)
     return _valid(scene)
+
+
+def _has_with_rods(scene: dict[str, Any], quantity: str) -> bool:
+    """Whether engines with articulated rods have a quantity."""
+    try:
+        read_scene({**scene, "output": {"quantities": [quantity]}})
+    except SceneError as error:
+        return "articulated_rods" not in str(error)
+    return True
 
 
 def _place(draw: Draw, scene: dict[str, Any], given: Given) -> None:

@@ -79,6 +79,8 @@ VARIED: tuple[dict[str, Any], ...] = (
              "balance_shaft_mass": 1.0, "second_shaft_mass": 1.0}},
     {"set": {"wanted_delta": 0.01}, "solver": {"closure": "cycle_time"}},
     {"engine": "v8_flat_plane_94x93"},
+    {"engine": "v8_flat_plane_94x93",
+     "set": {"articulated_rods": {"radius": 0.6, "knuckle_mass": 0.2}}},
     {"engine": "compressor_79x83"},
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
     {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
@@ -92,7 +94,7 @@ VARIED: tuple[dict[str, Any], ...] = (
 """Scenes that have, together with the built-in ones, most words that select variants."""
 
 ELSEWHERE = {
-    "table", "angle_load", "over_speed", "own_cycles", "over_cycles", "by_torque",
+    "table", "angle_load", "over_speed", "own_cycles", "over_cycles", "by_torque", "double_acting",
     "speed_of_largest", "speed_of_smallest",
 }  # fmt: skip
 """Words of scenes with files or engines of their own: `test_driven`, `test_modelled` ..."""

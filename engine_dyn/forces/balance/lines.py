@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 
 __all__ = ["Lines", "lines_of"]
 
@@ -33,6 +34,8 @@ class Lines(NamedTuple):
         Crank radius over the engine's; rods are equally long [1].
     throw_share : ndarray
         Share in the throw, 1 over the number of rods on the pin [1].
+    side : ndarray
+        Factor on the engine's offset: -1 to the other side of the crank's axis [1].
     """
 
     phase: Floats
@@ -42,6 +45,13 @@ class Lines(NamedTuple):
     mass_factor: Floats
     radius: Floats
     throw_share: Floats
+    side: Floats
+
+    def kinds(self, crank_ratio: Any, offset: Any) -> Iterator[tuple[Any, Any, Booleans]]:
+        """Own crank ratio and offset of each kind of cylinders, from the engine's, and which."""
+        for radius, side in sorted(set(zip(self.radius.tolist(), self.side.tolist(), strict=True))):
+            alike = (self.radius == radius) & (self.side == side)
+            yield radius * crank_ratio, side * offset / radius, alike
 
 
 @lru_cache(maxsize=64)
@@ -65,5 +75,5 @@ def lines_of(engine: Cylinders) -> Lines:
     return Lines(
         made.phases, direction - direction[0], place, number - 0.5 * (len(banks) - 1),
         np.array(engine.mass_factors, dtype=float), made.radius_factors,
-        np.array(engine.throw_shares),
+        np.array(engine.throw_shares), np.array([member.side for member in engine.members]),
     )  # fmt: skip

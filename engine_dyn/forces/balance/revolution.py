@@ -28,7 +28,7 @@ FORWARD, BACKWARD, SECOND, SECOND_BACK = range(6, MOTION, 2)
 """Amplitudes, the real part and behind it the imaginary one: of what turns with the crank, against
 it, and at twice its speed forwards and backwards."""
 
-COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS = range(7)
+COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS, SIDE = range(8)
 """Rows of a line of force: its phase; mass and radius factors times its direction; see `Lines`."""
 
 TURN_SAMPLES = 360
@@ -46,7 +46,7 @@ def lines_array(lines: Lines, *, moment: bool) -> Floats:
     return np.stack([
         np.cos(lines.phase), np.sin(lines.phase), share * np.cos(lines.direction),
         share * np.sin(lines.direction), lines.place if moment else none + 1.0,
-        lines.bank if moment else none, lines.radius,
+        lines.bank if moment else none, lines.radius, lines.side,
     ])  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def _own_of(motion: Floats, lines: Floats, design: int, own: Floats) -> None:
     """
     for k in range(lines.shape[1]):
         ratio = lines[RADIUS, k] * motion[RATIO, design]
-        offset = motion[OFFSET, design] / lines[RADIUS, k]
+        offset = lines[SIDE, k] * motion[OFFSET, design] / lines[RADIUS, k]
         top = sine_of_top(ratio, offset)
         upright = math.sqrt(1.0 - top * top)
         own[6 * k] = lines[COSINE, k] * upright - lines[SINE, k] * top
@@ -139,7 +139,7 @@ def forces_at(motion: Floats, lines: Floats, turn: Floats, x: Floats, y: Floats)
     ----------
     motion : ndarray, shape (MOTION, D)
         Numbers of the designs.
-    lines : ndarray, shape (7, Z)
+    lines : ndarray, shape (8, Z)
         Cylinders of all of them: see `lines_array`.
     turn : ndarray, shape (2, A)
         Angles: see `turns`.

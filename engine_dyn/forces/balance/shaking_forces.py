@@ -265,10 +265,12 @@ class RunningGear:
 
         def reciprocating(lines: Lines, weight: Floats) -> Any:
             total: Any = 0.0
-            for psi, gamma, factor, radius, w in zip(
-                lines.phase, lines.direction, lines.mass_factor, lines.radius, weight, strict=True
-            ):
-                b = slider_crank.acceleration(angle + psi, radius * ratio, offset_ratio / radius)
+            for psi, gamma, factor, radius, side, w in zip(
+                lines.phase, lines.direction, lines.mass_factor, lines.radius, lines.side, weight,
+                strict=True,
+            ):  # fmt: skip
+                own = radius * ratio, side * offset_ratio / radius
+                b = slider_crank.acceleration(angle + psi, *own)
                 total = total + (w * factor * radius * np.exp(1j * gamma)) * b
             return total
 
@@ -302,9 +304,9 @@ class RunningGear:
             if not offset_ratio.any():
                 return pins.sum()
             total: Any = 0.0
-            for radius in np.unique(lines.radius):
-                top = slider_crank.dead_centres(radius * ratio, offset_ratio / radius).top
-                total = total + pins[lines.radius == radius].sum() * np.exp(1j * np.asarray(top))
+            for *own, alike in lines.kinds(ratio, offset_ratio):
+                top = slider_crank.dead_centres(*own).top
+                total = total + pins[alike].sum() * np.exp(1j * np.asarray(top))
             return total
 
         def throws(lines: Lines, weight: Floats) -> Any:
@@ -326,10 +328,10 @@ class RunningGear:
                 vector = np.exp(1j * (lines.direction + sense * nu[..., None] * lines.phase))
                 share = weight * lines.mass_factor * lines.radius * vector
                 found: Any = 0.0
-                for radius in np.unique(lines.radius):
-                    harmonic = acceleration_harmonics(nu, radius * ratio, offset_ratio / radius)
+                for *own, alike in lines.kinds(ratio, offset_ratio):
+                    harmonic = acceleration_harmonics(nu, *own)
                     harmonic = harmonic if sense > 0.0 else np.conj(harmonic)
-                    found = found + harmonic * share[..., lines.radius == radius].sum(axis=-1)
+                    found = found + harmonic * share[..., alike].sum(axis=-1)
                 return found
 
             return total

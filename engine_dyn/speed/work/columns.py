@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders, Member
-from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.friction import stacked_parts
 from engine_dyn.pressure.family import Family
@@ -176,8 +176,12 @@ class Source:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Cylinders that are added up."""
-        return self.cylinders.representatives_of(self.nodes.times)
+        """Cylinders that are added up, with the phases that articulated rods of the box have."""
+        found = self.cylinders.representatives_of(self.nodes.times)
+        if not self.cylinders.articulated:
+            return found
+        crank = self.box.ratio[0], self.box.offset[0]
+        return tuple(m._replace(phase=float(m.phase_of(*crank))) for m in found)
 
 
 def columns_of(source: Source, parts: Parts) -> Columns:
@@ -299,23 +303,21 @@ def _angles(member: Member, nodes: Nodes, period: float) -> tuple[Floats, Floats
 def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velocity:
     """Velocity of a cylinder as columns."""
     inside, at_node = _angles(member, nodes, period)
-    ratio, offset = (side[:, None] for side in member.own(*box.samples.T))
-    radius = member.radius_factor
-    half = 0.5 * nodes.width(period)
-    v, b = radius * velocity(at_node, ratio, offset), radius * acceleration(at_node, ratio, offset)
-    between = radius * velocity(at_node + half, ratio, offset)
+    crank = tuple(side[:, None] for side in box.samples.T)
+    between = at_node + 0.5 * nodes.width(period)
     curves = (
-        radius * velocity(inside, ratio, offset), v, member.mass_factor * v * v,
-        2.0 * member.mass_factor * v * b, member.mass_factor * between * between,
+        member.velocity(inside, *crank), member.velocity(at_node, *crank),
+        *member.square(at_node, *crank), member.square(between, *crank)[0],
     )  # fmt: skip
     return _Velocity(*(np.ascontiguousarray(box.transform @ curve) for curve in curves))
 
 
 def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Floats]:
-    """Angles of a cycle, and weights of the pressure there in the mean of p v, (term, angle)."""
+    """Angles of a cycle's pressures, and weights of these in the mean of p v, (term, angle)."""
     nodes = Nodes(FEWEST_NODES, WIDE, 1)
     angle, _ = _angles(member, nodes, period)
     each = np.repeat(WEIGHTS, FEWEST_NODES) / FEWEST_NODES
+    angle = member.diagram_angle(angle, box.ratio[0], box.offset[0])
     return angle, each * _velocity_of(member, box, nodes, period).inside
 
 
@@ -384,6 +386,7 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
 
     add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
     angle = np.concatenate([inside, at_node])
+    angle = member.diagram_angle(angle, source.box.ratio[0], source.box.offset[0])
     add(pressures_of_rows(source.family, rows, angle, member.pressure_factor), slice(1, None))
     for curve in (work, halves, rates):
         curve[1:] -= ATMOSPHERE * curve[:1]

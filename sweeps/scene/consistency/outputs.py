@@ -10,6 +10,7 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.quantities.each_cylinder import FOLLOWED
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
@@ -88,6 +89,9 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
+MECHANISM = frozenset({"crank_ratio", "offset_ratio", "cylinders_by_count"})
+"""What nodes take that follow the mechanism of the cylinders."""
+
 OF_PRESSURE = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
 """Nodes that an engine does not have whose torque is given."""
 
@@ -109,6 +113,7 @@ def check_needs(scene: Scene, name: str) -> None:
         With all parameters that are missing, and the quantities that need them.
     """
     words = scene.words
+    articulated = "articulated_rods" in words
     given = {*scene.known, *DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
     if scene.indicator is None and not scene.engine.family.diagrams:
         given.remove("family")
@@ -150,6 +155,11 @@ def check_needs(scene: Scene, name: str) -> None:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the pressure in the "
                     f"cylinders, but engine {scene.engine.name} gives its torque in place of it"
+                )
+            if articulated and node.name not in FOLLOWED and not MECHANISM.isdisjoint(node.needs):
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' is not computed for engines with "
+                    "articulated_rods"
                 )
             along_shaft |= node.throws
             if node.make is None and (need in PARAMETERS or need == "family"):

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from engine_dyn.pressure.motored import motored
+from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.checks import mentioned
 from sweeps.dimensions import FIRING_PATTERN
@@ -17,6 +18,7 @@ from sweeps.scene.model import Scene
 __all__ = [
     "MOST_DIAGRAMS",
     "check_diagram_count",
+    "check_double_acting",
     "check_motored",
 ]
 
@@ -42,6 +44,23 @@ def check_diagram_count(scene: Scene, name: str) -> None:
         raise SceneError(
             f"{name}: {named}: {total} diagrams ({listed}): must be at most {MOST_DIAGRAMS} if "
             "they change with the speed"
+        )
+
+
+def check_double_acting(scene: Scene, name: str) -> None:
+    """Refuse what would take the effective pressure of double-acting cylinders for that of a gas.
+
+    Pressure factors and misfires are refused by `check_motored`.
+    """
+    if "double_acting" not in scene.words:
+        return
+    why = f"engine {scene.engine.name} has double-acting cylinders"
+    if scene.indicator is not None:
+        raise SceneError(f"{name}: [indicator]: not allowed: {why}, and it is of one end")
+    if "stroke_friction" in scene.words:
+        raise SceneError(
+            f"{name}: {', '.join(STROKE_SHARES)}: must be 0: {why}, whose rings no single pressure "
+            "presses on the liner"
         )
 
 

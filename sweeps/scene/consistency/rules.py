@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -44,6 +45,11 @@ _EXCLUSIONS = (
         CYCLE_KEYS, lambda scene: scene.engine.cycles is None,
         "not allowed: engine {engine} has diagrams that are not modelled by the first law; all "
         "[[diagram]] must be 'first_law' or 'two_stroke'",
+    ),
+    Exclusion(
+        OF_EFFECTIVE_PRESSURE, lambda scene: "double_acting" in scene.words,
+        "not allowed: the double-acting cylinders of engine {engine} are modelled with its own; "
+        "change it in the engine file",
     ),
     Exclusion(
         tuple(OF_CYLINDER), lambda scene: len(scene.counts) > 1,

@@ -1,0 +1,148 @@
+"""Nodes of each cylinder's own mechanism, and what engines with articulated rods have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import articulated
+from engine_dyn.geometry.cylinder_means import value_of_each
+from engine_dyn.geometry.cylinders import Member
+from engine_dyn.quantities.balance import components_of, turning_gear
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import DEGREE
+
+__all__ = ["FOLLOWED", "MOTION", "NODES"]
+
+SOURCE = "this project"
+
+_OF_EACH = ("piston", "crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count")
+_NEEDS = (
+    "crank_angle", "crank_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
+    "cylinders_by_count", "offset_ratio",
+)  # fmt: skip
+_TURNING = ("turning_mass", "throw_turning_mass")
+
+
+def _of_each(needs: dict[str, Any], of_one: Callable[[Member, Any, Any], Any]) -> Any:
+    crank = needs["crank_ratio"], needs["offset_ratio"]
+    return value_of_each(
+        lambda member: of_one(member, *crank), needs["piston"], needs["cylinder_set"],
+        needs["cylinders_by_count"],
+    )  # fmt: skip
+
+
+def _stroke(*, double_radius: Any, **needs: Any) -> Any:
+    return double_radius * _of_each(needs, Member.stroke)
+
+
+def _top(*, period: float, **needs: Any) -> Any:
+    top = _of_each(needs, lambda member, *crank: -member.phase_of(*crank))
+    # What rounding puts below 0 is 0.
+    return np.where(top < -1e-12, top + period, np.maximum(top, 0.0))
+
+
+def _bottom(*, period: float, **needs: Any) -> Any:
+    bottom = _of_each(needs, lambda member, *crank: member.bottom(*crank) - member.phase_of(*crank))
+    return bottom % period
+
+
+def _travel(*, crank_angle: Any, double_radius: Any, **needs: Any) -> Any:
+    def of_one(member: Member, *crank: Any) -> Any:
+        return member.position(crank_angle + member.phase_of(*crank), *crank)
+
+    return 0.5 * double_radius * _of_each(needs, of_one)
+
+
+def _force(
+    name: str, symbol: str, long_name: str, order: int, turning: bool
+) -> Node:  # fmt: skip
+    """Force of reciprocating masses with articulated rods, alone or with what turns."""
+
+    def make(**needs: Any) -> Any:
+        motion = (
+            needs["crank_ratio"], 0.5 * needs["double_radius"], needs["reciprocating_mass"],
+            needs["speed"], needs["cylinder_set"], needs["cylinders_by_count"],
+            needs["offset_ratio"],
+        )  # fmt: skip
+        phi = needs["crank_angle"]
+        force = (
+            articulated.inertia_force_of_order(order, phi, *motion) if order
+            else articulated.inertia_force(phi, *motion)
+        )  # fmt: skip
+        if turning and order < 2:
+            gear = turning_gear({name: value for name, value in needs.items() if name in _GEAR})
+            force = force + gear.force(phi)
+        return components_of(force)
+
+    return Node(
+        name, symbol, "N", long_name, SOURCE, kind="curve", adds=("direction",), throws=True,
+        when="articulated_rods", needs=(*_NEEDS, *(_TURNING if turning else ())), make=make,
+    )  # fmt: skip
+
+
+_GEAR = {*_NEEDS, *_TURNING} - {"crank_angle"}
+
+MOTION = (
+    Node(
+        "cylinder_stroke", "s_k", "m", "stroke of each cylinder", SOURCE,
+        needs=(*_OF_EACH, "double_radius"), make=_stroke,
+    ),
+    Node(
+        "top_dead_centre", r"\varphi_{T,k}", "degree",
+        "crank angle at the firing top dead centre of each cylinder", SOURCE, si=DEGREE,
+        needs=(*_OF_EACH, "period"), make=_top,
+    ),
+    Node(
+        "bottom_dead_centre", r"\varphi_{B,k}", "degree",
+        "crank angle at the bottom dead centre of each cylinder behind its firing", SOURCE,
+        si=DEGREE, needs=(*_OF_EACH, "period"), make=_bottom,
+    ),
+    Node(
+        "cylinder_travel", "x_k", "m", "piston travel of each cylinder from its top dead centre",
+        SOURCE, kind="curve", needs=("crank_angle", *_OF_EACH, "double_radius"), make=_travel,
+    ),
+)  # fmt: skip
+"""What each cylinder has of its own."""
+
+_FORCES = (
+    _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
+           False),
+    _force("reciprocating_force_first", "P_{J,1}",
+           "first order of the inertia force of all reciprocating masses, primary force", 1, False),
+    _force("reciprocating_force_second", "P_{J,2}",
+           "second order of the inertia force of all reciprocating masses, secondary force", 2,
+           False),
+    _force("shaking_force", "F", "shaking force on the frame, exact, with counterweights", 0, True),
+    _force("shaking_force_first", "F_1", "first order of the shaking force", 1, True),
+    _force("shaking_force_second", "F_2", "second order of the shaking force", 2, True),
+)  # fmt: skip
+
+NODES = (*MOTION, *_FORCES)
+
+FOLLOWED = frozenset({
+    *(node.name for node in NODES),
+    # lengths and masses; what is cylinder 1's, a master
+    "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
+    "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration",
+    "position_coefficient",
+    "velocity_coefficient", "acceleration_coefficient", "position_mean", "rod_angle",
+    "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
+    "engine_inertia", "mean_reciprocating_inertia", "varying_inertia",
+    # pressure, torque, speed
+    "pressure_share", "mean_peak_pressure", "peak_pressure", "pressure", "mean_gas", "gas_torque",
+    "inertia_torque", "inertia_torque_actual", "torque_after_throw", "shaft_torque_extremes",
+    "torque_solution", "indicated_torque_solution", "speed_solution", "inertia_search",
+    "piston_friction_torque",
+    *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
+      for part in ("gas", "speed", "inertia")),
+    # what turns with the crank
+    "throw_force", "counterweight_force",
+})  # fmt: skip
+"""Nodes that take the mechanism (crank ratio, offset or cylinders) and hold for articulated rods.
+
+All others that take it are refused there: a node that is new computes plain rods until it stands
+here.
+"""
