@@ -187,6 +187,23 @@ def test_links_lead_to_files(page: str) -> None:
         assert (folder / link).is_file(), link
 
 
+@pytest.mark.parametrize("of", ["checkout", "site"])
+def test_links_lead_to_headings(of: str) -> None:
+    """Also those of tables that only the site has."""
+    texts = dict(PAGES)
+    if of == "site":
+        for page, tables in reference_tables.OF_THE_SITE.items():
+            texts[f"{page}.md"] = reference_tables.updated(texts[f"{page}.md"], tables)
+    followed = 0
+    for page, text in PAGES.items():
+        for link, anchor in re.findall(r"\]\(([^):\s]*?)#([^)]+)\)", text):
+            folder = (ROOT if page == "README.md" else DOCS / page).parent
+            other = page if not link else (folder / link).resolve().relative_to(DOCS).as_posix()
+            assert anchor in anchors(texts[other]), f"{page}: {link}#{anchor}"
+            followed += 1
+    assert followed > 30
+
+
 def test_no_path_of_a_machine() -> None:
     for text in (README, *DOCUMENTS.values()):
         assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
@@ -268,9 +285,9 @@ def test_one_diagram_gives_all_rows(study: Any) -> None:
 ITEMS = {"K": 84, "A": 33, "R": 31, "M": 15, "L": 19}
 
 
-def anchors(name: str) -> set[str]:
+def anchors(text: str) -> set[str]:
     """Anchors of a page's headings, as GitHub makes them."""
-    heads = re.findall(r"^#+ (.*)$", DOCUMENTS[name], re.MULTILINE)
+    heads = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
@@ -301,7 +318,7 @@ def test_every_item_of_the_sources_is_covered_by_something_that_exists() -> None
         for page, anchor in places:
             assert (DOCS / page).is_file(), f"{letter}{number}: {page}"
             if anchor:
-                assert anchor in anchors(page), f"{letter}{number}: #{anchor}"
+                assert anchor in anchors(DOCUMENTS[page]), f"{letter}{number}: #{anchor}"
 
 
 @pytest.mark.compiled

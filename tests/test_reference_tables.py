@@ -3,6 +3,7 @@
 import importlib
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
+pages: Any = importlib.import_module("pages")
 reference_tables: Any = importlib.import_module("reference_tables")
 
 
@@ -35,6 +37,46 @@ def test_every_quantity_is_on_the_page_once() -> None:
     for name in QUANTITIES:
         named = sum(f"`{name}`" in names for names in belonging)
         assert page.count(f"\n| `{name}` |") + named == 1, name
+
+
+def shown_keys() -> Iterator[tuple[str, str, str]]:
+    """Heading, key, and what a table of the site says of it; nothing where it is only named."""
+    for make in reference_tables.KEYS.values():
+        place = ""
+        for line in make().replace(r"\|", "/").splitlines():
+            if line.startswith("### "):
+                place = line.removeprefix("### ").removeprefix("At ").replace("`", "")
+            elif line.startswith("| `"):
+                key, _, told = line.strip("| ").partition("` | ")
+                yield place, key.removeprefix("`"), told.replace("`", "")
+            elif named := re.match(r"(?:As in|Numbers, each also a key such as) .*?: (.*)\.", line):
+                for key, unit in re.findall(r"`(\w+)`((?: \[.*?\])?)", named[1]):
+                    yield place, key, unit.strip()
+
+
+def test_the_file_of_keys_has_all_that_the_site_shows() -> None:
+    rows = pages.csv_rows(reference_tables.DOCS / "keys.csv")
+    heads = "also|default|allowed|only in"
+    seen = 0
+    for place, key, told in shown_keys():
+        places = {place} if place else {"scene", "[solver]"}
+        (row,) = (r for r in rows if r["key"] == key and places & set(r["stands in"].split(", ")))
+        unit = f"[{row['unit']}] " if row["unit"] else ""
+        kinds = f" | {row['needed by']} | {row['taken by']}"
+        default = f"; by default {row['default']}" if row["default"] else ""
+        required = "; required" if row["needed by"] == "all" else ""
+        about, _, notes = told.removesuffix("</small>").partition("<br><small>")
+        meaning = row["meaning"].replace("|", "/")
+        known = {unit.strip(), unit + meaning, meaning + (required or default)}
+        if place and row["allowed"]:  # a number, of [solver]
+            assert all(part in about for part in (meaning, row["allowed"], unit.strip()))
+        else:
+            assert about.strip() in {*known, (meaning + default + kinds).strip(" |")}, (place, key)
+        seen += bool(about.strip())
+        for head, note in re.findall(rf"({heads}): (.*?)(?=; (?:{heads}): |$)", notes):
+            column = {"also": "synonyms", "only in": "stands in"}.get(head, head)
+            assert note in row[column], (key, head)
+    assert seen > 300
 
 
 def test_every_engine_of_the_catalogue_leads_to_its_file() -> None:

@@ -57,6 +57,12 @@ def markdown(rows: Iterable[Sequence[str]], texts: int | None = None) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in [heads, rule, *rest])
 
 
+def with_notes(meaning: str, **notes: str) -> str:
+    """A meaning, and below it in small print what else there is: narrow tables fit a phone."""
+    small = "; ".join(f"{head}: {text}" for head, text in notes.items() if text)
+    return f"{meaning}<br><small>{small}</small>" if small else meaning
+
+
 def filled(template: str, values: Mapping[str, str]) -> str:
     """Put values in the places `{{ NAME }}` of a template, all of them and each at least once.
 

@@ -7,243 +7,30 @@ site. Run it from the project's root: `python tools/reference_tables.py`.
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+import key_tables
 import xarray as xr
-from pages import DOCS, ROOT, csv_rows, csv_text, markdown, write
+from pages import DOCS, ROOT, csv_rows, csv_text, markdown, with_notes, write
 
 import sweeps
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import (
     DIMENSIONS,
     NODES,
-    NUMBERED,
-    PARAMETERS,
-    PATTERNS,
     QUANTITIES,
 )
-from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text
 from sweeps.presenting.lists import LISTS, symbol_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.scene.engine_schema import engine_schema
-from sweeps.scene.json_schema import scene_schema
-from sweeps.scene.schema_parts import Schema
 
 OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
 """What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""
-
-
-def with_notes(meaning: str, **notes: str) -> str:
-    """A meaning, and below it in small print what else there is: narrow tables fit a phone."""
-    small = "; ".join(f"{head}: {text}" for head, text in notes.items() if text)
-    return f"{meaning}<br><small>{small}</small>" if small else meaning
-
-
-KEY_HEADS = ("key", "unit", "meaning", "synonyms", "default", "allowed", "stands in")
-
-
-def key_rows() -> list[dict[str, str]]:
-    """Keys of scenes and of an engine file's [values] that are numbers or names."""
-    rows = []
-    scene = scene_schema()
-    free, columns = (_abouts(scene, _resolved(scene, scene["properties"][name]))
-                     for name in ("set", "designs"))  # fmt: skip
-    engine = engine_schema()
-    of_engine = _abouts(engine, _resolved(engine, engine["properties"]["values"]))
-    nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
-    for name, node in nodes.items():
-        one = name.replace("_N", "_2")
-        where = ["scene"] if one in free else ["[solver]", "[designs]"]
-        if one not in columns:
-            raise ValueError(f"{name}: no column of [designs]")
-        if name in of_engine:
-            where.append("engine file")
-        unit = "" if node.unit == "1" else node.unit
-        rule = values_text(node, "`").replace(f" [{node.unit}]", "").removeprefix("a finite number")
-        cells = (
-            name, unit, node.long_name, WORDS_OF_KEYS.get(name, ""), default_text(node),
-            rule.strip() or "any number", ", ".join(where),
-        )  # fmt: skip
-        rows.append(dict(zip(KEY_HEADS, cells, strict=True)))
-    return rows
-
-
-def keys() -> str:
-    """The same as a table: of what is allowed, only names. Those of a shaft stand with [shaft]."""
-    rows = []
-    for row in key_rows():
-        if row["key"].replace("_N", "_1") in OF_SHAFT:
-            continue
-        anywhere = row["stands in"] == "scene, engine file" or row["key"] in PATTERNS
-        only = "" if anywhere else row["stands in"]
-        rule = row["allowed"]
-        names = rule if rule.startswith("one of") else "".join(rule.partition("a name")[1:])
-        meaning = with_notes(
-            row["meaning"], also=row["synonyms"],
-            default=f"`{row['default']}`" if f"`{row['default']}`" in names else row["default"],
-            allowed=names, **{"only in": only},
-        )  # fmt: skip
-        unit = f"[{row['unit']}] " if row["unit"] else ""
-        rows.append([f"`{row['key']}`", unit + meaning])
-    return markdown([["key", "[unit] meaning"], *rows])
-
-
-def key_file() -> str:
-    """Every such key, with its range."""
-    rows = [[row[head].replace("`", "") for head in KEY_HEADS] for row in key_rows()]
-    return csv_text([KEY_HEADS, *rows])
-
-
-def scene_tables() -> str:
-    """Every table of a scene with its keys, from the schema that editors check scenes with."""
-    return _tables(scene_schema(), "scene", {})
-
-
-def engine_tables() -> str:
-    """Tables of an engine file with their keys; those that a scene has too stand there."""
-    scene = scene_schema()
-    known = _abouts(scene, scene) | _abouts(scene, _resolved(scene, scene["properties"]["set"]))
-    return _tables(engine_schema(), "engine file", known)
-
-
-def _abouts(schema: Schema, part: Schema) -> dict[str, str]:
-    """What each key of a part is."""
-    return {
-        key: _about({**_resolved(schema, given), **given})
-        for key, given in part.get("properties", {}).items()
-    }
-
-
-def _tables(schema: Schema, what: str, known: Mapping[str, str]) -> str:
-    """Tables with their keys. What stood in an earlier one is only named again."""
-    top = _resolved(schema, schema)
-    again = [key for key, about in _abouts(schema, top).items() if known.get(key) == about]
-    parts: list[str] = []
-    listed_in: dict[tuple[str, str], str] = {}
-    headed: list[str] = []
-    for name, given in top["properties"].items():
-        one = _resolved(schema, given)
-        if name in again and name not in ("arrangement", "articulated_rods"):
-            continue
-        listed = "items" in one
-        choices = [one["items"]] if listed else [one]
-        choices = [c for choice in choices for c in choice.get("oneOf", [choice])]
-        shown = f"`[[{name}]]`" if listed else f"`[{name}]`"
-        tables = [_resolved(schema, choice) for choice in choices]
-        if len(tables) > 1:
-            parts.append(f"### {shown}\n\n{_table_of_kinds(schema, tables)}\n")
-            headed.append(name)
-            continue
-        abouts = _abouts(schema, tables[0])
-        before = {key: listed_in[key, about] for key, about in abouts.items()
-                  if (key, about) in listed_in and key not in PARAMETERS}  # fmt: skip
-        listed_in |= {(key, about): shown for key, about in abouts.items() if key not in before}
-        if rows := _schema_table(schema, tables[0], leave=list(before)):
-            parts.append(f"### {shown}\n\n{rows}\n")
-            headed.append(name)
-            for place in dict.fromkeys(before.values()):
-                same = ", ".join(f"`{key}`" for key, of in before.items() if of == place)
-                parts.append(f"As in {place}: {same}.\n")
-        for inner, described in tables[0].get("properties", {}).items():
-            if name not in ("arrangement", "shaft") or "items" not in described:
-                continue
-            items = _resolved(schema, described["items"])
-            part = inner.removesuffix("s")  # whose numbers are keys, such as disc_inertia_N
-            numbers = [key for key in items.get("properties", ()) if f"{part}_{key}_N" in PATTERNS]
-            if inner_rows := _schema_table(schema, items, leave=numbers):
-                parts.append(f"### `{inner}` of `[{name}]`\n\n{inner_rows}\n")
-            if numbers:
-                same = ", ".join(
-                    f"`{key}`" + f" [{unit}]" * (unit != "1")
-                    for key in numbers
-                    for unit in [PATTERNS[f"{part}_{key}_N"].unit]
-                )
-                parts.append(f"Numbers, each also a key such as `{part}_{numbers[0]}_2`: {same}.\n")
-    # An arrangement may be a text as well, so its row stays.
-    leave = [*again, *(name for name in headed if name != "arrangement")]
-    first = f"### At the top of the {what}\n\n{_schema_table(schema, top, leave=leave)}\n"
-    if again:
-        first += f"\nAs in a scene or its `[set]`: {', '.join(f'`{key}`' for key in again)}.\n"
-    return "\n".join([first, *parts])
-
-
-def _table_of_kinds(schema: Schema, tables: Sequence[Schema]) -> str:
-    """Keys of a table of several kinds, once each, with the kinds that need or take it."""
-    kinds = [one["properties"]["kind"]["const"] for one in tables]
-    about: dict[str, str] = {}
-    needed: dict[str, list[str]] = {}
-    taken: dict[str, list[str]] = {}
-    for kind, one in zip(kinds, tables, strict=True):
-        for key, given in one["properties"].items():
-            if key == "kind":
-                continue
-            part = {**_resolved(schema, given), **given}
-            text = _about(part) + (f"; by default {shown}" if (shown := _default(part)) else "")
-            about[key] = max(about.get(key, ""), text, key=len)
-            (needed if key in one.get("required", ()) else taken).setdefault(key, []).append(kind)
-
-    def named(found: Sequence[str]) -> str:
-        if len(found) == len(kinds):
-            return "all"
-        return ", ".join(f"`{kind}`" for kind in found)
-
-    rows = [
-        [f"`{key}`", text, named(needed.get(key, ())), named(taken.get(key, ()))]
-        for key, text in about.items()
-    ]
-    return markdown([["key", "what it is", "needed by", "taken by"], *rows])
-
-
-def _resolved(schema: Schema, part: Schema) -> Schema:
-    """A part of a schema with what it refers to; of several choices, those with keys."""
-    while "$ref" in part:
-        rest = {key: value for key, value in part.items() if key != "$ref"}
-        part = {**schema["$defs"][part["$ref"].rpartition("/")[2]], **rest}
-    if "properties" in part:
-        return part
-    choices = [_resolved(schema, one) for one in part.get("anyOf", ())]
-    tables = [one for one in choices if "properties" in one]
-    if len(tables) > 1:  # either these keys or those: none is required
-        return {"properties": {k: v for one in tables for k, v in one["properties"].items()}}
-    return tables[0] if tables else part
-
-
-def _about(one: Schema) -> str:
-    """What a key is, with the words it may have."""
-    about = str(one.get("description", ""))
-    if any(word not in about for word in one.get("enum", ())):
-        about += f"; one of {', '.join(f'`{word}`' for word in one['enum'])}"
-    return about.replace("|", "\\|")
-
-
-def _default(one: Schema) -> str:
-    """The value that holds without a key; nothing where there is none to show."""
-    default = one.get("default")
-    empty = default in (None, [], {}) or isinstance(default, dict)
-    return "" if empty else f"`{json.dumps(default)}`"
-
-
-def _schema_table(schema: Schema, part: Schema, leave: Sequence[str] = ()) -> str:
-    """Keys of a table that are not among the numbers; nothing where there are none."""
-    rows = []
-    numbers = set(PARAMETERS) - NUMBERED
-    varied = len(set(part.get("properties", ())) & numbers) > len(numbers) / 3
-    for key, given in part.get("properties", {}).items():
-        one = {**_resolved(schema, given), **given}
-        if (varied and key in PARAMETERS) or "const" in one or key in leave:
-            continue
-        shown = _default(one)
-        needed = "required" if key in part.get("required", ()) else shown and f"by default {shown}"
-        rows.append([f"`{key}`", _about(one) + (f"; {needed}" if needed else "")])
-    return markdown([["key", "what it is"], *rows]) if rows else ""
 
 
 def quantities() -> str:
@@ -423,27 +210,56 @@ def friction() -> str:
     ])  # fmt: skip
 
 
+EXAMPLES = ("printed", "by the formula", "ours", "who is wrong, and why")
+"""Columns of worked examples behind example and value; the file has all."""
+
+
+def examples() -> str:
+    """Printed values of worked examples, by subject; an example's name only in its first row."""
+    found: dict[str, list[list[str]]] = {}
+    before = None
+    for row in csv_rows(DOCS / "worked_examples.csv"):
+        if not row["printed"]:
+            continue
+        unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
+        row["ours"] = row["ours"] or "waits"
+        label = "" if row["example"] == before else row["example"]
+        before = row["example"]
+        cells = [label, row["value"] + unit, *(row[head] for head in EXAMPLES)]
+        found.setdefault(row["subject"], [["example", "value", *EXAMPLES]]).append(cells)
+    return "\n\n".join(f"## {subject}\n\n{markdown(rows)}" for subject, rows in found.items())
+
+
+def of_the_checkout(make: Callable[[], str]) -> Callable[[], str]:
+    """The same tables by names alone."""
+    return lambda: key_tables.names_only(make())
+
+
+KEYS: Mapping[str, Callable[[], str]] = {
+    "keys": key_tables.number_table,
+    "scene tables": key_tables.scene_tables,
+    "engine tables": key_tables.engine_tables,
+}
+
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
-    DOCS / "keys.md": {
-        "keys": keys,
-        "scene tables": scene_tables,
-        "engine tables": engine_tables,
-    },
+    DOCS / "keys.md": {name: of_the_checkout(make) for name, make in KEYS.items()},
     DOCS / "quantities.md": {"axes": axes},
     DOCS / "status_codes.md": {"outcomes": outcomes},
     DOCS / "engines.md": {"engines": engines},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "friction.md": {"breakdown": friction},
 }
-"""Pages, and the tables in each."""
+"""Pages, and the tables in each; those of keys by names alone."""
 
 OF_THE_SITE: Mapping[str, Mapping[str, Callable[[], str]]] = {
+    "keys": KEYS,
     "quantities": {"quantities": quantities},
+    "worked_examples": {"examples": examples},
 }
 """Pages whose tables are made when the site is built: a CSV file has the same rows already."""
 
 FILES: Mapping[Path, Callable[[], str]] = {
-    DOCS / "keys.csv": key_file,
+    DOCS / "keys.csv": key_tables.file,
     DOCS / "quantities.csv": quantity_file,
     DOCS / "sources.csv": source_file,
     DOCS / "plausibility_ranges.csv": range_file,

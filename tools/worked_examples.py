@@ -1,7 +1,8 @@
-"""Write docs/worked_examples.md: worked examples of textbooks, printed and computed.
+"""Write docs/worked_examples.md and .csv: worked examples of textbooks, printed and computed.
 
 Run it from the project's root: `python tools/worked_examples.py`. The examples stand in
-tests/reference/worked_examples.toml; tools/textbook_examples.py computes them.
+tests/reference/worked_examples.toml; tools/textbook_examples.py computes them, and
+tools/reference_tables.py makes the tables of the site from the file.
 """
 
 from __future__ import annotations
@@ -19,8 +20,12 @@ DOCUMENT = DOCS / "worked_examples.md"
 SHOWN = "khurmi-15-07"
 """The example whose files the page shows."""
 
-PAGE = ("printed", "by the formula", "ours", "who is wrong, and why")
-"""Columns of the page behind example and value; the file beside it has all."""
+SUBJECTS = {
+    "flywheel": "Turning moments and flywheels",
+    "forces": "Motion and forces",
+    "balance": "Balance",
+}
+"""Headings of the page."""
 
 
 def number(value: Any) -> str:
@@ -52,7 +57,8 @@ def cells(one: Result) -> dict[str, str]:
     example, value = one.example, one.value
     wrong = f"{DATA['wrong'][value['wrong']]}: {value['why']}" if "wrong" in value else ""
     return {
-        "example": example["label"], "about": example["title"], "value": value["name"],
+        "subject": SUBJECTS[example["subject"]], "example": example["label"],
+        "about": example["title"], "value": value["name"],
         "unit": value["unit"], "printed": value.get("printed", ""),
         "by the formula": number(value.get("expected")), "exact": number(value.get("exact")),
         "ours": number(one.ours), "difference": difference(one),
@@ -61,22 +67,6 @@ def cells(one: Result) -> dict[str, str]:
         "who is wrong, and why": wrong, "remark": example.get("remark", ""),
         "formula": example["formula"], "source": example["source"], "address": example["address"],
     }  # fmt: skip
-
-
-def table(found: list[Result]) -> list[list[str]]:
-    """What is printed, an example's name only in its first row; the file has all values."""
-    rows = [["example", "value", *PAGE]]
-    before = None
-    for one in found:
-        row = cells(one)
-        if not row["printed"]:
-            continue
-        unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
-        row["ours"] = row["ours"] or "waits"
-        label = "" if row["example"] == before else row["example"]
-        rows.append([label, row["value"] + unit, *(row[head] for head in PAGE)])
-        before = row["example"]
-    return rows
 
 
 def waiting(found: list[Result]) -> list[list[str]]:
@@ -100,10 +90,6 @@ def documents() -> dict[Path, str]:
         "quantities": json.dumps(scene(shown)["output"]["quantities"]),
         "waiting": markdown(waiting(found)),
     }
-    for subject in ("flywheel", "forces", "balance"):
-        values[subject] = markdown(
-            table([one for one in found if one.example["subject"] == subject])
-        )
     rows = [cells(one) for one in found]
     return {
         DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values),

@@ -5,6 +5,7 @@ page as well. Ours must be what an independent calculation gives, within the tol
 """
 
 import importlib
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
 textbook: Any = importlib.import_module("textbook_examples")
+reference_tables: Any = importlib.import_module("reference_tables")
 tool: Any = importlib.import_module("worked_examples")
 
 VALUES = [(one, value) for one in textbook.EXAMPLES.values() for value in one["values"]]
@@ -56,6 +58,19 @@ def test_every_value_is_posed_in_one_way_or_says_what_it_needs() -> None:
     assert {value["needs"] for _, value in VALUES if "needs" in value} == set(
         textbook.DATA["needs"]
     )
+
+
+def test_the_site_shows_what_is_printed() -> None:
+    shown = reference_tables.examples()
+    rows = [line for line in shown.splitlines() if line.startswith("| ")]
+    assert len(rows) == 2 * len(tool.SUBJECTS) + sum("printed" in value for _, value in VALUES)
+    for one, value in VALUES:
+        part = shown.partition(f"## {tool.SUBJECTS[one['subject']]}\n")[2].partition("\n## ")[0]
+        own = re.split(r"\n(?=\| \S)", part)
+        (of_example,) = (lines for lines in own if lines.startswith(f"| {one['label']} |"))
+        unit = "" if value["unit"] == "1" else f" [{value['unit']}]"
+        row = f" | {value['name']}{unit} | {value.get('printed')} | "
+        assert (row in of_example) == ("printed" in value), (one["id"], value["name"])
 
 
 def test_the_page_of_validation_counts_those_with_errors() -> None:
