@@ -110,6 +110,14 @@ def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
     return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
 
 
+def _flywheel_required(
+    *, inertia_required: Any, auxiliary_inertia: Any, inertia_beyond_gear: Any,
+    engine_inertia: Any = 0.0,
+) -> Any:  # fmt: skip
+    parts = engine_inertia, auxiliary_inertia, 0.0, inertia_beyond_gear
+    return np.maximum(inertia_required - masses.inertia_of_parts(*parts), 0.0)
+
+
 def _net(torque: Any, load_over_angle: Any) -> Any:
     return energy_levels.net_torque(torque, load_over_angle)
 
@@ -401,18 +409,17 @@ NODES = (
         make=lambda inertia_energy_swing, inertia_required: inertia_energy_swing
         / inertia_required - 1.0,
     ),
-    Node(
-        "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
-        "flywheel inertia needed for the wanted delta in addition to running gear, auxiliaries and "
-        "load, 0 if none is needed", "Kakaitsas sections 3.2, 3.2.2",
-        needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
-        make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:
-        np.maximum(
-            inertia_required - masses.inertia_of_parts(
-                engine_inertia, auxiliary_inertia, 0.0, inertia_beyond_gear
-            ),
-            0.0,
-        ),
+    *(
+        # Where a torque is given, the masses of the running gear are not known.
+        Node(
+            "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
+            "flywheel inertia needed for the wanted delta in addition to running gear, auxiliaries "
+            "and load (of a given torque, with the running gear), 0 if none is needed",
+            "Kakaitsas sections 3.2, 3.2.2", when=when,
+            needs=("inertia_required", "auxiliary_inertia", "inertia_beyond_gear", *gear),
+            make=_flywheel_required,
+        )
+        for when, gear in (("by_pressure", ("engine_inertia",)), ("by_torque", ()))
     ),
     Node(
         *_SIZED, public=False, when="wanted_delta", needs=("flywheel_inertia_required",),
