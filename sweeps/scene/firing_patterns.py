@@ -1,7 +1,7 @@
 """Firing patterns of a scene: which firings happen, in sequence and over several cycles.
 
-A pattern is a text: a letter for each firing, numbers for each firing, or a random scatter. An axis
-has several, a column of designs one for each design.
+A pattern is a text (a letter or a number for each firing, or a random scatter) or a list of
+numbers. An axis has several, a column of designs one for each design.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.cylinders import LARGEST_FIRING, MOST_CYCLES, SEALED
+from sweeps.checks import numbers
 from sweeps.dimensions import DESIGN, FIRING_PATTERN
 from sweeps.errors import SceneError, shown
 from sweeps.scene.representations import named_some
@@ -30,7 +31,8 @@ __all__ = [
 PATTERN = (
     "a string: a letter for each firing in sequence, 1 (fires), 0 (no combustion) or d (valves "
     f"shut), such as '110'; or a factor on the combustion pressure from 0 to {LARGEST_FIRING:g} "
-    "for each, such as '1 0.95 1.02'; or 'deviation 0.03, 32 cycles, seed 1' (random)"
+    "for each, such as '1 0.95 1.02' or [1, 0.95, 1.02]; or 'deviation 0.03, 32 cycles, seed 1' "
+    "(random)"
 )
 """What the key means and what is allowed."""
 
@@ -46,6 +48,10 @@ MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
 scene repeat, at most."""
 
 
+LONG = 60
+"""Letters of the name of a pattern."""
+
+
 @dataclass(frozen=True)
 class FiringPattern:
     """One pattern.
@@ -53,7 +59,7 @@ class FiringPattern:
     Attributes
     ----------
     name : str
-        Its text.
+        Its text; of a long one the beginning.
     firings : tuple of float
         Factor on the pressure of each firing; of a random one empty.
     deviation : float
@@ -108,7 +114,7 @@ class FiringPatterns:
 
 
 def read_pattern_axis(raw: object, where: str) -> tuple[FiringPattern, ...]:
-    """Read [axes] firing_pattern: a list of texts; a range of seeds stands for one pattern each.
+    """Read [axes] firing_pattern: a list of patterns; a range of seeds stands for one each.
 
     Raises
     ------
@@ -120,12 +126,14 @@ def read_pattern_axis(raw: object, where: str) -> tuple[FiringPattern, ...]:
     found = [
         one for place, item in enumerate(raw, start=1) for one in _read(item, f"{where} {place}")
     ]
-    seen: set[str] = set()
-    for one in found:
-        if one.name in seen:
-            raise SceneError(f"{where}: duplicate {shown(one.name)}; patterns must be unique")
-        seen.add(one.name)
-    return tuple(found)
+    if len(set(found)) < len(found):
+        twice = next(one for place, one in enumerate(found) if one in found[:place])
+        raise SceneError(f"{where}: duplicate {shown(twice.name)}; patterns must be unique")
+    names = [one.name for one in found]
+    return tuple(
+        replace(one, name=f"{one.name} {place}") if names.count(one.name) > 1 else one
+        for place, one in enumerate(found, start=1)
+    )
 
 
 def read_firing_patterns(
@@ -182,18 +190,23 @@ def _one(raw: object, where: str) -> FiringPattern:
 
 
 def _read(raw: object, where: str) -> list[FiringPattern]:
-    """Patterns that a text stands for: one, or one for each of its seeds."""
-    if not isinstance(raw, str) or not raw.strip():
+    """Patterns that a text or list stands for: one, or one for each of its seeds."""
+    if isinstance(raw, list) and raw:
+        parts = [f"{one:.10g}" for one in numbers(raw, where).tolist()]
+        text = " ".join(parts)
+    elif isinstance(raw, str) and raw.strip():
+        text = " ".join(raw.split())
+        random = _RANDOM.fullmatch(text)
+        if random is not None:
+            return _random(random, text, where)
+        parts = text.split() if " " in text or "." in text else list(text)
+    else:
         raise SceneError(f"{where} = {shown(raw)}: must be {PATTERN}")
-    text = " ".join(raw.split())
-    random = _RANDOM.fullmatch(text)
-    if random is not None:
-        return _random(random, text, where)
-    parts = text.split() if " " in text or "." in text else list(text)
     if len(parts) > MOST_FIRINGS:
         raise SceneError(f"{where}: {len(parts)} firings; must be at most {MOST_FIRINGS}")
     firings = tuple(_factor(part, text, where) for part in parts)
-    return [FiringPattern(text, firings)]
+    more = f" ... ({len(firings)} firings)"
+    return [FiringPattern(text if len(text) <= LONG else text[:LONG] + more, firings)]
 
 
 def _factor(part: str, text: str, where: str) -> float:

@@ -46,6 +46,9 @@ from sweeps.scene.toml_tables import (
 __all__ = ["scene_schema"]
 
 
+_ONE_PATTERN: Schema = {"anyOf": [{"type": "string", "minLength": 1}, list_of({"type": "number"})]}
+
+
 def scene_schema() -> Schema:
     """JSON schema (draft 2020-12) of a scene, in JSON's types."""
     schema, tables = model_schema(SceneFile)
@@ -61,7 +64,7 @@ def scene_schema() -> Schema:
         {
             **{name: reference(name) for name in free},
             **{name: key_of_cylinders(name) for name in CYLINDER_KEYS},
-            FIRING_PATTERN: text_schema(PATTERN),
+            FIRING_PATTERN: {**_ONE_PATTERN, "description": PATTERN},
             **keys_of_torque_tables(),
         }
     )
@@ -74,7 +77,7 @@ def scene_schema() -> Schema:
             },
             FIRING_PATTERN: {
                 "description": f"a list, each {PATTERN}",
-                **list_of_different(text_schema(PATTERN)),
+                **list_of_different(_ONE_PATTERN),
             },
             "engine": {
                 "description": "a list of engines of the catalogue or paths of engine files",

@@ -29,7 +29,10 @@ def test_axis_set_designs_and_sample_give_the_same() -> None:
     assert designs.delta.values.tolist() == axis.delta.values[::-1].tolist()
     assert designs.firing_pattern.values.tolist() == texts[::-1]
     for text, delta in zip(texts, axis.delta.values, strict=True):
+        listed = [float(one) for one in (text.split() if " " in text else text)]
         alone = computed(["delta"], set={**FOUR, "firing_pattern": text})
+        as_list = computed(["delta"], set={**FOUR, "firing_pattern": listed})
+        assert float(as_list.delta) == float(alone.delta)
         assert float(alone.delta) == pytest.approx(float(delta), rel=1e-9)
     sample = computed(
         ["delta"], set={k: v for k, v in FOUR.items() if k != "inertia"},
@@ -136,6 +139,8 @@ def test_command(tmp_path: Path) -> None:
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"set": {"firing_pattern": ""}}, r"\[set\] firing_pattern = ''.*must be a string: a letter"),
+    ({"set": {"firing_pattern": [1, 5]}}, "'5'; must be a string"),
+    ({"set": {"firing_pattern": [1, "x"]}}, r"\[set\] firing_pattern"),
     ({"set": {"firing_pattern": 110}}, r"\[set\] firing_pattern = 110: must be a string"),
     ({"set": {"firing_pattern": "11x"}}, r"firing_pattern = '11x': 'x'; must be a string"),
     ({"set": {"firing_pattern": "1 4.5"}}, r"'4.5'; must be a string"),
