@@ -30,7 +30,6 @@ from engine_dyn.quantities.graph import (
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.quantities.torsion import MODES
 from engine_dyn.types import Booleans, Floats, Integers
-from engine_dyn.units import DEGREE
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
@@ -55,7 +54,7 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
     lowest = math.tau / (period * scene.cycles)
-    cycles = scene.cycles * cycles_of(scene.driven.over_angle, period)
+    cycles = _cycles(scene)
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
@@ -72,6 +71,11 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(period, cycles, scene.angle_step),
     }
+
+
+def _cycles(scene: Scene) -> int:
+    """Cycles after which curves repeat, because of a firing pattern or a load."""
+    return scene.cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
 
 
 def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
@@ -115,7 +119,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     constants = {
         "family": family,
         "period": engine.period,
-        "curve_period": points["crank_angle"].size * scene.angle_step * DEGREE,
+        "curve_period": engine.period * _cycles(scene),
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
