@@ -68,13 +68,16 @@ def check_patterns(scene: Scene, name: str) -> None:
     Raises
     ------
     SceneError
-        For an engine whose torque is given, articulated rods, and a load over more than a cycle.
+        For an engine whose torque is given, a measured speed, articulated rods, and a load that
+        repeats after more than a cycle.
     """
     if scene.firing_patterns is None:
         return
     where = f"{name}: {FIRING_PATTERN}: not allowed"
     if scene.engine.torque is not None:
         raise SceneError(f"{where}: engine {scene.engine.name} gives its torque, not its cylinders")
+    if scene.measured is not None and scene.cycles > 1:
+        raise SceneError(f"{where} together with [measured], whose speed is that of one cycle")
     if any(engine.articulated for engine in scene.described):
         raise SceneError(f"{where} together with articulated_rods")
     if cycles_of(scene.driven.over_angle, scene.engine.period) > 1:
