@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
@@ -451,6 +452,9 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     def degrees(angle: float) -> float:
         return round(math.degrees(angle), 6)
 
+    def rod(one: ArticulatedRod | None) -> dict[str, float] | None:
+        return one and {**one._asdict(), "angle": degrees(one.angle), "bank": degrees(one.bank)}
+
     return {
         "name": made.name,
         "period": degrees(made.period),
@@ -461,7 +465,10 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
         "pressure_factor": list(own.pressure_factors),
         "mass_factor": list(own.mass_factors),
         "radius_factor": list(own.radius_factors),
-    }
+        **({"sides": list(made.cylinder_sides)} if own.both_sides else {}),
+        **({"articulated_rods": [rod(one.rod) for one in own.members]}
+           if own.articulated else {}),
+    }  # fmt: skip
 
 
 _MARCHING = ("passes", "start_speed", "start_angle")
