@@ -123,7 +123,7 @@ WRONG: list[tuple[Any, ...]] = [
      "scene: [sample] inertai: unknown key; did you mean 'inertia'?"),
     (scene({"number": 4, "seeds": 3, "inertia": RANGE}),
      "scene: [sample] seeds: unknown key; did you mean 'seed'? Allowed: see "
-     "`engine-dyn list keys`, engine, arrangement, method, number, seed"),
+     "`engine-dyn list keys`, engine, arrangement, firing_pattern, method, number, seed"),
     (scene({"number": 4, "inertia": {"low": 2.0, "high": 1.0}}),
      "scene: [sample] inertia: low = 2 and high = 1: low must be below high"),
     (scene({"number": 4, "inertia": {"low": 2.0, "high": 2.0}}), "low must be below high"),
