@@ -227,7 +227,8 @@ def _loads(engine: Cylinders, shaft: Crankshaft) -> list[tuple[Any, Any]]:
     found = []
     for k, radius in enumerate(lines.radius):
         top = slider_crank.dead_centres(
-            radius * np.asarray(shaft.crank_ratio), np.asarray(shaft.offset) / radius
+            radius * np.asarray(shaft.crank_ratio),
+            lines.side[k] * np.asarray(shaft.offset) / radius,
         ).top
         mass = np.asarray(shaft.rod_mass) + lines.throw_share[k] * np.asarray(shaft.throw_mass)
         direction = np.exp(1j * (lines.direction[k] + lines.phase[k] + np.asarray(top)))

@@ -11,7 +11,7 @@ from engine_dyn.forces.balance import acceleration_harmonics
 from engine_dyn.forces.mechanism import banks_of
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.cylinders import Cylinders, Member
 from engine_dyn.quantities.balance import FORCE, MOMENT, running_gear
 from engine_dyn.quantities.node import Node, hidden
 
@@ -36,9 +36,11 @@ def _offset_moment(*, crank_angle: Any, period: Any, **needs: Any) -> Any:
         needs["crank_ratio"], needs["double_radius"], needs["cylinder_set"], period,
         needs["offset_ratio"], needs["cylinders_by_count"],
     )  # fmt: skip
-    return _lever(needs) * train.superpose(
-        lambda phi, member: member.mass_factor * train.acceleration(phi, member), crank_angle
-    )
+
+    def one(phi: Any, member: Member) -> Any:
+        return member.side * member.mass_factor * train.acceleration(phi, member)
+
+    return _lever(needs) * train.superpose(one, crank_angle)
 
 
 def _offset_moment_harmonics(*, order: Any, **needs: Any) -> Any:
@@ -46,7 +48,8 @@ def _offset_moment_harmonics(*, order: Any, **needs: Any) -> Any:
         total: Any = 0.0
         for member in engine.members:
             own = member.own(needs["crank_ratio"], needs["offset_ratio"])
-            share = member.mass_factor * member.radius_factor * np.exp(1j * order * member.phase)
+            share = member.side * member.mass_factor * member.radius_factor
+            share = share * np.exp(1j * order * member.phase)
             total = total + share * acceleration_harmonics(order, *own)
         return total
 

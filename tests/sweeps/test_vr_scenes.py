@@ -58,3 +58,20 @@ def test_a_table_says_the_sides() -> None:
 def test_given_wrong(given: dict[str, object], message: str) -> None:
     line = refusal(asking(("delta",), ENGINE, set={**SET, **given}))
     assert message in line
+
+
+def test_the_roll_moment_is_that_of_single_cylinders_to_either_side() -> None:
+    """Of one cylinder with the offset of its bank, moved to where each fires."""
+    names = ("roll_moment", "torque", "roll_moment_order")
+    mounts = [{"lateral": -0.3}, {"lateral": 0.3}]
+    whole = computed(names, ENGINE, set=SET, mounts=mounts)
+    inertia = whole["roll_moment"].values + whole["torque"].values
+    made = arrangement_from_text("VR6 15")
+    expected = np.zeros(inertia.size)
+    for side, cylinder in zip(made.cylinder_sides, made.cylinders, strict=True):
+        single = {"cylinders": 1, "crank_offset": side * SET["crank_offset"]}
+        one = computed(names, ENGINE, set=single, mounts=mounts)
+        curve = one["roll_moment"].values + one["torque"].values
+        expected += np.roll(curve, round(cylinder.firing_angle / DEGREE))
+    assert np.abs(expected).max() > 1.0
+    assert inertia == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
