@@ -329,7 +329,9 @@ def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrang
     in_row = cylinders // rows
     if in_row * rows != cylinders or in_row < 3 or (period > TURN and in_row % 2 == 0):
         odd = "an odd number, 3 or more," if period > TURN else "3 or more"
-        raise ValueError(f"{name}: cylinders = {cylinders}: must be {odd} in each row")
+        two = cylinders % 4 == 2 and cylinders >= 6 and period > TURN and rows == 1
+        hint = f"; 'radial {cylinders} two-row' has two rows" if two else ""
+        raise ValueError(f"{name}: cylinders = {cylinders}: must be {odd} in each row{hint}")
     spacing = TURN / cylinders
     firing = []
     for k in range(cylinders):

@@ -240,7 +240,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "cycle_delta", r"\delta_i", "1",
         "range of the speed within each cycle over its mean over all of them",
-        "cyclic irregularity, of single cycles", kind="value", adds=("firing_cycle",),
+        "this project", kind="value", adds=("firing_cycle",),
         removes=("crank_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
         needs=("omega", "angular_acceleration", "omega_mean", "period", "curve_period"),
     ),

@@ -287,7 +287,7 @@ def _marked(
     how = "once a cycle" if found.turn_known else "once a revolution"
     said = (
         f"the mark in {shown(name)} passes {how}: the first tooth passes at "
-        f"{found.angle / DEGREE:.4g} degrees"
+        f"{round(found.angle / DEGREE, 6):.4g} degrees"
     )
     return replace(
         record, teeth=found.teeth, gap=found.angle, turn_known=found.turn_known,

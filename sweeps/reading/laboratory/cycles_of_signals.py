@@ -19,6 +19,7 @@ from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 
 __all__ = [
+    "COUNTED_BACKWARD",
     "LONGEST",
     "SAME",
     "CrankAngles",
@@ -43,6 +44,10 @@ GAP = 2.5
 """A step is a gap where it is longer than this many of the steps on both its sides."""
 
 
+COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
+"""What is said of an angle that is."""
+
+
 class CrankAngles(NamedTuple):
     """Angle of each sample, rising over all cycles.
 
@@ -54,11 +59,14 @@ class CrankAngles(NamedTuple):
         In the same order.
     rolls_over : float
         Degrees after which the file's angle begins again; 0 where it does not.
+    backward : bool
+        Whether the angle was counted backward.
     """
 
     angle: Floats
     pressures: dict[str, Floats]
     rolls_over: float
+    backward: bool
 
 
 def crank_angles(
@@ -110,11 +118,11 @@ def crank_angles(
     several = rising[-1] - rising[0] > period * 1.01
     backward = options.direction == "backward" or (falls and several and options.direction is None)
     if backward:
-        said.append("counted backward: an angle of 10 becomes -10")
+        said.append(COUNTED_BACKWARD)
     if falls != backward:  # the crank passes the rows in the other order
         rising = -rising[::-1]
         flat = {name: values[::-1] for name, values in flat.items()}
-    return CrankAngles(rising, flat, rolls_over)
+    return CrankAngles(rising, flat, rolls_over, backward)
 
 
 def _in_one_column(

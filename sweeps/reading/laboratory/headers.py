@@ -111,12 +111,13 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
         if not any(fields):
             continue
         filled = sum(map(bool, fields))
-        if filled == 1 < width and not alone:  # one word between names and numbers
+        one_unit = filled == 1 and len(fields) == width and _are_units(fields)
+        if filled == 1 < width and not (alone or one_unit):  # a word between names and numbers
             alone = True
             continue
         if (
             len(fields) > width
-            or (width > 1 and filled < 2)
+            or (width > 1 and filled < 2 and not one_unit)
             or (alone and not _are_names(fields, width))
         ):
             break

@@ -35,6 +35,7 @@ from sweeps.checks import check_companions, mentioned
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.laboratory.columns import Signals, signals_of
 from sweeps.reading.laboratory.cycles_of_signals import (
+    COUNTED_BACKWARD,
     crank_angles,
     cut_into_cycles,
     is_half_a_cycle_late,
@@ -70,6 +71,10 @@ MOTORED = (-0.12, -5.0)
 """Work over its absolute area, and angle [degree] of the largest pressure: where both are more, a
 cycle that takes work is a motored one. A fired one that is reversed takes more, or has its largest
 pressure earlier."""
+
+MOTORED_BACKWARD = -2.0
+"""The same angle where falling rows of several cycles are counted backward: they may as well be in
+reverse order, and then a fired cycle looks motored, but for its largest pressure."""
 
 
 def imported(
@@ -199,12 +204,17 @@ def _cycles(
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
-    if MOTORED[0] < sign < REVERSED and peak > MOTORED[1]:
+    earliest = MOTORED_BACKWARD if found.backward else MOTORED[1]
+    if MOTORED[0] < sign < REVERSED and peak > earliest:
         said.append("the cycles consume work and their largest pressure is at dead centre: motored")
     elif sign < REVERSED and options.direction is None and not late:
         if _falls(angles):
+            if found.backward:
+                said.remove(COUNTED_BACKWARD)
+                said.append("the rows are in reverse order")
             said.append("otherwise expansion would come before compression")
-            other = options.model_copy(update={"direction": "backward"})
+            way = "forward" if found.backward else "backward"
+            other = options.model_copy(update={"direction": way})
             return _cycles(recording, other, degrees, engine, angle, said, warnings)
         warnings.append(
             "the pressure is higher on compression than on expansion: is the angle counted "

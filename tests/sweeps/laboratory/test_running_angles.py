@@ -70,6 +70,25 @@ def test_of_one_and_a_half_cycles_the_whole_one_is_taken(
     assert any("first 360 degree are no whole cycle" in line for line in found.steps)
 
 
+@pytest.mark.parametrize("form", ["running", "begins again at 720"])
+@pytest.mark.parametrize("end", [1080.0, 1152.0, 1500.0])
+def test_rows_in_reverse_order_are_turned(form: str, end: float, tmp_path: Path) -> None:
+    """They were counted backward: the work came out negative, of a little burnt "motored"."""
+    angle = np.arange(0.0, end + 1e-9, 0.5)
+    found = read(tmp_path / "a.csv", FORMS[form](angle)[::-1], running(angle)[::-1])
+    assert works(found) == pytest.approx([true_imep(1500.0)], rel=2e-3)
+    assert "the rows are in reverse order" in found.steps
+    assert not any("counted backward" in line for line in found.steps)
+
+
+def test_a_unit_alone_in_its_row_is_one(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    angle = np.arange(-360.0, 360.0, 0.5)
+    lines = rows(angle, 100.0 * one_cycle(600.0)[::5] / 1e5)
+    path.write_text("angle,p\n,kPa\n" + lines)
+    assert works(read_pressure(path)) == pytest.approx([true_imep(600.0)], rel=2e-3)
+
+
 def test_a_cycle_is_cut_elsewhere_where_none_is_whole(tmp_path: Path) -> None:
     """From -100 to 900 only the closed part of the cycle that fires at 720 is whole."""
     angle = np.arange(-100.0, 900.0 + 1e-9, 0.7)
