@@ -28,8 +28,8 @@ __all__ = [
     "block_count",
     "block_lengths",
     "blocks",
+    "divided",
     "index_of",
-    "intermediate_bytes",
     "lengths_within",
     "passing_bytes",
     "shape_in",
@@ -51,14 +51,28 @@ _TEMPORARIES = 3
 """Arrays that exist while a formula is evaluated: its result and the terms of its sum."""
 
 
+def divided(plan: Plan) -> tuple[dict[str, int], int]:
+    """Axes that are divided, the most positions of each in a block, and bytes of all memory.
+
+    These are the bytes of all outputs and of what a block is made from: where no axis is divided,
+    of all arrays but the outputs that a kernel writes itself.
+    """
+    between = [s for s in plan.stages if s.node.make is not None or s.node.name not in plan.outputs]
+    whole = sum(_bytes(plan, stage, {}) for stage in between)
+    if whole <= LIMIT:
+        return {}, plan.output_bytes + round(whole)
+    lengths = lengths_within(plan, LIMIT)
+    return lengths, plan.output_bytes + round(passing_bytes(plan, lengths))
+
+
 def block_lengths(plan: Plan) -> dict[str, int]:
     """Axes that are divided, and the most positions of each in a block; empty where none is."""
-    return {} if _intermediate(plan, _lengths(plan)) <= LIMIT else lengths_within(plan, LIMIT)
+    return divided(plan)[0]
 
 
 def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
-    lengths = _lengths(plan)
+    lengths = dict(plan.sizes)
     for dimension in _in_order(plan):
         if passing_bytes(plan, lengths) <= limit:
             break
@@ -124,28 +138,6 @@ def belongs(block: Block, dims: tuple[str, ...]) -> bool:
 def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
     """Bytes of all arrays of one block, its part of the outputs included."""
     return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
-
-
-def intermediate_bytes(plan: Plan) -> float:
-    """Bytes of the intermediate arrays, at most."""
-    whole = _intermediate(plan, _lengths(plan))
-    if whole <= LIMIT:
-        return whole
-    return passing_bytes(plan, {**_lengths(plan), **lengths_within(plan, LIMIT)})
-
-
-def _lengths(plan: Plan) -> dict[str, int]:
-    return {d: plan.sizes[d] for d in plan.scene.dimensions}
-
-
-def _intermediate(plan: Plan, lengths: Mapping[str, int]) -> float:
-    """Bytes of arrays but the outputs that a kernel writes itself, in blocks of these lengths."""
-    outputs = set(plan.outputs)
-    return sum(
-        _bytes(plan, stage, lengths)
-        for stage in plan.stages
-        if not (stage.node.make is None and stage.node.name in outputs)
-    )
 
 
 def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:

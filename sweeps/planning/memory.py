@@ -5,28 +5,28 @@ from __future__ import annotations
 import psutil
 
 from sweeps.errors import SceneError, size_text
-from sweeps.planning.blocks import LIMIT, intermediate_bytes
+from sweeps.planning.blocks import LIMIT, divided
 from sweeps.planning.plan import Plan
 
-__all__ = ["check_memory", "memory_bytes"]
+__all__ = ["lengths_in_memory", "memory_bytes"]
 
 
 def memory_bytes(plan: Plan) -> int:
     """Bytes that exist at the same time at most: all outputs, and what a block is made from."""
-    return plan.output_bytes + round(intermediate_bytes(plan))
+    return divided(plan)[1]
 
 
-def check_memory(plan: Plan) -> None:
-    """Refuse a scene larger than memory.
+def lengths_in_memory(plan: Plan) -> dict[str, int]:
+    """Lengths of the blocks (see `divided`) of a plan that is computed into arrays.
 
     Raises
     ------
     SceneError
-        With the size and what is free.
+        Where they are larger than memory, with the size and what is free.
     """
-    need = memory_bytes(plan)
+    lengths, need = divided(plan)
     if need <= LIMIT:  # as much as a block may take: not worth asking
-        return
+        return lengths
     free = psutil.virtual_memory().available
     if need > 0.9 * free:
         raise SceneError(
@@ -34,3 +34,4 @@ def check_memory(plan: Plan) -> None:
             f"{size_text(free)} are free; request fewer points or fewer quantities (largest: "
             f"{max(plan.stages, key=lambda s: s.size).node.name})"
         )
+    return lengths

@@ -157,7 +157,12 @@ class Plan:
     @property
     def output_bytes(self) -> int:
         """Size of the variables of the archive, uncompressed."""
-        return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.name in self.outputs)
+        return self.bytes_of_outputs(8)
+
+    def bytes_of_outputs(self, each: int) -> int:
+        """Size of the variables of the archive with this many bytes for each number."""
+        kept = [stage for stage in self.stages if stage.node.name in self.outputs]
+        return sum(s.size * (1 if s.node.name == STATUS else each) for s in kept)
 
     @cached_property
     def computed(self) -> dict[str, Stage]:
@@ -193,10 +198,6 @@ class Part:
     at: Mapping[str, int]
     rows: Integers | None
     points: Mapping[str, Integers]
-
-
-def _bytes(name: str, size: int) -> int:
-    return size if name == STATUS else 8 * size
 
 
 @tables_in_signature

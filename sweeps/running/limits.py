@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from pathlib import Path
 
@@ -64,10 +63,7 @@ def block_bytes(plan: Plan, memory: float | None) -> float:
 
 def archive_bytes(plan: Plan, *, single: bool = False) -> int:
     """Size of an archive's variables and coordinates, uncompressed."""
-    total = 0
-    for name in plan.outputs:
-        size = math.prod(plan.sizes[d] for d in plan.dims(name))
-        total += size * (1 if name == "status" else 4 if single else 8)
+    total = plan.bytes_of_outputs(4 if single else 8)
     return total + 8 * sum(plan.sizes[d] for d in plan.scene.dimensions)
 
 
