@@ -118,11 +118,11 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     The work of a plan times the seconds that a piece of it takes, see `sweeps.planning.rates`.
     """
     cores = cores or psutil.cpu_count() or 1
-    if plan.parts:
-        return sum(seconds_of_computing(part.plan, cores) for part in plan.parts)
+    plans = [part.plan for part in plan.parts] or [plan]
     return sum(
         count * {**SECONDS, **OF_SHAFTS}[name] / (1 if name in SERIAL else cores)
-        for name, count in work_of(plan).items()
+        for one in plans
+        for name, count in work_of(one).items()
     )
 
 

@@ -245,7 +245,7 @@ def make_plan(scene: Scene) -> Plan:
         return _plan_of_several(scene)
     points = points_of(scene)
     leaves = leaves_of(scene, points)
-    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     found = _Ancestors(scene, leaves, sizes)
     for name in scene.quantities:
         found.visit(name)
@@ -306,7 +306,7 @@ def _plan_of_several(scene: Scene) -> Plan:
     """
     plans = [make_plan(one.scene) for one in scene.beside]
     points, places = points_of_several([made.points for made in plans])
-    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     stages = _stages_of_several(scene, plans, sizes)
     outputs = [name for name in scene.quantities if name in stages]
     kept = [STATUS, *(name for node in stages.values() for name in node.node.beside)]
@@ -400,12 +400,3 @@ def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
     return unused
-
-
-def _sizes(scene: Scene) -> dict[str, int]:
-    sizes = {d: len(scene.axes[d]) for d in scene.dimensions if d in scene.axes}
-    if scene.designs:
-        sizes[DESIGN] = len(next(iter(scene.designs.values())))
-    elif DESIGN in scene.dimensions:
-        sizes[DESIGN] = len(next(iter(scene.labels.values())))
-    return sizes
