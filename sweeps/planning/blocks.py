@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import psutil
+
+from sweeps.errors import SceneError, size_text
 
 if TYPE_CHECKING:  # archives are opened without the planner
     from sweeps.planning.plan import Plan, Stage
@@ -28,9 +31,12 @@ __all__ = [
     "block_count",
     "block_lengths",
     "blocks",
+    "check_memory",
     "divided",
     "index_of",
+    "lengths_in_memory",
     "lengths_within",
+    "memory_bytes",
     "passing_bytes",
     "shape_in",
 ]
@@ -70,6 +76,27 @@ def block_lengths(plan: Plan) -> dict[str, int]:
     return divided(plan)[0]
 
 
+def memory_bytes(plan: Plan) -> int:
+    """Bytes that exist at the same time at most: all outputs, and what a block is made from."""
+    return divided(plan)[1]
+
+
+def lengths_in_memory(plan: Plan) -> dict[str, int]:
+    """As `block_lengths`, of a plan that is computed into arrays.
+
+    Raises
+    ------
+    SceneError
+        Where they are larger than memory, with the size and what is free.
+    """
+    lengths, need = divided(plan)
+    if need > LIMIT:  # as much as a block may take is not worth asking
+        largest = max(plan.stages, key=lambda s: s.size).node.name
+        advice = f"; request fewer points or fewer quantities (largest: {largest})"
+        check_memory(f"{plan.name}: {plan.designs} designs", need, advice)
+    return lengths
+
+
 def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
     lengths = dict(plan.sizes)
@@ -89,6 +116,21 @@ def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
             length = min(math.ceil(length / STEP), low // STEP) * STEP
         lengths[dimension] = length
     return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
+
+
+def check_memory(what: str, need: float, advice: str = "", share: float = 0.9) -> None:
+    """Refuse what does not fit into a share of the free memory; `advice` ends the message.
+
+    Raises
+    ------
+    SceneError
+        With the size and what is free.
+    """
+    free = psutil.virtual_memory().available
+    if need > share * free:
+        raise SceneError(
+            f"{what} need {size_text(need)} of memory, {size_text(free)} are free{advice}"
+        )
 
 
 def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:

@@ -17,9 +17,8 @@ from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import ARRANGEMENT, ENGINE, TORSION_STATUS
 from sweeps.errors import counted, size_text
-from sweeps.planning.blocks import block_count, block_lengths
+from sweeps.planning.blocks import block_count, block_lengths, memory_bytes
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
-from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
 

@@ -26,9 +26,9 @@ from sweeps.planning.blocks import (
     belongs,
     blocks,
     index_of,
+    lengths_in_memory,
     shape_in,
 )
-from sweeps.planning.memory import lengths_in_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.running.elasticities import elasticities_of
 from sweeps.running.progress import progress_bar

@@ -6,9 +6,9 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-import psutil
 
 from sweeps.errors import SceneError, counted, size_text
+from sweeps.planning.blocks import check_memory
 from sweeps.planning.plan import Plan
 
 __all__ = [
@@ -52,12 +52,7 @@ def block_bytes(plan: Plan, memory: float | None) -> float:
                 f"with columns of {size_text(fixed)} need at least "
                 f"{size_text(fixed + AT_ONCE * smallest)}"
             )
-    need, free = fixed + AT_ONCE * limit, psutil.virtual_memory().available
-    if need > 0.9 * free:
-        raise SceneError(
-            f"{plan.name}: {counted(plan.designs, 'design')} need {size_text(need)} of memory, "
-            f"{size_text(free)} are free"
-        )
+    check_memory(f"{plan.name}: {counted(plan.designs, 'design')}", fixed + AT_ONCE * limit)
     return limit
 
 
