@@ -114,19 +114,15 @@ def run(
     folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
     with folder.locked(output):
-        try:
-            if options.resume and not options.overwrite and output.exists():
-                done = _already(output, now)
-                if not folder.has_added_points():
-                    remove_folder(folder, output)
-                return done
-            if output.exists() and not options.overwrite:
-                raise SceneError(f"{output}: exists; use --overwrite to replace it")
-            with connected(scheduler, tell) if scheduler else nullcontext() as workers:
-                return _Run(plan, output, options, folder, workers).complete(now)
-        except BaseException:
-            folder.give_up()
-            raise
+        if options.resume and not options.overwrite and output.exists():
+            done = _already(output, now)
+            if not folder.has_added_points():
+                remove_folder(folder, output)
+            return done
+        if output.exists() and not options.overwrite:
+            raise SceneError(f"{output}: exists; use --overwrite to replace it")
+        with connected(scheduler, tell) if scheduler else nullcontext() as workers:
+            return _Run(plan, output, options, folder, workers).complete(now)
 
 
 def remove_folder(folder: Partial, output: Path) -> None:
