@@ -349,7 +349,7 @@ def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
     if name != ENGINE:
         return list(texts)
     names: dict[str, str] = {}
-    for one in (scene, *(part.scene for part in scene.beside)):
+    for one in scene.ordinary_scenes:
         given = one.source.get(ENGINE)
         if isinstance(given, str):
             names[given] = one.engine.name

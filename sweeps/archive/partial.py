@@ -101,6 +101,8 @@ class Partial:
     def locked(self, output: Path) -> Iterator[None]:
         """Lock the folder for this process; it is created where it does not exist.
 
+        After a failure of what is done meanwhile, it is given up.
+
         Raises
         ------
         SceneError
@@ -133,7 +135,12 @@ class Partial:
                     os.write(
                         stream.fileno(), f"process {os.getpid()} on {platform.node()}".encode()
                     )
-                yield
+                try:
+                    yield
+                except BaseException:
+                    if _is(stream, self.path / _LOCK):  # else it has been given up already
+                        self.give_up()
+                    raise
                 return
 
     def writer(self) -> str:

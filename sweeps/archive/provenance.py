@@ -372,12 +372,12 @@ def _diagrams(scene: Scene) -> list[dict[str, Any]]:
 
     Of a diagram of the torque, of that [N m].
     """
-    if scene.beside:
-        return [one for part in scene.beside for one in _diagrams(part.scene)]
-    torque = scene.engine.torque
-    diagrams = scene.engine.family.diagrams if scene.indicator is None else (scene.indicator,)
-    curves = [(diagram.angle, diagram.pressure) for diagram in diagrams]
-    curves += [] if torque is None else [(torque.angle, torque.torque)]
+    curves = []
+    for one in scene.ordinary_scenes:
+        torque = one.engine.torque
+        diagrams = one.engine.family.diagrams if one.indicator is None else (one.indicator,)
+        curves += [(diagram.angle, diagram.pressure) for diagram in diagrams]
+        curves += [] if torque is None else [(torque.angle, torque.torque)]
     return [
         {
             "points": len(angle),

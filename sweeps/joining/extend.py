@@ -136,9 +136,6 @@ def _replaced(
             kept = f", finished blocks are kept in {partial.path}; to continue: "
             how = f"{kept}{options.resume_command}" if partial.give_up() else ""
             raise Stopped(f"{reason}; {path} is unchanged{how}") from None
-        except BaseException:
-            partial.give_up()
-            raise
         remove_folder(partial, path)
         return plan
 

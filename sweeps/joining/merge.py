@@ -59,13 +59,9 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
         if partial.header() is not None and partial.finished():
             raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         partial.clear()
-        try:
-            size = archive_bytes(plan, single=joined.archives[0].single)
-            check_room(plan, output, size, size)
-            tolerance = 0.0 if joined.shards else plan.scene.tolerance
-            write_joined(joined, output, partial, options, tolerance=tolerance)
-        except BaseException:
-            partial.give_up()
-            raise
+        size = archive_bytes(plan, single=joined.archives[0].single)
+        check_room(plan, output, size, size)
+        tolerance = 0.0 if joined.shards else plan.scene.tolerance
+        write_joined(joined, output, partial, options, tolerance=tolerance)
         remove_folder(partial, output)
     return plan

@@ -16,7 +16,6 @@ from engine_dyn.units import BAR, DEGREE
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, did_you_mean
 from sweeps.measuring.scene_values import value_of
-from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import make_plan
 from sweeps.running.in_memory import compute
 from sweeps.scene.model import Scene
@@ -194,7 +193,6 @@ def _run(scene: Scene) -> Floats:
     a fit may pass through engines that nobody builds.
     """
     plan = make_plan(scene)
-    check_memory(plan)
     omega, dims = compute(plan)["omega"], plan.dims("omega")
     return np.asarray(np.moveaxis(omega, dims.index("crank_angle"), -1))
 

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import psutil
 
 from engine_dyn.quantities.graph import ALONG_SHAFT
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.archive.labels import dataset_of, describe
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.dimensions import DESIGN, GENERATION, RESTART
-from sweeps.errors import SceneError, size_text
 from sweeps.exploring.every_point import EveryPoint
 from sweeps.optimising.space import Space
 from sweeps.optimising.task import Task
+from sweeps.planning.blocks import check_memory
 from sweeps.planning.plan import Plan
 from sweeps.running.in_memory import compute
 
@@ -158,13 +157,10 @@ class Designs:
             columns = self.completed(columns)
         plan = self.task.plan(columns, len(few))
         need = 2.0 * most * plan.output_bytes / len(few)
-        free = psutil.virtual_memory().available
-        if need > MOST_MEMORY * free:
-            raise SceneError(
-                f"{self.task.given.name}: {most} designs need {size_text(need)} of memory, "
-                f"{size_text(free)} are free; search fewer designs, generations or restarts, or "
-                "request fewer quantities or axes"
-            )
+        advice = (
+            "; search fewer designs, generations or restarts, or request fewer quantities or axes"
+        )
+        check_memory(f"{self.task.given.name}: {most} designs", need, advice, MOST_MEMORY)
 
     def columns(self) -> dict[str, Any]:
         """Values of all designs, by the keys of what is searched."""

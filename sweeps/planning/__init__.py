@@ -2,6 +2,6 @@
 
 leaves, plan     what is given; the stages that the asked quantities need, and their axes
 variations       plans with other values, for elasticities and uncertainty
-blocks, shards   how a plan is divided
-forecast, memory what `engine-dyn plan` prints; whether it fits the memory
+blocks, shards   how a plan is divided, and what memory it takes
+forecast         what `engine-dyn plan` prints
 """

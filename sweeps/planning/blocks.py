@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import psutil
+
+from sweeps.errors import SceneError, size_text
 
 if TYPE_CHECKING:  # archives are opened without the planner
     from sweeps.planning.plan import Plan, Stage
@@ -28,9 +31,12 @@ __all__ = [
     "block_count",
     "block_lengths",
     "blocks",
+    "check_memory",
+    "divided",
     "index_of",
-    "intermediate_bytes",
+    "lengths_in_memory",
     "lengths_within",
+    "memory_bytes",
     "passing_bytes",
     "shape_in",
 ]
@@ -51,14 +57,49 @@ _TEMPORARIES = 3
 """Arrays that exist while a formula is evaluated: its result and the terms of its sum."""
 
 
+def divided(plan: Plan) -> tuple[dict[str, int], int]:
+    """Axes that are divided, the most positions of each in a block, and bytes of all memory.
+
+    These are the bytes of all outputs and of what a block is made from: where no axis is divided,
+    of all arrays but the outputs that a kernel writes itself.
+    """
+    between = [s for s in plan.stages if s.node.make is not None or s.node.name not in plan.outputs]
+    whole = sum(_bytes(plan, stage, {}) for stage in between)
+    if whole <= LIMIT:
+        return {}, plan.output_bytes + round(whole)
+    lengths = lengths_within(plan, LIMIT)
+    return lengths, plan.output_bytes + round(passing_bytes(plan, lengths))
+
+
 def block_lengths(plan: Plan) -> dict[str, int]:
     """Axes that are divided, and the most positions of each in a block; empty where none is."""
-    return {} if _intermediate(plan, _lengths(plan)) <= LIMIT else lengths_within(plan, LIMIT)
+    return divided(plan)[0]
+
+
+def memory_bytes(plan: Plan) -> int:
+    """Bytes that exist at the same time at most: all outputs, and what a block is made from."""
+    return divided(plan)[1]
+
+
+def lengths_in_memory(plan: Plan) -> dict[str, int]:
+    """As `block_lengths`, of a plan that is computed into arrays.
+
+    Raises
+    ------
+    SceneError
+        Where they are larger than memory, with the size and what is free.
+    """
+    lengths, need = divided(plan)
+    if need > LIMIT:  # as much as a block may take is not worth asking
+        largest = max(plan.stages, key=lambda s: s.size).node.name
+        advice = f"; request fewer points or fewer quantities (largest: {largest})"
+        check_memory(f"{plan.name}: {plan.designs} designs", need, advice)
+    return lengths
 
 
 def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
-    lengths = _lengths(plan)
+    lengths = dict(plan.sizes)
     for dimension in _in_order(plan):
         if passing_bytes(plan, lengths) <= limit:
             break
@@ -75,6 +116,21 @@ def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
             length = min(math.ceil(length / STEP), low // STEP) * STEP
         lengths[dimension] = length
     return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
+
+
+def check_memory(what: str, need: float, advice: str = "", share: float = 0.9) -> None:
+    """Refuse what does not fit into a share of the free memory; `advice` ends the message.
+
+    Raises
+    ------
+    SceneError
+        With the size and what is free.
+    """
+    free = psutil.virtual_memory().available
+    if need > share * free:
+        raise SceneError(
+            f"{what} need {size_text(need)} of memory, {size_text(free)} are free{advice}"
+        )
 
 
 def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:
@@ -124,28 +180,6 @@ def belongs(block: Block, dims: tuple[str, ...]) -> bool:
 def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
     """Bytes of all arrays of one block, its part of the outputs included."""
     return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
-
-
-def intermediate_bytes(plan: Plan) -> float:
-    """Bytes of the intermediate arrays, at most."""
-    whole = _intermediate(plan, _lengths(plan))
-    if whole <= LIMIT:
-        return whole
-    return passing_bytes(plan, {**_lengths(plan), **lengths_within(plan, LIMIT)})
-
-
-def _lengths(plan: Plan) -> dict[str, int]:
-    return {d: plan.sizes[d] for d in plan.scene.dimensions}
-
-
-def _intermediate(plan: Plan, lengths: Mapping[str, int]) -> float:
-    """Bytes of arrays but the outputs that a kernel writes itself, in blocks of these lengths."""
-    outputs = set(plan.outputs)
-    return sum(
-        _bytes(plan, stage, lengths)
-        for stage in plan.stages
-        if not (stage.node.make is None and stage.node.name in outputs)
-    )
 
 
 def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:

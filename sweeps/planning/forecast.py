@@ -17,9 +17,8 @@ from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import ARRANGEMENT, ENGINE, TORSION_STATUS
 from sweeps.errors import counted, size_text
-from sweeps.planning.blocks import block_count, block_lengths
+from sweeps.planning.blocks import block_count, block_lengths, memory_bytes
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
-from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
 
@@ -118,11 +117,11 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     The work of a plan times the seconds that a piece of it takes, see `sweeps.planning.rates`.
     """
     cores = cores or psutil.cpu_count() or 1
-    if plan.parts:
-        return sum(seconds_of_computing(part.plan, cores) for part in plan.parts)
+    plans = [part.plan for part in plan.parts] or [plan]
     return sum(
         count * {**SECONDS, **OF_SHAFTS}[name] / (1 if name in SERIAL else cores)
-        for name, count in work_of(plan).items()
+        for one in plans
+        for name, count in work_of(one).items()
     )
 
 

@@ -157,7 +157,12 @@ class Plan:
     @property
     def output_bytes(self) -> int:
         """Size of the variables of the archive, uncompressed."""
-        return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.name in self.outputs)
+        return self.bytes_of_outputs(8)
+
+    def bytes_of_outputs(self, each: int) -> int:
+        """Size of the variables of the archive with this many bytes for each number."""
+        kept = [stage for stage in self.stages if stage.node.name in self.outputs]
+        return sum(s.size * (1 if s.node.name == STATUS else each) for s in kept)
 
     @cached_property
     def computed(self) -> dict[str, Stage]:
@@ -193,10 +198,6 @@ class Part:
     at: Mapping[str, int]
     rows: Integers | None
     points: Mapping[str, Integers]
-
-
-def _bytes(name: str, size: int) -> int:
-    return size if name == STATUS else 8 * size
 
 
 @tables_in_signature
@@ -244,7 +245,7 @@ def make_plan(scene: Scene) -> Plan:
         return _plan_of_several(scene)
     points = points_of(scene)
     leaves = leaves_of(scene, points)
-    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     found = _Ancestors(scene, leaves, sizes)
     for name in scene.quantities:
         found.visit(name)
@@ -305,7 +306,7 @@ def _plan_of_several(scene: Scene) -> Plan:
     """
     plans = [make_plan(one.scene) for one in scene.beside]
     points, places = points_of_several([made.points for made in plans])
-    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     stages = _stages_of_several(scene, plans, sizes)
     outputs = [name for name in scene.quantities if name in stages]
     kept = [STATUS, *(name for node in stages.values() for name in node.node.beside)]
@@ -399,12 +400,3 @@ def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
     return unused
-
-
-def _sizes(scene: Scene) -> dict[str, int]:
-    sizes = {d: len(scene.axes[d]) for d in scene.dimensions if d in scene.axes}
-    if scene.designs:
-        sizes[DESIGN] = len(next(iter(scene.designs.values())))
-    elif DESIGN in scene.dimensions:
-        sizes[DESIGN] = len(next(iter(scene.labels.values())))
-    return sizes

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
+from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, one_line
 from sweeps.presenting.key_texts import unit_text
 from sweeps.presenting.shafts import shaft_lines
@@ -45,7 +47,7 @@ def scene_text(scene: Scene, name: str) -> str:
             lines.append(f"  {key} = {number}{_about(key)}")
     words = {k: v for k, v in scene.source.get("set", {}).items() if k not in scene.settings}
     lines += [f"  {key} = {one_line(value, 200)}" for key, value in words.items()]
-    lines += ["", f"varies, {counted(_designs(scene), 'design')}", *_varying(scene)]
+    lines += ["", f"varies, {counted(math.prod(scene.sizes.values()), 'design')}", *_varying(scene)]
     lines += _driven(scene)
     lines += ["", "computes"]
     for quantity in scene.quantities:
@@ -67,10 +69,8 @@ def scene_text(scene: Scene, name: str) -> str:
 def _engine_lines(scene: Scene) -> list[str]:
     """Lines of the engines as the scene names them."""
     named: dict[str, Any] = {}
-    for one in scene.beside:
-        named.setdefault(one.scene.source["engine"], one.scene.engine)
-    if not named:
-        named = {scene.source.get("engine", scene.engine.name): scene.engine}
+    for one in scene.ordinary_scenes:
+        named.setdefault(one.source.get("engine", one.engine.name), one.engine)
     lines = []
     for name, engine in named.items():
         assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
@@ -98,14 +98,6 @@ def _about(key: str) -> str:
     return f"{unit_text(node.unit)} {node.long_name}"
 
 
-def _designs(scene: Scene) -> int:
-    columns: list[Any] = [*scene.designs.values(), *scene.labels.values()]
-    count = len(columns[0]) if columns else 1
-    for values in scene.axes.values():
-        count *= len(values)
-    return count
-
-
 def _varying(scene: Scene) -> list[str]:
     """Lines of the axes and of the columns of [designs]."""
     lines = []
@@ -113,9 +105,8 @@ def _varying(scene: Scene) -> list[str]:
         about = _about(key) if key in PARAMETERS else ""
         lines.append(f"  {key} = {_listed(values)}{about}")
     if scene.designs or scene.labels:
-        first: Any = next(iter([*scene.designs.values(), *scene.labels.values()]))
         how = "" if scene.sample is None else f"{scene.sample.how}, "
-        lines.append(f"  together, {how}{counted(len(first), 'design')}:")
+        lines.append(f"  together, {how}{counted(scene.sizes[DESIGN], 'design')}:")
         for label, texts in scene.labels.items():
             said = _listed(texts) if scene.sample is None else scene.sample.parameters[label].words
             lines.append(f"    {label}: {said}")

@@ -258,7 +258,7 @@ class DaskWorkers:
         if self.address.startswith(LOCAL):
             free = psutil.virtual_memory().available
             limit = min(limit, 0.5 * free / (AT_ONCE * len(self.machines)))
-        total = passing_bytes(plan, {d: plan.sizes[d] for d in plan.scene.dimensions})
+        total = passing_bytes(plan, {})
         each = total / max(FEWEST, EACH * len(self.machines))
         return min(limit, max(SMALLEST_BLOCK, each))
 

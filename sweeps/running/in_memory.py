@@ -24,12 +24,11 @@ from sweeps.planning.blocks import (
     Results,
     aligned,
     belongs,
-    block_lengths,
     blocks,
     index_of,
+    lengths_in_memory,
     shape_in,
 )
-from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.running.elasticities import elasticities_of
 from sweeps.running.progress import progress_bar
@@ -107,7 +106,6 @@ def run(
 
     threads = thread_count(threads)
     plan = make_plan(read_scene(scene, **tables))
-    check_memory(plan)
     began = time.perf_counter()
     results = compute(plan, progress=progress, threads=threads)
     dataset = label(plan, results, seconds=time.perf_counter() - began)
@@ -122,9 +120,14 @@ def compute(
     """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
 
     No other array as large as an output exists at any time: see `sweeps.planning.blocks`.
+
+    Raises
+    ------
+    SceneError
+        For a plan larger than memory.
     """
     results: dict[str, npt.NDArray[Any]] = {}
-    lengths = block_lengths(plan)
+    lengths = lengths_in_memory(plan)
     with Computation(plan, lengths, progress=progress, threads=threads) as computation:
         for block in blocks(plan, lengths):
             for name, values in computation.results(block).items():

@@ -69,6 +69,9 @@ __all__ = ["remove_folder", "run", "stopped_by_failures"]
 
 T = TypeVar("T")
 
+_Written = tuple[int, Block, Results | None]
+"""A block with its number, and its arrays unless they are damaged."""
+
 TRIES = 3
 """How often blocks that turn out to be damaged are computed again."""
 
@@ -111,19 +114,15 @@ def run(
     folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
     with folder.locked(output):
-        try:
-            if options.resume and not options.overwrite and output.exists():
-                done = _already(output, now)
-                if not folder.has_added_points():
-                    remove_folder(folder, output)
-                return done
-            if output.exists() and not options.overwrite:
-                raise SceneError(f"{output}: exists; use --overwrite to replace it")
-            with connected(scheduler, tell) if scheduler else nullcontext() as workers:
-                return _Run(plan, output, options, folder, workers).complete(now)
-        except BaseException:
-            folder.give_up()
-            raise
+        if options.resume and not options.overwrite and output.exists():
+            done = _already(output, now)
+            if not folder.has_added_points():
+                remove_folder(folder, output)
+            return done
+        if output.exists() and not options.overwrite:
+            raise SceneError(f"{output}: exists; use --overwrite to replace it")
+        with connected(scheduler, tell) if scheduler else nullcontext() as workers:
+            return _Run(plan, output, options, folder, workers).complete(now)
 
 
 def remove_folder(folder: Partial, output: Path) -> None:
@@ -195,10 +194,7 @@ class _Run:
             self._begin(now, kind, lengths, limit)
         try:
             with stopped_by_failures(self.output, partial(self._remains, count)):
-                if one_piece:
-                    self._in_one_piece(done)
-                else:
-                    self._in_blocks(lengths, done, discard=discard)
+                self._write(lengths, done, one_piece=one_piece, discard=discard)
         finally:
             with suppress(OSError):  # the next run does it
                 self.partial.archive.unlink(missing_ok=True)
@@ -301,43 +297,16 @@ class _Run:
             full_paths=self.options.full_paths,
         )  # fmt: skip
 
-    def _computation(self, lengths: Mapping[str, int]) -> Computation:
-        return Computation(
-            self.plan, lengths, progress=self.options.progress, threads=self.options.threads
-        )
-
-    def _in_one_piece(self, done: Finished) -> None:
-        """Compute everything, straight into the file."""
-        began = time.perf_counter()
-        with self._computation({}) as computation:
-            results = computation.results({})
-        done.computing = time.perf_counter() - began
-        arrays = as_stored(self.labels, results)
-        self._assemble({}, [(0, {}, arrays)], done, discard=False)
-        self._publish()
-        done.writing = time.perf_counter() - began - done.computing
-
-    def _in_blocks(self, lengths: dict[str, int], done: Finished, *, discard: bool) -> None:
+    def _write(
+        self, lengths: dict[str, int], done: Finished, *, one_piece: bool, discard: bool
+    ) -> None:
         """Compute the blocks that are missing, then put all of them together."""
         for _ in range(TRIES):
             began = time.perf_counter()
-            finished = set(self.partial.finished())
-            missing = {
-                number: block
-                for number, block in enumerate(blocks(self.plan, lengths))
-                if number not in finished
-            }
-            if missing and self.workers is not None:
-                self._compute_by(self.workers, missing)
-            elif missing:
-                self._compute(lengths, missing)
+            written = self._all_blocks(lengths, one_piece=one_piece)
             done.computing += time.perf_counter() - began
             began = time.perf_counter()
             done.codes[:] = 0
-            written = _one_ahead(
-                partial(self._read, number, block)
-                for number, block in enumerate(blocks(self.plan, lengths))
-            )
             damaged = self._assemble(lengths, written, done, discard=discard)
             if not damaged:
                 self._publish()
@@ -352,18 +321,35 @@ class _Run:
             f"{self.partial.path}: blocks are damaged as soon as they are written; check the disk"
         )
 
-    def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
-        """Compute blocks; each is written while the next is computed."""
+    def _all_blocks(self, lengths: dict[str, int], *, one_piece: bool) -> Iterable[_Written]:
+        """Compute the blocks that are missing; returns all, read one by one from the disk.
 
-        def computed() -> Iterator[Callable[[], int]]:
-            """Compute one block after the other; each gives what writes it."""
-            with self._computation(lengths) as computation:
-                for number, block in missing.items():
-                    arrays = as_stored(self.labels, computation.results(block))
-                    yield partial(self.partial.write, number, arrays)
+        One piece is never on the disk. Of several, each is written while the next is computed.
+        """
+        finished = set(self.partial.finished())
+        every = dict(enumerate(blocks(self.plan, lengths)))
+        missing = {n: block for n, block in every.items() if n not in finished}
+        if one_piece:
+            return list(self._computed(lengths, missing))
+        if missing and self.workers is not None:
+            self._compute_by(self.workers, missing)
+        elif missing:
+            done = self._computed(lengths, missing)
+            writing = _one_ahead(partial(self.partial.write, n, arrays) for n, _, arrays in done)
+            for _ in writing:
+                pass
+        return _one_ahead(partial(self._read, number, block) for number, block in every.items())
 
-        for _ in _one_ahead(computed()):
-            pass
+    def _computed(
+        self, lengths: dict[str, int], missing: Mapping[int, Block]
+    ) -> Iterator[tuple[int, Block, Results]]:
+        """Compute one block after the other."""
+        options = self.options
+        with Computation(
+            self.plan, lengths, progress=options.progress, threads=options.threads
+        ) as computation:
+            for number, block in missing.items():
+                yield number, block, as_stored(self.labels, computation.results(block))
 
     def _compute_by(self, workers: DaskWorkers, missing: Mapping[int, Block]) -> None:
         """Have blocks computed and written by workers."""
@@ -382,7 +368,7 @@ class _Run:
     # --- putting together ---------------------------------------------------------------------
 
     def _assemble(
-        self, lengths: Mapping[str, int], written: Iterable[tuple[int, Block, Results | None]],
+        self, lengths: Mapping[str, int], written: Iterable[_Written],
         done: Finished, *, discard: bool,
     ) -> list[int]:  # fmt: skip
         """Copy all blocks into one file; returns the numbers of those that are damaged.
@@ -409,7 +395,7 @@ class _Run:
             done.warnings = tuple(file.warnings.splitlines())
         return damaged
 
-    def _read(self, number: int, block: Block) -> tuple[int, Block, Results | None]:
+    def _read(self, number: int, block: Block) -> _Written:
         """Read the arrays of a block; None where they are damaged, or not those that it must have.
 
         The hash of a block is right too where another program has written something else.

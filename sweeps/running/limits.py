@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from pathlib import Path
 
 import numpy as np
-import psutil
 
 from sweeps.errors import SceneError, counted, size_text
+from sweeps.planning.blocks import check_memory
 from sweeps.planning.plan import Plan
 
 __all__ = [
@@ -53,21 +52,13 @@ def block_bytes(plan: Plan, memory: float | None) -> float:
                 f"with columns of {size_text(fixed)} need at least "
                 f"{size_text(fixed + AT_ONCE * smallest)}"
             )
-    need, free = fixed + AT_ONCE * limit, psutil.virtual_memory().available
-    if need > 0.9 * free:
-        raise SceneError(
-            f"{plan.name}: {counted(plan.designs, 'design')} need {size_text(need)} of memory, "
-            f"{size_text(free)} are free"
-        )
+    check_memory(f"{plan.name}: {counted(plan.designs, 'design')}", fixed + AT_ONCE * limit)
     return limit
 
 
 def archive_bytes(plan: Plan, *, single: bool = False) -> int:
     """Size of an archive's variables and coordinates, uncompressed."""
-    total = 0
-    for name in plan.outputs:
-        size = math.prod(plan.sizes[d] for d in plan.dims(name))
-        total += size * (1 if name == "status" else 4 if single else 8)
+    total = plan.bytes_of_outputs(4 if single else 8)
     return total + 8 * sum(plan.sizes[d] for d in plan.scene.dimensions)
 
 

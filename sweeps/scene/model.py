@@ -234,23 +234,31 @@ class Scene(GivenValues):
         return 1 if patterns is None else patterns.cycles(self.counts)
 
     @property
+    def ordinary_scenes(self) -> tuple[Scene, ...]:
+        """Those of `beside`; an ordinary scene itself."""
+        return tuple(one.scene for one in self.beside) or (self,)
+
+    @property
     def engines(self) -> tuple[Engine, ...]:
         """Engines of the scene, each once; one for an ordinary scene."""
-        found = {one.scene.engine.name: one.scene.engine for one in self.beside}
-        return tuple(found.values()) or (self.engine,)
+        return tuple({one.engine.name: one.engine for one in self.ordinary_scenes}.values())
 
     @property
     def engine_names(self) -> str:
         """Names of the engines, with commas."""
         return ", ".join(engine.name for engine in self.engines)
 
+    @cached_property
+    def sizes(self) -> dict[str, int]:
+        """Length of every dimension; that of designs is of the columns of their table."""
+        columns: list[Any] = [*self.designs.values(), *self.labels.values()]
+        return {d: len(columns[0]) if d == DESIGN else len(self.axes[d]) for d in self.dimensions}
+
     @property
     def varying(self) -> str:
         """What varies, and how many designs that are: "inertia (5) x speed (15), 75 designs"."""
-        columns: list[Any] = [*self.designs.values(), *self.labels.values()]
-        sizes = {d: len(columns[0]) if d == DESIGN else len(self.axes[d]) for d in self.dimensions}
-        over = " x ".join(f"{d} ({n})" for d, n in sizes.items())
-        designs = counted(math.prod(sizes.values()), "design")
+        over = " x ".join(f"{d} ({n})" for d, n in self.sizes.items())
+        designs = counted(math.prod(self.sizes.values()), "design")
         return f"{over}, {designs}" if over else designs
 
     @property

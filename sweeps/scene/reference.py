@@ -77,7 +77,7 @@ def _placed(
     places: Sequence[tuple[int, ...]],
 ) -> dict[str, Floats]:
     """Values of each quantity over the dimensions; NaN where no row stands."""
-    shape = tuple(_length(scene, d) for d in dimensions)
+    shape = tuple(scene.sizes[d] for d in dimensions)
     if math.prod(shape) * len(quantities) > LARGEST_AXIS:
         raise SceneError(
             f"{table.name}: {counted(len(table.rows), 'row')} of published values over "
@@ -93,12 +93,6 @@ def _placed(
         ):
             columns[quantity][place] = value
     return columns
-
-
-def _length(scene: Scene, dimension: str) -> int:
-    if dimension == DESIGN:
-        return len(next(iter(scene.designs.values())))
-    return len(scene.axes[dimension])
 
 
 def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
@@ -185,7 +179,7 @@ def _design_index(
     table: CsvTable, scene: Scene, columns: tuple[str, ...], in_order: bool
 ) -> list[int]:
     """Design of each row: in order where only designs vary, else by the columns that name them."""
-    count = _length(scene, DESIGN)
+    count = scene.sizes[DESIGN]
     if in_order:
         if len(table.rows) != count:
             raise SceneError(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sweeps.planning import blocks
-from sweeps.planning.memory import memory_bytes
+from sweeps.planning.blocks import memory_bytes
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running.in_memory import compute
 from sweeps.scene.reading import read_scene

@@ -117,6 +117,15 @@ def test_the_text_in_the_lock_is_not_worth_a_failure(
         pass
 
 
+def test_a_failure_leaves_no_empty_folder(tmp_path: Path) -> None:
+    with (
+        pytest.raises(sweeps.SceneError),
+        Partial.of(tmp_path / "out.nc").locked(tmp_path / "out.nc"),
+    ):
+        raise sweeps.SceneError("out.nc: exists")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.compiled
 def test_a_header_that_cannot_be_read_costs_no_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
