@@ -250,6 +250,8 @@ class Cylinders:
         their angle begins get the same cylinders, bit for bit: those of whose equal cylinders one
         or another does not burn. Phases are rounded to some 1e-14 of their period.
         """
+        marks = [member[1:] for member in self.members]
+        rarest = min(marks, key=lambda mark: (marks.count(mark), repr(mark)))
 
         def seen_from(origin: Member) -> tuple[Member, ...]:
             found = []
@@ -260,7 +262,7 @@ class Cylinders:
             return tuple(sorted(found, key=repr))
 
         members, phase = min(
-            ((seen_from(origin), origin.phase) for origin in self.members),
+            ((seen_from(one), one.phase) for one in self.members if one[1:] == rarest),
             key=lambda found: repr(found[0]),
         )
         return Cylinders(self.period, members, cycles=self.cycles), phase

@@ -138,9 +138,10 @@ class Grouping:
 
     @cached_property
     def _first_alike(self) -> dict[int, int]:
-        """For each key of cylinders the first one with the same columns."""
+        """First key with the same columns, for keys of cylinders that are not the first."""
         known: dict[Cylinders, int] = {}
-        return {n: known.setdefault(self.turned(n)[0], n) for n in self.cylinders_by_count or {}}
+        every = {} if self.curves else self.cylinders_by_count or {}
+        return {n: first for n in every if (first := known.setdefault(self.turned(n)[0], n)) != n}
 
     @property
     def is_steep(self) -> bool:
@@ -182,7 +183,7 @@ class Grouping:
         cycles = cycles_of(self.driven.over_angle, family.period)
         fewest = finer * FEWEST_NODES * max(1, round(family.period / FOUR_STROKE))
         keys = [*(chosen.take(name) for name in self.keys), self._repeats(chosen)]
-        if not self.curves and self.cylinders_by_count:
+        if self._first_alike:
             counts, place = np.unique(keys[0], return_inverse=True)
             keys[0] = np.array([self._first_alike.get(n, n) for n in counts.tolist()])[place]
         for (count, *others, repeats), same in _split(chosen, keys):
