@@ -250,6 +250,8 @@ class Cylinders:
         their angle begins get the same cylinders, bit for bit: those of whose equal cylinders one
         or another does not burn. Phases are rounded to some 1e-14 of their period.
         """
+        if self.plain:
+            return Cylinders(self.period, self.members, cycles=self.cycles), 0.0
         marks = [member[1:] for member in self.members]
         rarest = min(marks, key=lambda mark: (marks.count(mark), repr(mark)))
 

@@ -201,20 +201,18 @@ def columns_of(source: Source, parts: Parts) -> Columns:
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     """Arrays of `Columns`."""
     terms, nodes = len(source.box.degrees), source.nodes.of_engine
-    curves = np.zeros((3, parts.number, terms, nodes))  # work, halves and rates of `arranged`
-    mean = np.zeros((parts.number, terms))
+    work, halves, rates = curves = np.zeros((3, parts.number, terms, nodes))
     _add_gas(source, parts.rows, curves)
     places = range(parts.first_rubbed, parts.first_torque, FRICTION_PARTS)
     for place, diagram in zip(places, parts.rubbed, strict=True):
         for member in source.members:
             _add_friction(source, diagram, member, curves[:, place : place + FRICTION_PARTS])
-    mean[: parts.first_torque] = cumulate(*curves[:, : parts.first_torque], width=source.width)
+    mean = cumulate(work, halves, rates, source.width)
     # Friction has no mean here: it is part of the mean friction torque.
     mean[parts.first_rubbed : parts.first_torque] = 0.0
     _add_square(source, curves[:, SQUARE])
     if source.nodes.cycles > 1:
-        curves = np.tile(curves, source.nodes.cycles)
-    work, halves, rates = curves
+        work, halves, rates = np.tile(curves, source.nodes.cycles)
     angle = np.arange(source.nodes.number) * source.width
     for place, (which, gear, phase) in enumerate(parts.torques, start=parts.first_torque):
         torque, theta = source.torques[which], gear * angle + phase
