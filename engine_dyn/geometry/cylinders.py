@@ -242,6 +242,33 @@ class Cylinders:
     def _apart(self, member: Member, place: float) -> float:
         return abs(math.remainder(member.phase - place, self._own_period(member)))
 
+    @cached_property
+    def turned(self) -> tuple[Cylinders, float]:
+        """The same cylinders with another angle 0, and that angle's own phase [rad].
+
+        Torque at an angle is that of the former at the sum of both. Engines that differ by where
+        their angle begins get the same cylinders, bit for bit: those of whose equal cylinders one
+        or another does not burn. Phases are rounded to some 1e-14 of their period.
+        """
+        if self.plain:
+            return Cylinders(self.period, self.members, cycles=self.cycles), 0.0
+        marks = [member[1:] for member in self.members]
+        rarest = min(marks, key=lambda mark: (marks.count(mark), repr(mark)))
+
+        def seen_from(origin: Member) -> tuple[Member, ...]:
+            found = []
+            for member in self.members:
+                own = self._own_period(member)
+                part = round((member.phase - origin.phase) / own % 1.0, 14) % 1.0
+                found.append(member._replace(phase=part * own))
+            return tuple(sorted(found, key=repr))
+
+        members, phase = min(
+            ((seen_from(one), one.phase) for one in self.members if one[1:] == rarest),
+            key=lambda found: repr(found[0]),
+        )
+        return Cylinders(self.period, members, cycles=self.cycles), phase
+
     @property
     def count(self) -> int:
         """Number of cylinders."""

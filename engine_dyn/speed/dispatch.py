@@ -174,7 +174,7 @@ def solve(
     results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
     grouping = Grouping(
         designs, family, cylinders_by_count, driven, float(tolerance),
-        ("cylinders", "method", "inertia_model"),
+        ("cylinders", "method", "inertia_model"), angles.size > 0,
     )  # fmt: skip
     sweep = Sweep(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
@@ -271,11 +271,12 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
     Returns the number of designs.
     """
     results, tolerance, form = sweep.results, sweep.grouping.tolerance, sweep.grouping.driven.form
-    _, code, model = piece.key
+    count, code, model = piece.key
     in_batch = METHODS[code].in_batch and not sweep.general
     for call in piece.calls():
         columns = call.columns
-        angles = angles_of(sweep.angles, columns.width, call.piece.source.nodes.number)
+        seen = sweep.angles + sweep.grouping.turned(count)[1]
+        angles = angles_of(seen, columns.width, call.piece.source.nodes.number)
         task = Task(code, bool(model), sweep.closure, tolerance, sweep.iterated, form, angles)
         if code == THESIS:
             solve_as_printed(call, task, sweep.angles, results)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from engine_dyn.loads import laws
 
 __all__ = [
-    "DEFAULTS", "FIELDS", "FRICTION_NAMES", "INPUT_NAMES", "NAMES_OF_QUANTITIES", "OF_SPEED_ALONE",
+    "DEFAULTS", "FIELDS", "FRICTION_NAMES", "NAMES_OF_QUANTITIES", "OF_SPEED_ALONE",
     "TABLE_QUANTITIES", "Field",
 ]  # fmt: skip
 
@@ -73,8 +73,6 @@ FIELDS = tuple(
     for field in (*_OF_TABLES, *_OF_TORQUE, *_OF_SPEED_ALONE)
 )
 """All inputs."""
-
-INPUT_NAMES = tuple(field.name for field in FIELDS)
 
 TABLE_NAMES = tuple(field.name for field in _OF_TABLES)
 TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS[: len(_OF_TABLES)])

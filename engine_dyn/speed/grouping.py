@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,8 @@ class Piece:
 class Grouping:
     """What groups are made of: arguments of `engine_dyn.speed.dispatch.solve`.
 
-    `keys` are names of inputs, whole numbers, that are the same within a group.
+    `keys` are names of inputs, whole numbers, that are the same within a group, cylinders first:
+    these may be others that have the same columns, unless `curves` over the angle are wanted.
     """
 
     inputs: Inputs
@@ -122,6 +124,24 @@ class Grouping:
     driven: DrivenMachine
     tolerance: float
     keys: tuple[str, ...]
+    curves: bool = False
+
+    def cylinders_of(self, count: int) -> Cylinders:
+        """Cylinders of a key."""
+        found = (self.cylinders_by_count or {}).get(count)
+        return found or even_cylinders(count, self.family.period)
+
+    def turned(self, count: int) -> tuple[Cylinders, float]:
+        """Cylinders that columns are made of, see `Cylinders.turned`."""
+        own = self.cylinders_of(count)
+        return (own, 0.0) if self.driven.over_angles else own.turned
+
+    @cached_property
+    def _first_alike(self) -> dict[int, int]:
+        """First key with the same columns, for keys of cylinders that are not the first."""
+        known: dict[Cylinders, int] = {}
+        every = {} if self.curves else self.cylinders_by_count or {}
+        return {n: first for n in every if (first := known.setdefault(self.turned(n)[0], n)) != n}
 
     @property
     def is_steep(self) -> bool:
@@ -163,9 +183,11 @@ class Grouping:
         cycles = cycles_of(self.driven.over_angle, family.period)
         fewest = finer * FEWEST_NODES * max(1, round(family.period / FOUR_STROKE))
         keys = [*(chosen.take(name) for name in self.keys), self._repeats(chosen)]
+        if self._first_alike:
+            counts, place = np.unique(keys[0], return_inverse=True)
+            keys[0] = np.array([self._first_alike.get(n, n) for n in counts.tolist()])[place]
         for (count, *others, repeats), same in _split(chosen, keys):
-            cylinders = (self.cylinders_by_count or {}).get(count)
-            cylinders = cylinders or even_cylinders(count, family.period)
+            cylinders, _ = self.turned(count)
             radius = max(cylinders.radius_factors)
             times = math.gcd(cylinders.symmetry, repeats * cylinders.cycles)
             nodes = nodes_of(times, fewest * cylinders.cycles, self.is_steep, cycles)

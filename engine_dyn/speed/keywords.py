@@ -102,11 +102,9 @@ def _numbers_of_cylinders(name: str, given: Sequence[float] | None) -> tuple[flo
 
 @lru_cache(maxsize=64)
 def _cylinders(
-    count: int,
-    period: float,
-    firing_angles: tuple[float, ...] | None,
+    count: int, period: float, firing_angles: tuple[float, ...] | None,
     *factors: tuple[float, ...] | None,
-) -> Cylinders:
+) -> Cylinders:  # fmt: skip
     """Cylinders, cached with what they know of themselves: searches ask again and again."""
     if firing_angles is None:
         return even_cylinders(count, period).with_factors(*factors)
@@ -231,11 +229,8 @@ class Load(_Group):
 
     def check(self) -> None:
         """Refuse values outside their physical range; ValueError names the value."""
-        _check_not_negative(
-            load_exponent=self.load_exponent,
-            load_linear=self.load_linear,
-            load_square=self.load_square,
-        )
+        names = "load_exponent", "load_linear", "load_square"
+        _check_not_negative(**{name: getattr(self, name) for name in names})
         law = LOAD_LAWS.get(self.driven.load_law)
         if law is not None and law.factored and self.driven.law != law.name:
             raise ValueError(

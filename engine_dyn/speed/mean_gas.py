@@ -33,13 +33,9 @@ ROWS_AT_ONCE = 384
 
 
 def mean_gas_torque(
-    crank_ratio: Any,
-    row: Any,
-    family: Family,
-    offset_ratio: Any = 0.0,
-    pressure_factor: PressureFactor = 1.0,
-    rod: ArticulatedRod | None = None,
-) -> Floats:
+    crank_ratio: Any, row: Any, family: Family, offset_ratio: Any = 0.0,
+    pressure_factor: PressureFactor = 1.0, rod: ArticulatedRod | None = None,
+) -> Floats:  # fmt: skip
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the

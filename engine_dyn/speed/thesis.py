@@ -176,7 +176,8 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
             continue
         one = piece.chosen.subset(np.array([i]))
         value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
-        cycle, mean_torque = _cycle_of(value, family, piece.source.cylinders, task.variable)
+        cylinders = piece.grouping.cylinders_of(int(value["cylinders"]))
+        cycle, mean_torque = _cycle_of(value, family, cylinders, task.variable)
         # An idle engine has no load.
         surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
         coefficient = surplus / value["speed"] ** value["exponent"]

@@ -15,10 +15,12 @@ from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
+from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
+from engine_dyn.speed import dispatch
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.results import TORQUE_NAMES
@@ -27,7 +29,7 @@ from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design
 from sweeps.reading.engine_files import load_engine
-from tests.support.held_out import family_of, solved, torque_inputs_of
+from tests.support.held_out import family_of, inputs_of, solved, torque_inputs_of
 
 DEGREE = math.pi / 180.0
 
@@ -250,6 +252,32 @@ def test_representatives() -> None:
     assert not even.with_factors(mass_factor=(1.1,) * 6).plain
     assert even_cylinders(9, CYCLE).along_shaft is None
     assert cylinders_of(arranged("V8 cross-plane")).along_shaft == ((0, 1), (2, 3), (4, 5), (6, 7))
+
+
+@pytest.mark.parametrize(
+    ("layout", "kinds"), [("in-line 6", 1), ("V6 90 shared-pin 1-6-5-4-3-2", 2)]
+)
+def test_misfires_of_equal_cylinders_have_columns_in_common(layout: str, kinds: int) -> None:
+    """Delta to the bit, with curves and alone; curves as without turning, which loads prevent."""
+    design = unequal(6, 1.6, "constant")
+    whole = cylinders_of(arranged(layout))
+    sets = {6 + n: whole.without(n) for n in range(7)}
+    assert len({engine.turned[0] for engine in sets.values()}) == 1 + kinds
+    given: dict[str, Any] = {
+        **inputs_of(design, family_of(design, 1.0)), "cylinders": np.array(list(sets)),
+        "cylinders_by_count": sets,
+    }  # fmt: skip
+    degrees = np.arange(-360.0, 360.0, 7.0) * DEGREE
+    alone = dispatch.solve(wanted=("delta", "omega_min"), **given)
+    curves: dict[str, Any] = {"wanted": ("delta", "omega_min", "omega"), "crank_angle": degrees}
+    both = dispatch.solve(**curves, **given)
+    for name in ("delta", "omega_min", "status"):
+        np.testing.assert_array_equal(both[name], alone[name])
+    assert len(set(alone["delta"][1:].tolist())) == kinds
+    nothing = DrivenMachine(torque_over_angle(np.radians(np.arange(0.0, 360.0)), np.zeros(360)))
+    still = dispatch.solve(**curves, **given, driven=nothing)
+    np.testing.assert_allclose(both["omega"], still["omega"], rtol=1e-9)
+    np.testing.assert_allclose(both["delta"], still["delta"], rtol=1e-7)
 
 
 @pytest.mark.parametrize("offset", [-0.02, 0.0, 0.001, 0.05])

@@ -201,22 +201,18 @@ def columns_of(source: Source, parts: Parts) -> Columns:
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
     """Arrays of `Columns`."""
     terms, nodes = len(source.box.degrees), source.nodes.of_engine
-    work, halves, rates = (np.zeros((parts.number, terms, nodes)) for _ in range(3))
-    mean = np.zeros((parts.number, terms))
-    _add_gas(source, parts.rows, work, halves, rates)
+    work, halves, rates = curves = np.zeros((3, parts.number, terms, nodes))
+    _add_gas(source, parts.rows, curves)
     places = range(parts.first_rubbed, parts.first_torque, FRICTION_PARTS)
     for place, diagram in zip(places, parts.rubbed, strict=True):
-        here = slice(place, place + FRICTION_PARTS)
         for member in source.members:
-            _add_friction(source, diagram, member, work[here], halves[here], rates[here])
-    for summed in (slice(UNIT, UNIT + 1), slice(FIRST_GAS, parts.first_torque)):
-        mean[summed] = cumulate(work[summed], halves[summed], rates[summed], source.width)
+            _add_friction(source, diagram, member, curves[:, place : place + FRICTION_PARTS])
+    mean = cumulate(work, halves, rates, source.width)
     # Friction has no mean here: it is part of the mean friction torque.
     mean[parts.first_rubbed : parts.first_torque] = 0.0
-    _add_square(source, work[SQUARE], halves[SQUARE], rates[SQUARE])
+    _add_square(source, curves[:, SQUARE])
     if source.nodes.cycles > 1:
-        repeated = 1, 1, source.nodes.cycles
-        work, halves, rates = (np.tile(curve, repeated) for curve in (work, halves, rates))
+        work, halves, rates = np.tile(curves, source.nodes.cycles)
     angle = np.arange(source.nodes.number) * source.width
     for place, (which, gear, phase) in enumerate(parts.torques, start=parts.first_torque):
         torque, theta = source.torques[which], gear * angle + phase
@@ -327,77 +323,66 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
     return np.asarray(curves.reshape(shape).sum(axis=-2))
 
 
-def _add_square(source: Source, work: Floats, halves: Floats, rates: Floats) -> None:
+def _add_square(source: Source, curves: Floats) -> None:
     """Add the squared velocity without its mean, docs/method.md (20), and its slope.
 
     The slope is docs/solver.md (57).
     """
     for member in source.members:
-        curve = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
-        work += _folded(curve.square, source.nodes)
-        halves += _folded(curve.square_between, source.nodes)
-        rates += _folded(curve.slope, source.nodes)
+        own = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
+        for total, curve in zip(curves, (own.square, own.square_between, own.slope), strict=True):
+            total += _folded(curve, source.nodes)
     # The squares of many cylinders nearly add up to a constant, whose rounding would remain in the
     # mean: it is subtracted first.
-    first = work[:, :1].copy()
-    work -= first
-    halves -= first
-    level = (work + 2.0 * halves).mean(axis=1, keepdims=True) / 3.0
-    work -= level
-    halves -= level
+    curves[:2] -= curves[0, :, :1].copy()
+    curves[:2] -= (curves[0] + 2.0 * curves[1]).mean(axis=1, keepdims=True) / 3.0
 
 
-def _add_gas(source: Source, rows: Integers, work: Floats, halves: Floats, rates: Floats) -> None:
+def _add_gas(source: Source, rows: Integers, curves: Floats) -> None:
     """Add the mean torque of intervals, and at nodes, of a pressure of 1 and of each diagram.
 
-    `halves` gets the part of the first half of each interval. Cylinders that differ in their phase
-    by whole intervals have the same torque.
+    The second curve gets the part of the first half of each interval. Cylinders that differ in
+    their phase by whole intervals have the same torque.
     """
     step, nodes = source.width, source.nodes.of_engine
+    total = curves[:, : FIRST_GAS + rows.size]
     for member in source.members:
         whole = math.floor(member.phase / step + SAME_PLACE)
         rest, whole = member.phase - whole * step, whole % nodes
         first = member._replace(phase=rest if rest > SAME_PLACE * step else 0.0, mass_factor=1.0)
         key = "gas", first, source.box, source.nodes, rows.tobytes()
         make = partial(_gas_of, source, rows, first)
-        several = len(source.members) > 1
-        made = remembered(source.family, key, make) if several else make()
-        for total, found in zip((work, halves, rates), made, strict=True):
-            gas = total[FIRST_GAS : FIRST_GAS + rows.size]
-            for curve, own in ((total[UNIT], found[0]), (gas, found[1:])):
-                curve[..., : nodes - whole] += own[..., whole:]
-                curve[..., nodes - whole :] += own[..., :whole]
+        (own,) = remembered(source.family, key, make) if len(source.members) > 1 else make()
+        total[..., : nodes - whole] += own[..., whole:]
+        total[..., nodes - whole :] += own[..., :whole]
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
-    """What `_add_gas` adds of one cylinder, three curves (a pressure of 1 and rows, term, node)."""
+    """What `_add_gas` adds of one cylinder, (curve, part, term, node)."""
     inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     speed = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
     half = inside.size // 2
     early, late = (np.ascontiguousarray(part) for part in np.split(speed.inside, [half], axis=1))
     weights, one = WEIGHTS[: WEIGHTS.size // 2], np.ones(1)
-    shape = rows.size + 1, len(source.box.degrees), source.nodes.of_engine
-    work, halves, rates = (np.zeros(shape) for _ in range(3))
+    terms, nodes = len(source.box.degrees), source.nodes.of_engine
+    work, halves, rates = curves = np.zeros((3, FIRST_GAS + rows.size, terms, nodes))
 
     def add(pressure: Floats, here: slice) -> None:
         add_products(pressure, 0, early, weights, halves[here])
         add_products(pressure, half, late, weights, work[here])
         add_products(pressure, inside.size, speed.at_node, one, rates[here])
 
-    add(np.ones((1, inside.size + at_node.size)), slice(0, 1))
+    add(np.ones((1, inside.size + at_node.size)), slice(UNIT, UNIT + 1))
     angle = np.concatenate([inside, at_node])
     angle = member.diagram_angle(angle, source.box.ratio[0], source.box.offset[0])
-    add(pressures_of_rows(source.family, rows, angle, member.pressure_factor), slice(1, None))
-    for curve in (work, halves, rates):
-        curve[1:] -= ATMOSPHERE * curve[:1]
+    pressure = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
+    add(pressure, slice(FIRST_GAS, None))
+    curves[:, FIRST_GAS:] -= ATMOSPHERE * curves[:, UNIT : UNIT + 1]
     work += halves
-    return work, halves, rates
+    return (curves,)
 
 
-def _add_friction(
-    source: Source, diagram: RubbedDiagram, member: Member, work: Floats, halves: Floats,
-    rates: Floats,
-) -> None:  # fmt: skip
+def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves: Floats) -> None:
     """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (50)."""
     inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
@@ -418,5 +403,5 @@ def _add_friction(
     half = WEIGHTS.size // 2
     whole = np.einsum("q,psqn->psn", WEIGHTS, points)
     first = np.einsum("q,psqn->psn", WEIGHTS[:half], points[:, :, :half])
-    for target, shape in ((work, whole), (halves, first), (rates, shapes[1])):
+    for target, shape in zip(curves, (whole, first, shapes[1]), strict=True):
         target += source.box.transform @ _folded(shape, source.nodes)
