@@ -88,7 +88,7 @@ def firing_patterns(
     >>> scene = {"engine": "ntua", "set": {"cylinders": 4, "load": 50}}
     >>> found = sweeps.firing_patterns(scene, "2/3", longest=6)
     >>> [str(firings) for firings in found.firings.values]
-    ['110', '111100', '111010']
+    ['110', '111010', '111100']
     """
     from sweeps.running.in_memory import run
 
