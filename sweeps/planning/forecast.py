@@ -170,9 +170,9 @@ def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
 
 
 def _cylinders(plan: Plan) -> int:
-    """Cylinders that are no copies of each other, of all sets of them."""
-    sets = plan.leaves["cylinders_by_count"].data.values()
-    return sum(len(cylinders.representatives) for cylinders in sets)
+    """Cylinders that are no copies of each other, of all sets of them, for each of their cycles."""
+    sets = {cylinders.turned[0] for cylinders in plan.leaves["cylinders_by_count"].data.values()}
+    return sum(len(cylinders.representatives) * cylinders.cycles for cylinders in sets)
 
 
 def mechanism(method: str) -> str:
