@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,7 @@ __all__ = [
     "PressureFactor",
     "cylinders_of",
     "even_cylinders",
+    "shortest",
 ]
 
 SEALED = -1.0
@@ -51,6 +52,9 @@ SEALED = -1.0
 
 MOST_CYCLES = 64
 """Cycles after which a firing pattern repeats, at most."""
+
+Firings = TypeVar("Firings", tuple[float, ...], str)
+"""A pattern: a factor, or a letter, for each firing."""
 
 PressureFactor = float | tuple[float, ...]
 """Factor on a cylinder's pressure [1]: of all cycles, or of each of the cycles of a pattern."""
@@ -308,7 +312,7 @@ class Cylinders:
         >>> four.cycles, four.symmetry, four.members[0].pressure_factor
         (3, 4, (1.0, 1.0, 0.0))
         """
-        wanted, count = _shortest(_checked_pattern(pattern)), len(self.members)
+        wanted, count = shortest(_checked_pattern(pattern)), len(self.members)
         cycles = len(wanted) // math.gcd(len(wanted), count)
         if cycles > MOST_CYCLES:
             raise ValueError(
@@ -320,7 +324,7 @@ class Cylinders:
         for place, i in enumerate(fires):
             own = self.pressure_factors[i]
             each = [wanted[(n * count + place) % len(wanted)] for n in range(cycles)]
-            factors = _shortest(tuple(f if f == SEALED else f * own for f in each))
+            factors = shortest(tuple(f if f == SEALED else f * own for f in each))
             one = factors[0] if len(factors) == 1 else factors
             members[i] = members[i]._replace(pressure_factor=one)
         # A cylinder that does as cylinder 1 does, some cycles later, is its copy.
@@ -568,8 +572,12 @@ def _checked_pattern(pattern: Sequence[float]) -> tuple[float, ...]:
     return tuple(map(float, pattern))
 
 
-def _shortest(pattern: tuple[float, ...]) -> tuple[float, ...]:
-    """The part of a pattern that it repeats."""
+def shortest(pattern: Firings) -> Firings:
+    """Part of a pattern, a tuple or a text, that it repeats.
+
+    >>> shortest("110110")
+    '110'
+    """
     for length in range(1, len(pattern)):
         if len(pattern) % length == 0 and pattern[:length] * (len(pattern) // length) == pattern:
             return pattern[:length]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -83,10 +85,6 @@ def firing_orders(
     Example, an in-line six with its crankshaft as it is or mirrored: `engine-dyn firing-orders ntua
     --arrangement "in-line 6"`.
     """
-    import warnings
-
-    from engine_dyn import ImplausibleWarning
-
     given = _settings(settings)
     if output is not None:
         check_output(output, overwrite, Path(what))
@@ -94,8 +92,7 @@ def firing_orders(
     from sweeps.exploring.firing_orders import firing_orders as ranked
     from sweeps.presenting.firing_orders import orders_text
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ImplausibleWarning)  # told below, one line each
+    with _warnings_told_later():
         found = ranked(
             what, arrangement=arrangement, settings=given, crank=crank, by=by, sample=sample,
             seed=seed, threads=threads, progress=not quiet,
@@ -173,10 +170,6 @@ def firing_patterns(
     Example, two of three firings of a four-cylinder engine: `engine-dyn firing-patterns ntua --set
     cylinders=4,load=50 --density 2/3`.
     """
-    import warnings
-
-    from engine_dyn import ImplausibleWarning
-
     given = _settings(settings)
     if output is not None:
         check_output(output, overwrite, Path(what))
@@ -184,8 +177,7 @@ def firing_patterns(
     from sweeps.exploring.firing_patterns import firing_patterns as ranked
     from sweeps.presenting.firing_patterns import patterns_text
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ImplausibleWarning)  # told below, one line each
+    with _warnings_told_later():
         found = ranked(
             what, density, longest=longest, by=by, order=order, valves_shut=valves_shut,
             keep_torque=not any_torque, settings=given, threads=threads, progress=not quiet,
@@ -194,6 +186,18 @@ def firing_patterns(
     if not quiet:
         warn(found.attrs["warnings"].splitlines())
         say(patterns_text(found, limit, units, terminal_width()))
+
+
+@contextmanager
+def _warnings_told_later() -> Iterator[None]:
+    """Keep plausibility silent while an archive is computed, whose attribute has one line each."""
+    import warnings
+
+    from engine_dyn import ImplausibleWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImplausibleWarning)
+        yield
 
 
 def _settings(texts: tuple[str, ...]) -> dict[str, float]:

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CRITERIA",
     "MOST",
+    "check_left_out",
     "compared_criteria",
     "firing_orders",
     "given_scene",
@@ -201,6 +202,19 @@ def given_scene(scene: str | Path | Mapping[str, Any], asked: Sequence[str]) -> 
     )
 
 
+def check_left_out(scene: Scene, name: str, compared: str) -> None:
+    """Refuse tables that do not go with a comparison of one engine with itself.
+
+    Raises
+    ------
+    SceneError
+        For the first of them.
+    """
+    for table in _LEFT_OUT:
+        if scene.source.get(table) is not None:
+            raise SceneError(f"{name}: [{table}]: not allowed when {compared} are compared")
+
+
 def _asked(by: str | Sequence[str] | None) -> list[str]:
     names = [by] if isinstance(by, str) else list(by or ())
     return [part.strip() for name in names for part in name.split(",") if part.strip()]
@@ -212,11 +226,7 @@ def _one_engine(
 ) -> tuple[Arrangement, dict[str, Any]]:  # fmt: skip
     """The engine's own arrangement, and the tables of a scene that says nothing of it."""
     own = read_scene(given)
-    for table in _LEFT_OUT:
-        if own.source.get(table) is not None:
-            raise SceneError(
-                f"{name}: [{table}]: not allowed when all firing orders of one engine are compared"
-            )
+    check_left_out(own, name, "all firing orders of one engine")
     if "weights_of_webs" in own.words and (crank != "own" or arrangement is not None):
         raise SceneError(
             f"{name}: [[counterweights]] belong to one crankshaft: must be left out, or crank be "

@@ -6,15 +6,16 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import LARGEST_FIRING
+from engine_dyn.geometry.cylinders import LARGEST_FIRING, shortest
 from sweeps.dimensions import DESIGN, ENGINE, FIRING_PATTERN, OF_PATTERNS
 from sweeps.errors import SceneError, shown
-from sweeps.exploring.firing_orders import given_scene
+from sweeps.exploring.firing_orders import check_left_out, given_scene
 from sweeps.ratios import number_or_ratio
 from sweeps.scene.reading import read_scene
 
@@ -31,8 +32,6 @@ LONGEST = 24
 
 ALIKE = 1e-3
 """Part by which the factor that keeps the torque may differ from point to point of a scene."""
-
-_LEFT_OUT = ("designs", "sample", "uncertainty", "reference", "measured")
 
 
 def firing_patterns(
@@ -92,7 +91,8 @@ def firing_patterns(
     """
     from sweeps.running.in_memory import run
 
-    share, words = _density(density), _words(density, longest)
+    share = _density(density, longest)
+    words = _words(share, longest)
     given, name = given_scene(engine, [by])
     tables = _tables(given, name, dict(settings or {}), by)
     idle = "d" if valves_shut else "0"
@@ -116,26 +116,27 @@ def firing_patterns(
     return made
 
 
-def _density(density: float | str) -> Fraction:
+def _density(density: float | str, longest: int) -> Fraction:
+    """Density as a fraction that patterns of at most so many firings have."""
+    if isinstance(longest, bool) or not isinstance(longest, int) or not 2 <= longest <= LONGEST:
+        raise SceneError(f"longest = {shown(longest)}: must be a whole number from 2 to {LONGEST}")
     try:
         value = number_or_ratio(str(density))
     except ValueError:
         value = math.nan
     if not 0.0 < value < 1.0:
         raise SceneError(f"density = {shown(density)}: must be between 0 and 1, such as 2/3")
-    return Fraction(value).limit_denominator(LONGEST)
-
-
-def _words(density: float | str, longest: int) -> list[str]:
-    """Patterns of the density, each once however it is turned, the shortest first."""
-    if isinstance(longest, bool) or not isinstance(longest, int) or not 2 <= longest <= LONGEST:
-        raise SceneError(f"longest = {shown(longest)}: must be a whole number from 2 to {LONGEST}")
-    share, value = _density(density), number_or_ratio(str(density))
+    share = Fraction(value).limit_denominator(LONGEST)
     if abs(float(share) - value) > 1e-3 or share.denominator > longest:
         raise SceneError(
             f"density = {shown(density)}: no pattern of at most {longest} firings has it; must be "
             f"a fraction with a denominator up to {longest}"
         )
+    return share
+
+
+def _words(share: Fraction, longest: int) -> list[str]:
+    """Patterns of the density, each once however it is turned, the shortest first."""
     lengths = range(share.denominator, longest + 1, share.denominator)
     total = sum(_necklaces(n, int(n * share)) for n in lengths)
     if total > MOST:
@@ -143,13 +144,8 @@ def _words(density: float | str, longest: int) -> list[str]:
             f"longest = {longest}: {total:,} patterns of density {share}; at most {MOST:,} are "
             "computed; choose a smaller one"
         )
-    found: dict[str, None] = {}
-    for length in lengths:
-        for word in _turned_once(length, int(length * share)):
-            part = next(d for d in range(1, length + 1)
-                        if length % d == 0 and word == word[:d] * (length // d))  # fmt: skip
-            found.setdefault(word[:part])
-    return list(found)
+    every = (word for n in lengths for word in _turned_once(n, int(n * share)))
+    return list(dict.fromkeys(map(shortest, every)))
 
 
 def _necklaces(length: int, ones: int) -> int:
@@ -165,8 +161,6 @@ def _necklaces(length: int, ones: int) -> int:
 
 def _turned_once(length: int, ones: int) -> list[str]:
     """Patterns of which none is another one turned: the largest of all turned ones."""
-    from itertools import combinations
-
     found = []
     for places in combinations(range(1, length), ones - 1):
         fires = {0, *places}
@@ -179,9 +173,7 @@ def _turned_once(length: int, ones: int) -> list[str]:
 def _tables(given: Any, name: str, replaced: dict[str, Any], by: str) -> dict[str, Any]:
     """Tables of a scene about one engine, which asks for what ranks."""
     own = read_scene(given)
-    for table in _LEFT_OUT:
-        if own.source.get(table) is not None:
-            raise SceneError(f"{name}: [{table}]: not allowed when firing patterns are compared")
+    check_left_out(own, name, "firing patterns")
     if own.beside or DESIGN in own.dimensions or ENGINE in own.dimensions or own.firing_patterns:
         raise SceneError(
             f"{name}: has several engines, designs or firing patterns; must have one engine, whose "
