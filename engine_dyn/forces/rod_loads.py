@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import kernel
 from engine_dyn.forces import torque
+from engine_dyn.forces.samples import largest_of_cycle
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.pressure.family import Family
@@ -116,19 +117,7 @@ def _worst(
 
 def _either_way(force: Floats) -> tuple[Floats, Floats]:
     """Largest compression and tension along the last axis; 0 where there is none."""
-    return np.maximum(_summit(force), 0.0), np.maximum(_summit(-force), 0.0)
-
-
-def _summit(force: Floats) -> Floats:
-    """Largest value of the parabola through the largest sample and its neighbours."""
-    top = np.argmax(force, axis=-1)[:, None]
-    before, here, after = (
-        np.take_along_axis(force, (top + step) % force.shape[-1], axis=-1)[:, 0]
-        for step in (-1, 0, 1)
-    )
-    bend = 2.0 * here - before - after
-    bent = np.where(bend > 0.0, bend, np.inf)
-    return np.asarray(here + (after - before) ** 2 / (8.0 * bent))
+    return np.maximum(largest_of_cycle(force), 0.0), np.maximum(largest_of_cycle(-force), 0.0)
 
 
 @kernel

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces import mounts, web_weights
+from engine_dyn.forces import web_weights
 from engine_dyn.forces.balance import acceleration_harmonics
 from engine_dyn.forces.mechanism import banks_of
+from engine_dyn.forces.samples import largest_of_cycle
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, Member
@@ -100,7 +101,7 @@ def _of_cycle(name: str, symbol: str, size: str, sign: float) -> Node:
     return Node(
         name, symbol, "N", f"{size} vertical force on each mount over the cycle, positive upwards",
         SOURCE, needs=("mount_force",), removes=("crank_angle",),
-        make=lambda mount_force: sign * mounts.largest_of_cycle(sign * mount_force),
+        make=lambda mount_force: sign * largest_of_cycle(sign * mount_force),
     )  # fmt: skip
 
 
