@@ -33,7 +33,7 @@ from benchmarks.workers import in_processes
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
-from sweeps.running.in_memory import Computation
+from sweeps.running.computation import Computation
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 

@@ -27,6 +27,7 @@ __all__ = [
     "OF_PATTERNS",
     "PARAMETER",
     "PUBLISHED",
+    "REDUCTION",
     "RESTART",
     "SEARCHED",
     "SHARE",
@@ -84,6 +85,10 @@ are, as JSON."""
 
 OF_PATTERNS = "firing_patterns"
 """Attribute of archives of firing patterns of a density: how they were ranked, as JSON."""
+
+REDUCTION = "reduction"
+"""Attribute of archives that hold what was asked of all designs together, in place of each: what
+[reduce] asked for and what its searches found, as JSON."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from sweeps.archive.provenance import differences
 from sweeps.errors import counted
-from sweeps.exploring.ranges import ranges
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

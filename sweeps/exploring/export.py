@@ -29,9 +29,9 @@ from sweeps.exploring.columns import (
 from sweeps.exploring.excel import check_rows, unit_of, workbook
 from sweeps.exploring.fmu import functional_mockup_unit
 from sweeps.exploring.order_table import COLUMNS, CONVENTION, order_table
-from sweeps.exploring.ranges import ranges
 from sweeps.exploring.universal_files import universal_file
 from sweeps.reading.libraries import library
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -32,8 +32,8 @@ from sweeps.exploring.columns import (
     words_for_numbers,
 )
 from sweeps.exploring.nominal import NOMINAL, nominal_places
-from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,9 +13,9 @@ import numpy as np
 
 from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, shown
-from sweeps.exploring.conditions import conditions_of, units_of
-from sweeps.exploring.every_point import TEXT, EveryPoint
-from sweeps.exploring.kept_front import Front
+from sweeps.reducing.every_point import TEXT, EveryPoint
+from sweeps.reducing.kept_front import Front
+from sweeps.scene.conditions import conditions_of, units_of
 
 if TYPE_CHECKING:
     import xarray as xr

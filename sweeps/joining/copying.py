@@ -20,7 +20,7 @@ from sweeps.archive.partial import Partial
 from sweeps.errors import SceneError, counted
 from sweeps.joining.places import Joined
 from sweeps.reading.netcdf_files import damaged_values, opened_archive
-from sweeps.running.into_archive import stopped_by_failures
+from sweeps.running.failures import stopped_by_failures
 from sweeps.running.options import Options
 
 __all__ = ["write_joined"]

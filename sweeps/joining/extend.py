@@ -21,7 +21,8 @@ from sweeps.joining.copying import write_joined
 from sweeps.joining.places import Joined, places_in, union_of
 from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
-from sweeps.running.into_archive import remove_folder, run
+from sweeps.running.failures import remove_folder
+from sweeps.running.into_archive import run
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
 

@@ -15,7 +15,7 @@ from sweeps.errors import SceneError
 from sweeps.joining.copying import write_joined
 from sweeps.joining.places import find_places
 from sweeps.planning.plan import Plan
-from sweeps.running.into_archive import remove_folder
+from sweeps.running.failures import remove_folder
 from sweeps.running.limits import archive_bytes, check_room
 from sweeps.running.options import Options
 

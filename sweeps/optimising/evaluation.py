@@ -15,11 +15,11 @@ from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.archive.labels import dataset_of, describe
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.dimensions import DESIGN, GENERATION, RESTART
-from sweeps.exploring.every_point import EveryPoint
 from sweeps.optimising.space import Space
 from sweeps.optimising.task import Task
 from sweeps.planning.blocks import check_memory
 from sweeps.planning.plan import Plan
+from sweeps.reducing.every_point import EveryPoint
 from sweeps.running.in_memory import compute
 
 if TYPE_CHECKING:

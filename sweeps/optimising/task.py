@@ -13,10 +13,10 @@ from engine_dyn.quantities.graph import ALL_QUANTITIES, ALONG_SHAFT, DIMENSIONS,
 from sweeps.checks import names_given
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, not_known, shown
-from sweeps.exploring.conditions import Constraint, conditions_of
-from sweeps.exploring.every_point import outcomes_given
 from sweeps.optimising.space import Space, read_space
 from sweeps.planning.plan import Plan, make_plan
+from sweeps.reducing.every_point import outcomes_given
+from sweeps.scene.conditions import Constraint, conditions_of
 from sweeps.scene.reading import GivenScene, scene_of
 from sweeps.scene.sample import SEARCH
 

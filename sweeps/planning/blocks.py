@@ -100,7 +100,9 @@ def lengths_in_memory(plan: Plan) -> dict[str, int]:
 def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
     lengths = dict(plan.sizes)
-    for dimension in _in_order(plan):
+    reduce = plan.scene.reduce
+    whole = () if reduce is None else reduce.at_every  # designs are judged at all their values
+    for dimension in (d for d in _in_order(plan) if d not in whole):
         if passing_bytes(plan, lengths) <= limit:
             break
         low, high = 1, lengths[dimension]

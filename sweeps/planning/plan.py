@@ -22,7 +22,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN, STATUS, TORSION_STATUS
-from sweeps.errors import one_line, size_text
+from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import changed_parameters, plan_elasticities
 from sweeps.planning.leaves import leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
@@ -40,9 +40,8 @@ __all__ = ["Part", "Plan", "Stage", "make_plan", "plan"]
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
 
-ENDLESS = 1 << 30
-"""Designs of a sample when it is decided how they are solved: it may be extended, and the numbers
-of its first designs must not depend on how many follow."""
+MOST_CELLS = 1000
+"""Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +94,9 @@ class Plan:
         of their results are among stages and outputs.
     afterwards : frozenset of str
         These variables, which no stage computes.
+    portions : range
+        Which portions of a sample it is about, where that is reduced as it is computed; the plan
+        is then that of the first of them (`sweeps.planning.portions`).
 
     Examples
     --------
@@ -120,6 +122,7 @@ class Plan:
     parts: tuple[Part, ...] = ()
     variations: tuple[Variation, ...] = ()
     afterwards: frozenset[str] = frozenset()
+    portions: range = range(1)
 
     def __repr__(self) -> str:
         return (
@@ -151,8 +154,8 @@ class Plan:
 
     @property
     def designs(self) -> int:
-        """Number of designs, the product of the scene's axes."""
-        return math.prod(self.sizes[d] for d in self.scene.dimensions)
+        """Number of designs, the product of the scene's axes, in all portions."""
+        return math.prod(self.sizes[d] for d in self.scene.dimensions) * len(self.portions)
 
     @property
     def output_bytes(self) -> int:
@@ -268,7 +271,12 @@ def make_plan(scene: Scene) -> Plan:
     by_words = {"friction_law"} if friction_law(scene) in chosen else set()
     settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(found.stages.values())
-    plan = Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
+    plan = Plan(
+        scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
+        portions=_portions(scene),
+    )  # fmt: skip
+    if scene.reduce is not None:
+        _check_reduced(plan)
     if scene.elasticities:
         keys = changed_parameters(scene, leaves, used)
         variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
@@ -277,6 +285,46 @@ def make_plan(scene: Scene) -> Plan:
         variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     return plan
+
+
+def _portions(scene: Scene) -> range:
+    """Portions of a sample that is reduced."""
+    if scene.reduce is None or scene.sample is None:
+        return range(1)
+    return range(scene.sample.number // scene.sample.portion)
+
+
+def _check_reduced(plan: Plan) -> None:
+    """Check that what is reduced has one number for each design, and is little enough.
+
+    Raises
+    ------
+    SceneError
+        For curves; for more points of the axes that statistics do not go over than there may be.
+    """
+    scene = plan.scene
+    assert scene.reduce is not None
+    for name in plan.outputs:
+        added = [d for d in plan.dims(name) if d not in scene.dimensions]
+        if added:
+            raise SceneError(
+                f"{plan.name}: [reduce] takes quantities of one number for each design; {name} "
+                f"varies over {', '.join(added)}; leave it out, and compute it for the designs "
+                "that are kept"
+            )
+    left = [d for d in scene.dimensions if d not in scene.reduce.over]
+    cells = math.prod(plan.sizes[d] for d in left) * (len(plan.portions) if DESIGN in left else 1)
+    if cells > MOST_CELLS:
+        raise SceneError(
+            f"{plan.name}: [reduce] over: leaves {' x '.join(left)}, {cells} points; must be at "
+            f"most {MOST_CELLS}"
+        )
+    chosen = [d for d in left if d not in scene.reduce.at_every]
+    if chosen and scene.reduce.kept:
+        raise SceneError(
+            f"{plan.name}: [reduce] over: leaves {', '.join(chosen)}, along which [reduce] keeps "
+            f"designs; {chosen[0]} must be in over or at_every, or another scene keeps the designs"
+        )
 
 
 def _with_variation(plan: Plan, variation: Variation) -> Plan:

@@ -18,6 +18,7 @@ from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.plan import Part, Plan
+from sweeps.planning.portions import Portions
 
 __all__ = ["part", "shard"]
 
@@ -41,9 +42,26 @@ def shard(plan: Plan, number: int, count: int) -> Plan:
         )
     if count == 1:
         return plan
+    if len(plan.portions) > 1:
+        return _shard_of_portions(plan, number, count)
     begin, end = size * (number - 1) // count, size * number // count
     about = {"shard": f"{number}/{count}", "axis": axis, "first": begin, "of": size}
     return part(plan, axis, np.arange(begin, end), json.dumps(about))
+
+
+def _shard_of_portions(plan: Plan, number: int, count: int) -> Plan:
+    """Shard of a sample that is drawn in portions: some of these."""
+    many = len(plan.portions)
+    if count > many:
+        raise SceneError(
+            f"{plan.name}: --shard {number}/{count}: the sample is drawn in "
+            f"{counted(many, 'portion')}; must be at most {counted(many, 'shard')}"
+        )
+    numbers = plan.portions[many * (number - 1) // count : many * number // count]
+    ((first, made),) = Portions(plan).plans(numbers[:1])
+    of = many * plan.sizes[DESIGN]
+    about = {"shard": f"{number}/{count}", "axis": DESIGN, "first": first, "of": of}
+    return replace(made, portions=numbers, whole=plan, piece=json.dumps(about))
 
 
 def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:

@@ -14,10 +14,10 @@ from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
 from sweeps.exploring.attributes import dims_of_designs
-from sweeps.exploring.ranges import ranges
 from sweeps.presenting.key_texts import unit_text, with_word
 from sweeps.presenting.readable_units import asked_of_archive, factor
 from sweeps.presenting.tables import aligned, number_text
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

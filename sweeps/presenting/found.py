@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sweeps.errors import one_line
-from sweeps.exploring.conditions import constraint, units_of
-from sweeps.exploring.every_point import TEXT
 from sweeps.exploring.rows import fixed_of, rows
 from sweeps.presenting.readable_units import converted
 from sweeps.presenting.tables import rows_text
+from sweeps.reducing.every_point import TEXT
+from sweeps.scene.conditions import constraint, units_of
 
 if TYPE_CHECKING:
     import xarray as xr

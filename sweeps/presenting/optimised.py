@@ -11,10 +11,10 @@ import numpy as np
 
 from sweeps.dimensions import DESIGN, FOUND
 from sweeps.errors import counted, one_line
-from sweeps.exploring.conditions import Constraint, constraint, units_of
 from sweeps.optimising.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.presenting.tables import aligned, number_text
 from sweeps.ratios import ratio_text
+from sweeps.scene.conditions import Constraint, constraint, units_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -39,7 +38,6 @@ from sweeps.archive.provenance import (
 )
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.errors import (
-    NAMED_BADLY,
     SceneError,
     counted,
     one_line,
@@ -59,13 +57,15 @@ from sweeps.planning.blocks import (
 )
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import DAMAGE, opened_archive
-from sweeps.running.cluster import DaskWorkers, Lost, connected
-from sweeps.running.in_memory import Computation
+from sweeps.running.cluster import DaskWorkers, connected
+from sweeps.running.computation import Computation
+from sweeps.running.failures import remove_folder, stopped_by_failures
 from sweeps.running.limits import block_bytes, check_disk
 from sweeps.running.options import Finished, Options, Stopped
 from sweeps.running.progress import progress_bar
+from sweeps.running.reduced import Units
 
-__all__ = ["remove_folder", "run", "stopped_by_failures"]
+__all__ = ["run"]
 
 T = TypeVar("T")
 
@@ -122,52 +122,8 @@ def run(
         if output.exists() and not options.overwrite:
             raise SceneError(f"{output}: exists; use --overwrite to replace it")
         with connected(scheduler, tell) if scheduler else nullcontext() as workers:
-            return _Run(plan, output, options, folder, workers).complete(now)
-
-
-def remove_folder(folder: Partial, output: Path) -> None:
-    """Remove the folder of an archive that is finished.
-
-    Raises
-    ------
-    Stopped
-        Where that is not possible.
-    """
-    try:
-        folder.remove()
-    except OSError as error:
-        raise Stopped(
-            f"{output}: is complete, but {folder.path} cannot be removed "
-            f"({one_line(error.strerror or error, 200)})"
-        ) from None
-
-
-@contextmanager
-def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[None]:
-    """Raise `Stopped` where what is done here is interrupted, or the disk or the workers fail.
-
-    `remains` says what is left of the run, and how to go on.
-    """
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Stopped(f"interrupted; {remains()}") from None
-    except Lost as error:
-        raise Stopped(f"{error}; {remains()}") from None
-    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
-        if not _about_disk(error):
-            raise
-        reason = one_line(getattr(error, "strerror", None) or error, 200)
-        with suppress(OSError):
-            reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
-        raise Stopped(f"{output}: cannot be written ({reason}); {remains()}") from None
-
-
-def _about_disk(error: BaseException) -> bool:
-    """Whether the disk is to blame; netCDF's errors do not tell."""
-    if isinstance(error, OSError) and error.errno not in NAMED_BADLY:
-        return True
-    return "NetCDF" in str(error)
+            kind = _Run if plan.scene.reduce is None else _ReducedRun
+            return kind(plan, output, options, folder, workers).complete(now)
 
 
 @dataclass(frozen=True)
@@ -185,10 +141,10 @@ class _Run:
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
-        count = block_count(self.plan, lengths)
+        count = self._count(lengths)
         done = Finished(blocks=count, before=len(self.partial.finished()))
         compiled = seconds_compiling()
-        discard = check_disk(self.plan, self.output, count, done.before, single=self.options.single)
+        discard = self._check_disk(count, done.before)
         one_piece = count == 1 and self.workers is None and header is None
         if header is None and not one_piece:
             self._begin(now, kind, lengths, limit)
@@ -248,7 +204,7 @@ class _Run:
             )
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         known = lengths.keys() <= self.plan.sizes.keys()
-        if not known or block_count(self.plan, lengths) != header["blocks"]:
+        if not known or self._count(lengths) != header["blocks"]:
             raise SceneError(
                 f"{self.partial.path}: run.json is damaged: it has blocks of "
                 f"{shown(header['lengths'])}, which are not {header['blocks']} of this scene; use "
@@ -265,7 +221,7 @@ class _Run:
                 "identity": now,
                 "kind": kind,
                 "lengths": lengths,
-                "blocks": block_count(self.plan, lengths),
+                "blocks": self._count(lengths),
                 "block_bytes": limit,
                 "title": self.plan.scene.title,
                 "designs": self.plan.designs,
@@ -275,6 +231,13 @@ class _Run:
                 "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
             }
         )
+
+    def _count(self, lengths: Mapping[str, int]) -> int:
+        """Number of blocks that are written."""
+        return block_count(self.plan, lengths)
+
+    def _check_disk(self, count: int, finished: int) -> bool:
+        return check_disk(self.plan, self.output, count, finished, single=self.options.single)
 
     def _remains(self, count: int) -> str:
         """What is kept of an interrupted run, and how to go on."""
@@ -327,7 +290,7 @@ class _Run:
         One piece is never on the disk. Of several, each is written while the next is computed.
         """
         finished = set(self.partial.finished())
-        every = dict(enumerate(blocks(self.plan, lengths)))
+        every = self._every(lengths)
         missing = {n: block for n, block in every.items() if n not in finished}
         if one_piece:
             return list(self._computed(lengths, missing))
@@ -339,6 +302,14 @@ class _Run:
             for _ in writing:
                 pass
         return _one_ahead(partial(self._read, number, block) for number, block in every.items())
+
+    def _every(self, lengths: Mapping[str, int]) -> dict[int, Block]:
+        """All blocks by their numbers."""
+        return dict(enumerate(blocks(self.plan, lengths)))
+
+    def _designs(self, block: Block) -> int:
+        """Number of designs in a block."""
+        return math.prod(shape_in(self.plan, self.plan.scene.dimensions, block))
 
     def _computed(
         self, lengths: dict[str, int], missing: Mapping[int, Block]
@@ -353,8 +324,7 @@ class _Run:
 
     def _compute_by(self, workers: DaskWorkers, missing: Mapping[int, Block]) -> None:
         """Have blocks computed and written by workers."""
-        dims = self.plan.scene.dimensions
-        designs = {n: math.prod(shape_in(self.plan, dims, b)) for n, b in missing.items()}
+        designs = {number: self._designs(block) for number, block in missing.items()}
         with progress_bar(
             total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
             leave=False, file=sys.stderr, disable=not self.options.progress,
@@ -422,6 +392,59 @@ class _Run:
                 "use --resume --overwrite"
             )
         netcdf.publish(self.partial.archive, self.output)
+
+
+class _ReducedRun(_Run):
+    """A run whose blocks are reductions of units: see `sweeps.running.reduced`."""
+
+    def _units(self, lengths: Mapping[str, int]) -> Units:
+        options = self.options
+        return Units(
+            self.plan, lengths, labels=self.labels, threads=options.threads,
+            progress=options.progress,
+        )  # fmt: skip
+
+    def _count(self, lengths: Mapping[str, int]) -> int:
+        return len(self._units(lengths))
+
+    def _check_disk(self, count: int, finished: int) -> bool:
+        return False  # what is kept is little
+
+    def _every(self, lengths: Mapping[str, int]) -> dict[int, Block]:
+        return {number: {} for number in range(self._count(lengths))}
+
+    def _designs(self, block: Block) -> int:
+        return 1
+
+    def _computed(
+        self, lengths: dict[str, int], missing: Mapping[int, Block]
+    ) -> Iterator[tuple[int, Block, Results]]:
+        for number, state in self._units(lengths).states([*missing]):
+            yield number, {}, state
+
+    def _read(self, number: int, block: Block) -> _Written:
+        try:
+            return number, block, self.partial.read(number)
+        except Damaged:
+            return number, block, None
+
+    def _assemble(
+        self, lengths: Mapping[str, int], written: Iterable[_Written],
+        done: Finished, *, discard: bool,
+    ) -> list[int]:  # fmt: skip
+        whole = self._units(lengths).empty()
+        damaged = []
+        for number, _, state in written:
+            try:
+                whole.merge(state or {})
+            except (KeyError, ValueError, IndexError):
+                damaged.append(number)
+        if not damaged:
+            done.codes += whole.outcomes.reshape(-1, len(done.codes)).sum(axis=0)
+            done.warnings = whole.warnings
+            done.found = whole.found
+            whole.write(self.partial.archive, done.computing)
+        return damaged
 
 
 def _one_ahead(jobs: Iterable[Callable[[], T]]) -> Iterator[T]:

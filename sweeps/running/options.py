@@ -85,6 +85,8 @@ class Finished:
         The archive was complete before; nothing was done.
     warnings : tuple of str
         Plausibility warnings, a line each, as the archive has them.
+    found : tuple of str
+        What the searches of [reduce] found, a line each.
     """
 
     codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
@@ -96,6 +98,7 @@ class Finished:
     already: bool = False
     warnings: tuple[str, ...] = ()
     damaged: int = 0
+    found: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         outcomes = ", ".join(f"{n} {name}" for name, n in self.outcomes.items())

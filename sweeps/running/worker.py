@@ -35,7 +35,8 @@ from sweeps.planning.blocks import blocks
 from sweeps.planning.plan import Plan
 from sweeps.planning.shards import shard
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
-from sweeps.running.in_memory import Computation
+from sweeps.running.computation import Computation
+from sweeps.running.reduced import Units
 
 __all__ = ["about", "block", "hand_over", "look"]
 
@@ -163,6 +164,10 @@ class _Work:
             raise SceneError(f"is of a different kind from the run: {'; '.join(found)}")
         self.labels = describe(self.plan, single=wanted["numbers"] == "float32")
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
+        self.units = None
+        if self.plan.scene.reduce is not None:
+            self.units = Units(self.plan, lengths, labels=self.labels, threads=1)
+            return
         self.blocks = list(blocks(self.plan, lengths))
         self.computation = Computation(self.plan, lengths, threads=1)
 
@@ -172,5 +177,8 @@ class _Work:
             return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
+        if self.units is not None:
+            ((_, state),) = self.units.states([number])
+            return self.partial.write(number, state)
         results = self.computation.results(self.blocks[number])
         return self.partial.write(number, as_stored(self.labels, results))

@@ -39,6 +39,7 @@ class TablesButOutput(TypedDict, total=False):
     designs: Any  # columns: a mapping, DataFrame, Dataset or DataArray
     sample: Any
     uncertainty: Any
+    reduce: Mapping[str, Any] | None
     indicator: Any  # a mapping with file, or a DataFrame, Series or DataArray
     measured: Mapping[str, Any] | None
     characteristic: Mapping[str, Any] | None

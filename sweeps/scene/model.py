@@ -29,6 +29,7 @@ from sweeps.scene.driven import driven_machine
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured
+from sweeps.scene.reduce import Reduce
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
@@ -71,6 +72,9 @@ class Scene(GivenValues):
         `method` and `inertia_model` where the solver gives lists.
     sample : Sample, optional
         What [sample] asks for; its values are columns of `designs`.
+    reduce : Reduce, optional
+        What is asked of all designs together, in place of each; of a sample that is drawn in
+        portions, `designs` has the first.
     uncertainty : Sample, optional
         Values that are not well known, where their effect is asked for.
     labels : dict of tuple of str
@@ -178,6 +182,7 @@ class Scene(GivenValues):
     path: Path | None
     folder: str
     files: Mapping[str, bytes]
+    reduce: Reduce | None = None
     beside: tuple[OrdinaryScene, ...] = ()
 
     def __repr__(self) -> str:

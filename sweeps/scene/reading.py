@@ -55,6 +55,7 @@ from sweeps.scene.measured import read_measured
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import OrdinaryScene, Scene
 from sweeps.scene.objects import plain_objects
+from sweeps.scene.reduce_reading import read_reduce
 from sweeps.scene.reference import read_reference
 from sweeps.scene.sample import with_sample
 from sweeps.scene.solver import read_solver
@@ -241,6 +242,7 @@ def scene_of(
                 return scene_of(one, its_name, base, path, files, instead)
 
             scene = _together(choices, given, tables, name, read_one, designs, labels)
+            read_reduce(given.reduce, scene, name)
             return replace(scene, sample=sample, source=shortened(raw))
         known = {"path": path, "sample": sample, "source": shortened(raw), "files": read}
         scene = _assembled(given, tables, name, base, designs, labels, known)
@@ -248,7 +250,7 @@ def scene_of(
         if given.reference is not None:
             published = read_reference(given.reference.file, scene, base, name)
             scene = replace(scene, reference=published)
-    return scene
+    return replace(scene, reduce=read_reduce(given.reduce, scene, name))
 
 
 @contextmanager

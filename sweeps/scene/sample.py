@@ -24,6 +24,7 @@ __all__ = [
     "METHODS",
     "SEARCH",
     "WORDS",
+    "Drawing",
     "Sample",
     "drawn",
     "parameters_of",
@@ -43,6 +44,12 @@ SEARCH = "search"
 
 LARGEST = 1 << 24
 """Designs that one sample may have."""
+
+LARGEST_REDUCED = 1 << 30
+"""Designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences."""
+
+PORTION = 1 << 18
+"""Designs that are drawn at a time where a sample is reduced as it is computed, about."""
 
 MOST_OF_SOBOL = 50
 """Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
@@ -80,6 +87,13 @@ class Sample:
     def group(self) -> int:
         """Designs of each point that is drawn."""
         return len(self.parameters) + 2 if self.method == "saltelli" else 1
+
+    @property
+    def portion(self) -> int:
+        """Points that are drawn at a time where the sample is reduced as it is computed."""
+        if self.method == "latin_hypercube":  # which is one arrangement of all its points
+            return self.number
+        return min(self.number, 1 << (PORTION // self.group).bit_length() - 1)
 
     @property
     def words(self) -> str:
@@ -121,7 +135,10 @@ def with_sample(
             "the designs; other parameters that vary belong in [axes]"
         )
     where = f"{name}: [sample]"
-    sample = read_sample(raw["sample"], where, words=WORDS, known=columns is not None)
+    reduced = raw.get("reduce") is not None
+    sample = read_sample(
+        raw["sample"], where, words=WORDS, known=columns is not None, reduced=reduced
+    )
     for key in sample.parameters:
         for table in ("set", "axes", "solver"):
             inside = raw.get(table)
@@ -133,7 +150,8 @@ def with_sample(
     for key, table in raw.items():
         tables[key] = table
         if key == "sample":  # where it stands decides which dimension varies slowest
-            tables["designs"] = drawn(sample) if columns is None else dict(columns)
+            count = sample.portion if reduced else sample.number
+            tables["designs"] = drawn(sample, count) if columns is None else dict(columns)
     return tables, sample
 
 
@@ -143,8 +161,9 @@ def parameters_of(raw: Mapping[str, Any]) -> list[str]:
 
 
 def read_sample(
-    raw: Any, where: str, *, words: tuple[str, ...] = (), known: bool = False
-) -> Sample:
+    raw: Any, where: str, *, words: tuple[str, ...] = (), known: bool = False,
+    reduced: bool = False,
+) -> Sample:  # fmt: skip
     """Check what a table [sample] asks for; nothing is drawn.
 
     Parameters
@@ -157,6 +176,8 @@ def read_sample(
         Keys beside the parameters that may be drawn from lists of texts.
     known : bool
         Whether the values are known, so that a search may have chosen them.
+    reduced : bool
+        Whether the designs are drawn a portion at a time, so that there may be more.
 
     Raises
     ------
@@ -195,12 +216,13 @@ def read_sample(
     sample = Sample(method, 0, seed, parameters)
     if method == SEARCH:
         return Sample(method, int(raw["number"]), seed, parameters)
-    return Sample(method, _number(raw["number"], sample, f"{where} number"), seed, parameters)
+    largest = LARGEST_REDUCED if reduced and method != "latin_hypercube" else LARGEST
+    most = largest // sample.group
+    return Sample(method, _number(raw["number"], sample, most, f"{where} number"), seed, parameters)
 
 
-def _number(raw: Any, sample: Sample, where: str) -> int:
+def _number(raw: Any, sample: Sample, most: int, where: str) -> int:
     """Check the number of points."""
-    most = LARGEST // sample.group
     if isinstance(raw, bool) or not isinstance(raw, int) or not 2 <= raw <= most:
         each = f", of {sample.group} designs each" if sample.group > 1 else ""
         raise SceneError(f"{where} = {shown(raw)}: must be a whole number from 2 to {most}{each}")
@@ -213,44 +235,62 @@ def _number(raw: Any, sample: Sample, where: str) -> int:
     return raw
 
 
-def drawn(sample: Sample) -> dict[str, Any]:
-    """Draw a sample: the values of each parameter, one for each design.
-
-    The same sample of more points begins with the same values, but for a Latin hypercube.
-
-    Raises
-    ------
-    SceneError
-        Where SciPy or SALib is not installed.
-    """
-    positions = _positions(sample)
-    return {
-        key: distribution.of(np.ascontiguousarray(positions[:, column]))
-        for column, (key, distribution) in enumerate(sample.parameters.items())
-    }
+def drawn(sample: Sample, count: int | None = None) -> dict[str, Any]:
+    """Draw a sample, or its first points: see `Drawing`."""
+    return Drawing(sample).columns(0, sample.number if count is None else count)
 
 
-def _positions(sample: Sample) -> Floats:
-    """Points in the unit cube, one row for each design.
+class Drawing:
+    """A sample while it is drawn, a range of points at a time.
 
     Sources: I. M. Sobol' (1967) and A. B. Owen (1998), scrambled sequences; M. D. McKay, R. J.
     Beckman and W. J. Conover (1979), Latin hypercubes; A. Saltelli et al. (2010), the design with
     two independent samples A and B and the mixtures of both.
+
+    Raises
+    ------
+    SceneError
+        Where SciPy is not installed.
     """
-    many = len(sample.parameters)
-    if sample.method == "saltelli":
-        sobol = library("SALib.sample.sobol", "SALib", "[sample]", extra="study")
-        problem = {
-            "num_vars": many,
-            "names": list(sample.parameters),
-            "bounds": [[0.0, 1.0]] * many,
+
+    def __init__(self, sample: Sample) -> None:
+        self.sample = sample
+        self.qmc = library("scipy.stats.qmc", "SciPy", "[sample]", extra="study")
+        self.sequence: Any = None
+        self.next = 0
+
+    def columns(self, begin: int, count: int) -> dict[str, Any]:
+        """Values of each parameter, one for each design of some points.
+
+        The same sample of more points begins with the same values, but for a Latin hypercube.
+        """
+        positions = self._positions(begin, count)
+        return {
+            key: distribution.of(np.ascontiguousarray(positions[:, column]))
+            for column, (key, distribution) in enumerate(self.sample.parameters.items())
         }
-        points = sobol.sample(
-            problem, sample.number, calc_second_order=False, scramble=True, seed=sample.seed
-        )
-        return np.asarray(points, dtype=np.float64)
-    qmc = library("scipy.stats.qmc", "SciPy", "[sample]", extra="study")
-    if sample.method == "latin_hypercube":
-        return np.asarray(qmc.LatinHypercube(many, rng=sample.seed).random(sample.number))
-    sequence = qmc.Sobol(many, scramble=True, rng=sample.seed)
-    return np.asarray(sequence.random_base2(sample.number.bit_length() - 1))
+
+    def _positions(self, begin: int, count: int) -> Floats:
+        """Points in the unit cube, one row for each design."""
+        many = len(self.sample.parameters)
+        if self.sample.method == "latin_hypercube":
+            cube = self.qmc.LatinHypercube(many, rng=self.sample.seed)
+            return np.asarray(cube.random(self.sample.number))[begin : begin + count]
+        if self.sample.method != "saltelli":
+            return self._points(many, begin, count)
+        points = self._points(2 * many, begin, count)
+        a, b = points[:, None, :many], points[:, None, many:]
+        mixed = np.where(np.eye(many, dtype=bool), b, a)  # A, but one parameter from B
+        return np.concatenate([a, mixed, b], axis=1).reshape(-1, many)
+
+    def _points(self, dimensions: int, begin: int, count: int) -> Floats:
+        """Points of a scrambled Sobol' sequence; fastest in order."""
+        if self.sequence is None or begin < self.next:
+            # SALib names it `seed`, for which SciPy shuffles otherwise; samples keep their values.
+            key = "seed" if self.sample.method == "saltelli" else "rng"
+            self.sequence = self.qmc.Sobol(dimensions, scramble=True, **{key: self.sample.seed})
+            self.next = 0
+        if begin > self.next:
+            self.sequence.fast_forward(begin - self.next)
+        self.next = begin + count
+        return np.asarray(self.sequence.random(count))

@@ -26,6 +26,7 @@ from sweeps.reading.block_tables import (
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.scene.measured import MeasuredTable
+from sweeps.scene.reduce import ReduceTable
 
 __all__ = [
     "FAILURES",
@@ -157,6 +158,9 @@ class SceneFile(Strict):
     uncertainty: dict[str, Any] | None = Field(
         default=None,
         description="a table of number, seed and distributions of uncertain values",
+    )
+    reduce: ReduceTable | None = Field(
+        default=None, description="a table of what is asked of all designs, in place of each"
     )
     indicator: Indicator | None = Field(
         default=None, description="a table with file = 'pressure.csv'"

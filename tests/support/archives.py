@@ -21,7 +21,7 @@ from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive, limits
-from sweeps.running.in_memory import Computation
+from sweeps.running.computation import Computation
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 

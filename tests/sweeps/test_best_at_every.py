@@ -6,8 +6,8 @@ import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
-from sweeps.exploring import every_point, ranges
-from sweeps.exploring.conditions import constraint
+from sweeps.reducing import every_point, ranges
+from sweeps.scene.conditions import constraint
 from tests.support import commands
 
 INERTIA = [9.0, 1.0, 3.0, 5.0]

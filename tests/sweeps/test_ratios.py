@@ -11,10 +11,10 @@ import xarray as xr
 
 from sweeps.cli.arguments import axis_slice, new_points
 from sweeps.errors import SceneError
-from sweeps.exploring.conditions import constraint
 from sweeps.exploring.slices import nearest
 from sweeps.ratios import number_or_ratio, ratio_text
 from sweeps.reading.design_files import read_designs
+from sweeps.scene.conditions import constraint
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
 

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 import sweeps
 from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
-from sweeps.exploring import opening, ranges
-from sweeps.exploring.conditions import constraint
-from sweeps.exploring.kept_front import Front
+from sweeps.exploring import opening
 from sweeps.fronts import front_of
+from sweeps.reducing import ranges
+from sweeps.reducing.kept_front import Front
+from sweeps.scene.conditions import constraint
 from tests.support.archives import run, shards
 from tests.support.commands import ok
 from tests.support.scenes import DESIGN_TABLE, TO_JOIN, refusal_of

@@ -10,11 +10,11 @@ import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
-from sweeps.exploring import ranges as reading
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.nearest_values import nearest_notes
 from sweeps.presenting.readable_units import factor
 from sweeps.presenting.tables import number_text, rows_text
+from sweeps.reducing import ranges as reading
 from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.compiled

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.exploring.columns import columns_of
-from sweeps.exploring.ranges import ranges
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

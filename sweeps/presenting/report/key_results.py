@@ -11,7 +11,6 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE
 from sweeps.errors import SceneError, one_line
 from sweeps.exploring.columns import columns_of
-from sweeps.exploring.ranges import ranges
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.archives import recorded_cycle_lines
 from sweeps.presenting.readable_units import converted
@@ -19,6 +18,7 @@ from sweeps.presenting.report.html import details, listed, paragraph, table
 from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
 from sweeps.presenting.tables import OF_BANDS, meaning, number_cells, number_text
+from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -122,7 +122,7 @@ def test_rerun_draws_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     path, again = tmp_path / "sample.nc", tmp_path / "again.nc"
     run(scene(number=16), path)
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.scene.sample._positions", None)
+        patch.setattr("sweeps.scene.sample.Drawing._positions", None)
         ok("rerun", path, "-o", again)
     assert_same(again, open_archive(path).load())
 
@@ -134,8 +134,8 @@ def test_an_extension_that_would_draw_other_values_is_refused(
 
     path = tmp_path / "sample.nc"
     run(scene(number=16), path)
-    positions = sample._positions
-    monkeypatch.setattr(sample, "_positions", lambda of: 1.0 - positions(of))
+    positions = sample.Drawing._positions
+    monkeypatch.setattr(sample.Drawing, "_positions", lambda *of: 1.0 - positions(*of))
     assert "draws different values of inertia" in refused("extend", path, "--number", "32")
     monkeypatch.undo()
     assert invoke("extend", path, "--number", "32", "-q").exit_code == 0
@@ -214,9 +214,9 @@ def test_an_extended_sample_of_words_is_the_whole_one(
     whole, grown, raw = tmp_path / "whole.nc", tmp_path / "grown.nc", words()
     run(raw, whole)
     run({**raw, "sample": {**raw["sample"], "number": 4}}, grown)
-    positions = sample._positions
+    positions = sample.Drawing._positions
     with monkeypatch.context() as patch:
-        patch.setattr(sample, "_positions", lambda of: positions(of)[:, ::-1])
+        patch.setattr(sample.Drawing, "_positions", lambda *of: positions(*of)[:, ::-1])
         assert "draws different values of " in refused("extend", grown, "--number", "16")
     extend_sample(grown, 16, Options())
     assert_same(grown, open_archive(whole).load())

@@ -20,9 +20,9 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
 from sweeps.dimensions import DESIGN, NOT_CHOSEN
 from sweeps.errors import SceneError, counted, not_known, shown
-from sweeps.exploring.conditions import Constraint, asked_of, units_of
-from sweeps.exploring.ranges import chunks_of, ranges
 from sweeps.reading.netcdf_files import slabs
+from sweeps.reducing.ranges import chunks_of, ranges
+from sweeps.scene.conditions import Constraint, asked_of, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -222,7 +222,7 @@ class EveryPoint:
 
     @property
     def _everywhere(self) -> str:
-        return f"at every {' and '.join(self.asked)}"
+        return f"at every {' and '.join(self.asked)}" if self.asked else ""
 
     def text(self, equal: int = 1) -> str:
         """How many designs fulfil the conditions, and what was left out.
@@ -235,7 +235,7 @@ class EveryPoint:
             verb = "fulfils" if what else "has results"
         parts = [
             f"{self.fulfilling} of {counted(self.designs, 'design')} "
-            f"{f'{verb} {what}'.rstrip()} {self._everywhere}"
+            f"{' '.join(filter(None, (verb, what, self._everywhere)))}"
         ]
         if equal > 1:
             parts.append(f"{equal} are equally good; this is the first")

@@ -1,0 +1,147 @@
+"""Sums without rounding and counts in bins: of many numbers, whatever their order and division.
+
+A sum is kept as a fixed-point number in limbs of 32 bits that reaches from the smallest double to
+the largest, so that adding is exact and parts may be added in any order (U. Kulisch and W. Miranker
+1981, Computer Arithmetic in Theory and Practice, section 5, the long accumulator). Bins are those
+of a double's exponent and its first bits of the mantissa: they need no range that is known before,
+and have the same relative width everywhere (G. Tene 2012, HdrHistogram).
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from engine_dyn.compilation import kernel
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["LIMBS", "add_exactly", "bin_edges", "bins_of", "carried", "count_in_bins", "exact"]
+
+LIMBS = 67
+"""Limbs of a sum: 2,046 exponents of doubles, 53 bits, and room for what 2^32 of them add."""
+
+_LIMB = (1 << 32) - 1
+_FRACTION = (1 << 52) - 1
+_MAGNITUDE = (1 << 63) - 1
+_NO_NUMBER = 0x7FF
+_LOWEST = 1074
+"""The smallest double is 2 to the power of minus this."""
+
+SMALLEST, LARGEST = 2.0**-64, 2.0**64
+"""Magnitudes between which bins tell numbers apart; smaller ones are in the bin of zero."""
+
+
+def add_exactly(values: Floats, limbs: Integers) -> None:
+    """Add numbers to exact sums, in place; NaN and infinities are left out.
+
+    Parameters
+    ----------
+    values : ndarray, shape (sums, numbers)
+        What is added, at most 2^29 to each sum.
+    limbs : ndarray, shape (sums, LIMBS)
+        The sums, as `carried` leaves them.
+    """
+    _add(np.ascontiguousarray(values).view(np.int64), limbs)
+    carried(limbs)
+
+
+@kernel
+def _add(bits: Integers, limbs: Integers) -> None:
+    for row in range(bits.shape[0]):
+        for number in range(bits.shape[1]):
+            one = bits[row, number]
+            exponent = (one >> 52) & _NO_NUMBER
+            if exponent == _NO_NUMBER:
+                continue
+            mantissa = one & _FRACTION
+            if exponent > 0:
+                mantissa += 1 << 52
+                exponent -= 1
+            place, shift = exponent >> 5, exponent & 31
+            low, high = (mantissa & _LIMB) << shift, (mantissa >> 32) << shift
+            sign = -1 if one < 0 else 1
+            limbs[row, place] += sign * (low & _LIMB)
+            limbs[row, place + 1] += sign * ((low >> 32) + (high & _LIMB))
+            limbs[row, place + 2] += sign * (high >> 32)
+
+
+def carried(limbs: Integers) -> None:
+    """Bring sums into the one form that each number has, in place.
+
+    All limbs but the last are from 0 to 2^32 - 1 then.
+    """
+    for place in range(LIMBS - 1):
+        carry = limbs[..., place] >> 32
+        limbs[..., place] &= _LIMB
+        limbs[..., place + 1] += carry
+
+
+def exact(limbs: Integers) -> Fraction:
+    """Value of one sum, shape (LIMBS,)."""
+    total = sum(int(limb) << (32 * place) for place, limb in enumerate(limbs))
+    return Fraction(total, 1 << _LOWEST)
+
+
+def bins_of(values: Floats, bits: int) -> Integers:
+    """Bin of each number, which must be finite: 0 around zero, negative for negative numbers.
+
+    `bits` of the mantissa count: bins are 2^-bits wide at most, relative to the number.
+    """
+    found = np.empty(values.shape, np.int64)
+    seen = np.ascontiguousarray(values).view(np.int64)
+    first, most = _ends(bits)
+    magnitude = ((seen & _MAGNITUDE) >> (52 - bits)) - first
+    np.clip(magnitude + 1, 0, most, out=found)
+    np.negative(found, out=found, where=seen < 0)
+    return found
+
+
+def count_in_bins(values: Floats, bits: int, lowest: int, counts: Integers) -> None:
+    """Count numbers in bins, in place; NaN and infinities are left out.
+
+    Parameters
+    ----------
+    values : ndarray, shape (rows, numbers)
+        What is counted.
+    bits : int
+        As for `bins_of`.
+    lowest : int
+        Bin of the first column of `counts`.
+    counts : ndarray, shape (rows, bins)
+        Reaches as far as the bins of the numbers do.
+    """
+    first, most = _ends(bits)
+    _count(np.ascontiguousarray(values).view(np.int64), 52 - bits, first, most, lowest, counts)
+
+
+@kernel
+def _count(
+    seen: Integers, shift: int, first: int, most: int, lowest: int, counts: Integers
+) -> None:
+    for row in range(seen.shape[0]):
+        for number in range(seen.shape[1]):
+            one = seen[row, number]
+            if (one >> 52) & _NO_NUMBER == _NO_NUMBER:
+                continue
+            place = min(max(((one & _MAGNITUDE) >> shift) - first + 1, 0), most)
+            counts[row, (-place if one < 0 else place) - lowest] += 1
+
+
+def _ends(bits: int) -> tuple[int, int]:
+    """Number of the first bin above zero among a double's own, and the last bin."""
+    first, last = np.array([SMALLEST, LARGEST]).view(np.int64) >> (52 - bits)
+    return int(first), int(last - first) + 1
+
+
+def bin_edges(bins: Integers, bits: int) -> Floats:
+    """Ends of bins between which their numbers are, shape (2, bins); infinite for the last ones."""
+    first, most = _ends(bits)
+    magnitude = np.abs(bins)
+    inner = np.where(magnitude == 0, 0, magnitude - 1 + first) << (52 - bits)
+    outer = (magnitude + first) << (52 - bits)
+    near = np.where(magnitude == 0, -SMALLEST, inner.view(np.float64))
+    far = np.where(magnitude == most, math.inf, outer.view(np.float64))
+    negative = bins < 0
+    return np.array([np.where(negative, -far, near), np.where(negative, -near, far)])

@@ -1,0 +1,90 @@
+"""Runs that are reduced as they are computed: no more than a block of designs exists at a time.
+
+The blocks of all portions come in units, whose reductions are what a run into an archive keeps on
+the disk, and what workers compute; so resuming, shards and clusters are those of any run.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from sweeps.archive.labels import Labels
+from sweeps.planning.blocks import block_count, blocks, lengths_within, shape_in
+from sweeps.planning.plan import Plan
+from sweeps.planning.portions import Portions
+from sweeps.reducing.reduction import Reduction, State
+from sweeps.running.computation import Computation
+from sweeps.running.limits import LARGEST_BLOCK
+from sweeps.running.progress import progress_bar
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Units", "reduced"]
+
+MOST_UNITS = 256
+"""Units of a run; what is lost when one is killed is the unit that it was computing."""
+
+
+class Units:
+    """The blocks of all portions of a plan, in units that are reduced one after the other."""
+
+    def __init__(
+        self, plan: Plan, lengths: Mapping[str, int], *, labels: Labels | None = None,
+        threads: int | None = None, progress: bool = False,
+    ) -> None:  # fmt: skip
+        self.plan, self.lengths, self.labels = plan, lengths, labels
+        self.threads, self.progress = threads, progress
+        self.each = block_count(plan, lengths)
+        self.pieces = self.each * len(plan.portions)
+        self.portions = Portions(plan)
+
+    def __len__(self) -> int:
+        return min(MOST_UNITS, self.pieces)
+
+    def empty(self) -> Reduction:
+        """Reduction of nothing, to which units are added."""
+        found = Reduction(self.plan, self.labels)
+        self.labels = found.labels
+        return found
+
+    def states(self, numbers: list[int]) -> Iterator[tuple[int, State]]:
+        """Reduce units; yields each with its number."""
+        with progress_bar(
+            total=self.plan.designs, unit=" designs", unit_scale=True, delay=1.0, leave=False,
+            disable=not self.progress, file=sys.stderr,
+        ) as bar:  # fmt: skip
+            for number in numbers:
+                found = self.empty()
+                for done in self._add(found, number):
+                    bar.update(done)
+                yield number, found.state()
+
+    def _add(self, found: Reduction, number: int) -> Iterator[int]:
+        """Add the blocks of a unit; yields the designs of each."""
+        many = len(self)
+        begin, end = (self.pieces * n // many for n in (number, number + 1))
+        portions = self.plan.portions[begin // self.each : -(-end // self.each)]
+        piece = begin // self.each * self.each
+        for first, plan in self.portions.plans(portions):
+            with Computation(
+                plan, self.lengths, threads=self.threads, all_in_each=True
+            ) as computation:
+                for block in blocks(plan, self.lengths):
+                    if begin <= piece < end:
+                        found.add(plan, first, block, computation.results(block))
+                        yield math.prod(shape_in(plan, plan.scene.dimensions, block))
+                    piece += 1
+
+
+def reduced(plan: Plan, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+    """What [reduce] asks for, of a plan that is computed in memory."""
+    units = Units(plan, lengths_within(plan, LARGEST_BLOCK), threads=threads, progress=progress)
+    whole, began = units.empty(), time.perf_counter()
+    for _, state in units.states([*range(len(units))]):
+        whole.merge(state)
+    return whole.dataset(time.perf_counter() - began)

@@ -1,0 +1,133 @@
+"""[reduce] of a scene: what is asked of all designs together, in place of every design."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from sweeps.checks import Strict
+
+if TYPE_CHECKING:
+    pass
+
+__all__ = ["MOST_KEPT", "QUANTILES", "BestTable", "FrontTable", "Kept", "Reduce", "ReduceTable"]
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Unless a scene asks for others."""
+
+MOST_KEPT = 100_000
+"""Designs that one search keeps at most."""
+
+MOST_SEARCHES = 16
+
+
+class BestTable(Strict):
+    """The best designs, as [[reduce.best]] asks for them."""
+
+    least: str | None = Field(
+        default=None, description="a quantity or axis of which less is better"
+    )
+    most: str | None = Field(default=None, description="a quantity or axis of which more is better")
+    number: int = Field(default=10, description="how many designs are kept", ge=1, le=MOST_KEPT)
+    within: str | list[str] = Field(
+        default=[], description="conditions such as 'delta <= 1/150', all of which must hold"
+    )
+    not_counted: str | list[str] = Field(
+        default=[], description="outcomes of points that are left out; only with at_every"
+    )
+
+
+class FrontTable(Strict):
+    """A Pareto front, as [[reduce.front]] asks for it."""
+
+    of: list[str] = Field(
+        description="two or three quantities or axes of which less is better", min_length=2,
+        max_length=3,
+    )  # fmt: skip
+    most: str | list[str] = Field(default=[], description="those of which more is better")
+    within: str | list[str] = Field(default=[], description="conditions, as in [[reduce.best]]")
+    not_counted: str | list[str] = Field(default=[], description="as in [[reduce.best]]")
+
+
+class ReduceTable(Strict):
+    """What is asked of all designs together."""
+
+    statistics: list[str] | None = Field(
+        default=None,
+        description="quantities whose mean, deviation and quantiles are wanted; all unless given",
+    )
+    over: str | list[str] | None = Field(
+        default=None, description="axes over which statistics and counts go; all unless given"
+    )
+    quantiles: list[float] = Field(
+        default=list(QUANTILES), description="numbers between 0 and 1", min_length=1, max_length=99
+    )
+    within: str | list[str] = Field(
+        default=[], description="conditions such as 'delta <= 1/150', whose designs are counted"
+    )
+    at_every: str | list[str] = Field(
+        default=[],
+        description="axes at all values of which conditions must hold, and the worst value counts",
+    )
+    best: list[BestTable] = Field(
+        default=[], description="[[reduce.best]]: the best designs", max_length=MOST_SEARCHES
+    )
+    front: list[FrontTable] = Field(
+        default=[], description="[[reduce.front]]: Pareto fronts", max_length=MOST_SEARCHES
+    )
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Designs that a search keeps.
+
+    Attributes
+    ----------
+    wanted : tuple
+        Pairs of a name and 1 where less is better, -1 where more is.
+    number : int
+        How many; 0 for all of a Pareto front.
+    within, not_counted : tuple of str
+        Conditions, and outcomes that are left out.
+    """
+
+    wanted: tuple[tuple[str, float], ...]
+    number: int
+    within: tuple[str, ...]
+    not_counted: tuple[str, ...]
+
+    def __str__(self) -> str:
+        words = [f"{'least' if sign > 0 else 'most'} {name}" for name, sign in self.wanted]
+        conditions = f" within {', '.join(self.within)}" if self.within else ""
+        what = f"the {self.number} best by" if self.number else "the front of"
+        return f"{what} {' and '.join(words)}{conditions}"
+
+
+@dataclass(frozen=True)
+class Reduce:
+    """What [reduce] asks for.
+
+    Attributes
+    ----------
+    statistics : tuple of str
+        Quantities.
+    over : tuple of str
+        Axes over which statistics and counts go.
+    quantiles : tuple of float
+        Rising.
+    within : tuple of str
+        Conditions that are counted.
+    at_every : tuple of str
+        Axes at all values of which the kept designs are judged.
+    kept : tuple of Kept
+        Searches.
+    """
+
+    statistics: tuple[str, ...]
+    over: tuple[str, ...]
+    quantiles: tuple[float, ...]
+    within: tuple[str, ...]
+    at_every: tuple[str, ...]
+    kept: tuple[Kept, ...]
