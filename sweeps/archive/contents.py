@@ -26,7 +26,7 @@ from sweeps.checks import shortened
 from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.shards import part
+from sweeps.planning.shards import part, shard
 from sweeps.reading.laboratory.recording import MOST_BYTES
 from sweeps.reading.netcdf_files import DAMAGE, check_format, opened_archive
 from sweeps.reading.regular_files import reading, regular_bytes
@@ -236,6 +236,11 @@ def _scene_tables(
         return [str(text) for text in found] if key in LABELS else found
 
     def filled(table: str, key: str) -> Any:
+        if "reduce" in raw:
+            raise SceneError(
+                f"{archive.path}: holds the designs that [reduce] kept, and not all values of "
+                f"{key}; the scene itself is needed"
+            )
         if divided == (DESIGN if table == "designs" else key):
             raise SceneError(
                 f"{archive.path}: is a shard with only its own values of {key}; merge all shards "
@@ -247,13 +252,15 @@ def _scene_tables(
         if isinstance(item, str):  # a long list: only its number of values
             raw["axes"][key] = filled("axes", key)
     designs = raw.get("designs", {})
+    if "reduce" in raw and "file" in designs:
+        filled("designs", "the columns of [designs]")
     if "file" in designs:
         columns = [k for k in known if _is_column(k) and k not in raw.get("axes", {})]
         designs = raw["designs"] = dict.fromkeys(columns, "in the archive")
     for key, item in designs.items():
         if isinstance(item, str):
             designs[key] = texts_or_numbers(key)
-    if "sample" not in raw:
+    if "sample" not in raw or "reduce" in raw:
         return raw, None
     return raw, {key: texts_or_numbers(key) for key in parameters_of(raw["sample"])}
 
@@ -316,6 +323,9 @@ def part_of(archive: Contents, plan: Plan) -> Plan:
     if not archive.piece:
         return plan
     with damage_refused(archive.path):
+        if plan.scene.reduce is not None:
+            number, _, count = archive.piece["shard"].partition("/")
+            return shard(plan, int(number), int(count))
         axis, first = archive.piece["axis"], int(archive.piece["first"])
         places = np.arange(first, first + len(archive.values[axis]))
         return part(plan, axis, places, archive.attributes["part"])

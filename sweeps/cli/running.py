@@ -360,6 +360,9 @@ def _print_numbers(plan: Plan, output: Path) -> None:
         with stored_dataset(output, own=True) as dataset:
             for line in recorded_cycle_lines(dataset):
                 say(f"over the recorded cycles: {line}")
+    if plan.scene.reduce is not None:
+        say(f"results: engine-dyn info {shlex.quote(str(output))}")
+        return
     if plan.designs > SHOWN:
         click.echo(f"values: engine-dyn show {shlex.quote(str(output))}")
         return
@@ -394,6 +397,8 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     compiled = f"compiling {compiling:.1f} s, " if compiling >= 0.05 else ""
     times = f"computing {done.computing - compiling:.2f} s, writing {done.writing:.2f} s"
     click.echo(f"{compiled}{times}{_resumed(done)}")
+    for line in done.found:
+        say(line)
 
 
 def _resumed(done: Finished) -> str:

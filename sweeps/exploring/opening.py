@@ -75,9 +75,10 @@ def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
         return _opened(paths[0])
     for each in paths:
         check_file(each)
+    from sweeps.archive.contents import read_contents
     from sweeps.joining.places import find_places  # which brings the whole planner
 
-    return _opened_as_one(find_places(paths))
+    return _opened_as_one(find_places([read_contents(path) for path in paths]))
 
 
 def _opened(path: Path) -> xr.Dataset:

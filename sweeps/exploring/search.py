@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.checks import check_dataset, names_given
+from sweeps.dimensions import REDUCTION
 from sweeps.errors import SceneError, shown
+from sweeps.exploring.kept_designs import OF_KEPT, kept_for
 from sweeps.reducing.every_point import TEXT, EveryPoint
 from sweeps.reducing.kept_front import Front
 from sweeps.scene.conditions import conditions_of, units_of
@@ -84,6 +86,7 @@ def best(
     conditions = conditions_of(within, units_of(archive))
     if not_counted and not at_every:
         raise SceneError("best: not_counted is only used with at_every; failed designs never count")
+    archive, told = kept_for(archive, [(name, sign)], conditions, at_every, front=False)
     search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
     found: dict[str, int] | None = None
     smallest, equal = math.inf, 0
@@ -99,10 +102,10 @@ def best(
         if here == smallest:
             equal += int(np.count_nonzero(values == smallest))
     if found is None:
-        raise SceneError(search.nothing())
+        raise SceneError(search.nothing() + (OF_KEPT if REDUCTION in archive.attrs else ""))
     best = archive.isel(found)
     if at_every:
-        best.attrs[TEXT] = search.text(equal)
+        best.attrs[TEXT] = told or search.text(equal)
     return best
 
 
@@ -168,6 +171,7 @@ def pareto(
         raise SceneError(
             "pareto: not_counted is only used with at_every; failed designs never count"
         )
+    archive, told = kept_for(archive, wanted, conditions, at_every, front=True)
     search = EveryPoint(archive, wanted, conditions, at_every, not_counted)
     sizes = [search.sizes[d] for d in search.own]
     front = Front(len(wanted))
@@ -181,5 +185,5 @@ def pareto(
         raise SceneError(search.nothing())
     found = front.taken_of(archive, search.own)
     if at_every:
-        found.attrs[TEXT] = search.text()
+        found.attrs[TEXT] = told or search.text()
     return found

@@ -130,6 +130,11 @@ def _replaced(
             old = read_contents(path)
             if old.piece:
                 raise SceneError(f"{path}: is a shard; merge all shards first")
+            if "reduce" in old.source:
+                raise SceneError(
+                    f"{path}: was reduced as it was computed, and has not the values that more "
+                    "points would be added to; run the larger scene"
+                )
             found = longer(old, partial)
             plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
         except Stopped as error:

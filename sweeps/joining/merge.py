@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from sweeps.archive.contents import read_contents
 from sweeps.archive.durable import made_folder
 from sweeps.archive.partial import Partial
 from sweeps.errors import SceneError
 from sweeps.joining.copying import write_joined
-from sweeps.joining.places import find_places
+from sweeps.joining.places import check_same, find_places
+from sweeps.joining.reductions import check_shards, write_merged
 from sweeps.planning.plan import Plan
-from sweeps.running.failures import remove_folder
+from sweeps.running.failures import remove_folder, stopped_by_failures
 from sweeps.running.limits import archive_bytes, check_room
 from sweeps.running.options import Options
 
@@ -49,8 +51,15 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
     """
     if len(paths) < 2:
         raise SceneError("merge: needs two archives or more")
-    joined = find_places(paths)
-    plan = joined.plan
+    archives = [read_contents(path) for path in paths]
+    reduced = any("reduce" in one.source for one in archives)
+    if reduced:
+        plan = check_shards(archives)
+        for other in archives[1:]:
+            check_same(archives[0], other, shards=True)
+    else:
+        joined = find_places(archives)
+        plan = joined.plan
     made_folder(output.parent)
     partial = Partial.of(output)
     with partial.locked(output):
@@ -59,6 +68,11 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
         if partial.header() is not None and partial.finished():
             raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         partial.clear()
+        if reduced:
+            with stopped_by_failures(output, lambda: "nothing written"):
+                write_merged(plan, archives, output, partial, options)
+            remove_folder(partial, output)
+            return plan
         size = archive_bytes(plan, single=joined.archives[0].single)
         check_room(plan, output, size, size)
         tolerance = 0.0 if joined.shards else plan.scene.tolerance

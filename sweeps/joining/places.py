@@ -8,20 +8,19 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.types import Floats, Integers
-from sweeps.archive.contents import Contents, damage_refused, plan_of, read_contents
+from sweeps.archive.contents import Contents, damage_refused, plan_of
 from sweeps.archive.labels import Labels, describe
 from sweeps.archive.provenance import differences, json_text
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.plan import Plan
 
-__all__ = ["Joined", "find_places", "places_in", "union_of"]
+__all__ = ["Joined", "check_same", "find_places", "places_in", "union_of"]
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ class Joined:
         return replace(labels, attributes={**labels.attributes, **attributes})
 
 
-def find_places(paths: Sequence[Path]) -> Joined:
+def find_places(archives: list[Contents]) -> Joined:
     """Find out what belongs where.
 
     Raises
@@ -76,8 +75,12 @@ def find_places(paths: Sequence[Path]) -> Joined:
     SceneError
         Where archives are not of one scene, version or kind, or where something is missing.
     """
-    archives = [read_contents(path) for path in paths]
     first = archives[0]
+    for one in archives:
+        if "reduce" in one.source:
+            raise SceneError(
+                f"{one.path}: was reduced as it was computed; `engine-dyn merge` joins its shards"
+            )
     for other in archives[1:]:
         if bool(other.piece) != bool(first.piece):
             raise SceneError(
@@ -93,7 +96,7 @@ def _of_shards(archives: list[Contents]) -> Joined:
     axis, size = first.piece["axis"], int(first.piece["of"])
     places = []
     for other in archives:
-        _check_same(first, other, shards=True)
+        check_same(first, other, shards=True)
         if other.piece["axis"] != axis or other.piece["of"] != size:
             raise SceneError(f"{other.path}: is a shard of a different division from {first.path}")
         begin = int(other.piece["first"])
@@ -155,7 +158,7 @@ def _of_axis(archives: list[Contents]) -> Joined:
         )
     axis = differing[0] if differing else next(iter(axes), "")
     for other in archives[1:]:
-        _check_same(first, other, axis=axis)
+        check_same(first, other, axis=axis)
     if not axis:
         nowhere = [np.zeros(0, dtype=np.int64) for _ in archives]
         return Joined(plan_of(first), "", archives, nowhere)
@@ -165,7 +168,7 @@ def _of_axis(archives: list[Contents]) -> Joined:
     return Joined(plan, axis, archives, places)
 
 
-def _check_same(first: Contents, other: Contents, *, axis: str = "", shards: bool = False) -> None:
+def check_same(first: Contents, other: Contents, *, axis: str = "", shards: bool = False) -> None:
     """Check that two archives are of one scene, version and kind.
 
     They may differ in the values of `axis`, and `shards` in which part they are.

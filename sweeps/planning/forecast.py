@@ -61,12 +61,26 @@ def text(plan: Plan) -> str:
 
 def _room_and_time(plan: Plan) -> str:
     """What a plan takes; the seconds have one significant digit: 10, not 1e+01."""
+    if plan.scene.reduce is not None:
+        return _of_reduced(plan)
     pieces = block_count(plan, block_lengths(plan))
     in_blocks = f" in {pieces} blocks" if pieces > 1 else ""
     return (
         f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
         f"about {size_text(memory_bytes(plan))}{in_blocks}, time about "
         f"{float(f'{seconds(plan):.1g}'):.12g} s (plus compilation on the first run of this kind)"
+    )
+
+
+def _of_reduced(plan: Plan) -> str:
+    """What a plan takes whose designs are reduced as they are computed."""
+    whole = len(plan.portions)
+    drawn = f" drawn in {whole} portions" if whole > 1 else ""
+    time = START + whole * seconds_of_computing(plan)
+    return (
+        f"reduced as they are computed: {counted(plan.designs, 'design')}{drawn}, of which the "
+        f"archive holds what [reduce] asks for; time about {float(f'{time:.1g}'):.12g} s (plus "
+        "compilation on the first run of this kind)"
     )
 
 

@@ -21,7 +21,7 @@ from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from sweeps.archive.labels import Labels, Variable, as_stored, describe
 from sweeps.archive.warnings import ATTRIBUTE
-from sweeps.dimensions import DESIGN, REDUCTION, STATUS
+from sweeps.dimensions import DESIGN, LABELS, REDUCTION, STATUS
 from sweeps.errors import SceneError, counted
 from sweeps.planning.blocks import Block, Results, aligned, belongs, index_of
 from sweeps.planning.plan import Plan
@@ -257,7 +257,7 @@ class Reduction:
                 for value in (one.low.min(), one.high.max()):
                     if size and not check.low <= value <= check.high:
                         implausible = Implausible(check, float(value), (), "", name, 1, size)
-                        lines.append(implausible.text(f"of {counted(size, 'value')}"))
+                        lines.append(implausible.text(f"the worst of {counted(size, 'value')}"))
         return tuple(lines)
 
     def write(self, path: Path, seconds: float | None = None) -> None:
@@ -351,6 +351,7 @@ class Reduction:
                 about = {**words.attributes}
                 coordinates[f"{name}_name"] = Variable(dims, about, texts[values.astype(int)])
             target[name] = Variable(dims, self._about(name), values)
+        self._name_cases(places, coordinates)
         about = {"long_name": "number of the design in the whole scene", "units": "1"}
         coordinates[DESIGN] = Variable((DESIGN,), about, places.astype(np.int64))
         variables["rank"] = Variable(
@@ -358,6 +359,17 @@ class Reduction:
         )
         texts = np.array([str(one.asked) for one in self.searches], dtype=object)
         coordinates["search"] = Variable(("search",), {"long_name": "search", "units": "1"}, texts)
+
+    def _name_cases(self, places: npt.NDArray[Any], coordinates: dict[str, Variable]) -> None:
+        """Add the names that a table gives its designs."""
+        names = (self.plan.whole or self.plan).scene.labels.get(LABELS[0])
+        if names is None:
+            return
+        own = [d for d in self.sizes if d not in self.asked.at_every]
+        at = np.unravel_index(places.astype(int), [self.sizes[d] for d in own])[own.index(DESIGN)]
+        about = {"long_name": "name of the design", "units": "1"}
+        texts = np.array(names, dtype=object)[at]
+        coordinates[LABELS[0]] = Variable((DESIGN,), about, texts)
 
 
 def _places(

@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from engine_dyn.compilation import seconds_compiling
+from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf
 from sweeps.archive.durable import made_folder
 from sweeps.archive.labels import Labels, as_stored, describe
@@ -470,7 +471,11 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
             before = json.loads(file.getncattr("identity"))
             told = getattr(file, ATTRIBUTE) if ATTRIBUTE in file.ncattrs() else ""
             done = Finished(already=True, warnings=tuple(str(told).splitlines()))
-            if "status" in file.variables:
+            if "outcomes" in file.variables:  # of all designs; status is of those kept
+                counts = np.asarray(file.variables["outcomes"][...])
+                codes = [MEANINGS.index(word) for word in file.variables["outcome"][...]]
+                done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)
+            elif "status" in file.variables:
                 status = file.variables["status"]
                 for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
                     done.count(np.asarray(status[place if place else ...]))
