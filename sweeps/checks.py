@@ -165,17 +165,22 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
     return value
 
 
-def shortened(value: Any) -> Any:
+def shortened(value: Any, longest: int | None = None) -> Any:
     """Return a copy in which a text with their length replaces very long lists.
 
     An archive holds these values as a coordinate; as text they would exceed everything else in it.
+    One that holds no more than reductions keeps lists of up to `longest` values.
     """
     if isinstance(value, dict):
-        return {key: shortened(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray) or (isinstance(value, list) and len(value) > LONG):
+        return {key: shortened(item, longest) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and longest is not None:
+        value = value.tolist()
+    if isinstance(value, np.ndarray) or (
+        isinstance(value, list) and len(value) > (longest or LONG)
+    ):
         return f"{len(value)} values, see the coordinate"
     if isinstance(value, list):
-        return [shortened(item) for item in value]
+        return [shortened(item, longest) for item in value]
     return value
 
 

@@ -23,7 +23,7 @@ from sweeps.archive.provenance import (
 )
 from sweeps.catalogue import PACKAGE
 from sweeps.checks import shortened
-from sweeps.dimensions import DESIGN, LABELS
+from sweeps.dimensions import DESIGN, LABELS, REDUCTION
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import part, shard
@@ -43,7 +43,7 @@ __all__ = [
     "with_confidential",
 ]
 
-MOST = 10**9
+MOST = 1 << 30
 """Positions along an axis of which an archive may claim to be a part."""
 
 _NEEDED = ("scene", "scene_name", "input_files", "identity")
@@ -149,7 +149,7 @@ def read_contents(path: Path) -> Contents:
         level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
     with damage_refused(path):
         piece = json.loads(attributes.get("part", "{}"))
-        _check_piece(piece, dimension, values)
+        _check_piece(piece, dimension, values, reduced=REDUCTION in attributes)
         folder, files = files_from_text(attributes["input_files"])
         folder, files = files_as_now(folder, files, check_format(attributes, path))
         identity = json.loads(attributes["identity"])
@@ -265,13 +265,17 @@ def _scene_tables(
     return raw, {key: texts_or_numbers(key) for key in parameters_of(raw["sample"])}
 
 
-def _check_piece(piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any]) -> None:
+def _check_piece(
+    piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any], *, reduced: bool
+) -> None:
     """Check that an archive says of which part of its scene it is, where it is one."""
     if not isinstance(piece, dict):
         raise ValueError("part: no table")
     if "shard" not in piece:
         return
     first, size, axis = piece["first"], piece["of"], piece["axis"]
+    if reduced:  # it has no coordinate of all its positions
+        axis, values, dimension = "", {"": ()}, {"": ""}
     if not (isinstance(first, int) and isinstance(size, int) and isinstance(piece["shard"], str)):
         raise ValueError("part: no numbers")
     if first < 0 or dimension.get(axis) != axis or not first + len(values[axis]) <= size <= MOST:

@@ -23,7 +23,7 @@ from sweeps.archive.labels import Labels, Variable, as_stored, describe
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.dimensions import DESIGN, LABELS, REDUCTION, STATUS
 from sweeps.errors import SceneError, counted
-from sweeps.planning.blocks import Block, Results, aligned, belongs, index_of
+from sweeps.planning.blocks import Block, Results, aligned, index_of
 from sweeps.planning.plan import Plan
 from sweeps.reducing.searches import Search
 from sweeps.reducing.statistics import Statistics
@@ -112,11 +112,10 @@ class Reduction:
             search.add(designs, begin)
         for name, statistics in self.statistics.items():
             dims, cells = plan.dims(name), self.cells[name]
-            if DESIGN not in dims and DESIGN in begin and begin[DESIGN]:
-                continue  # another portion or shard has it
-            if belongs(block, dims):
-                values = designs[name].variable.transpose(*cells, ...).values
-                statistics.add(values, _places(cells, begin, values.shape))
+            if any(place for d, place in begin.items() if d not in dims):
+                continue  # the same values belong to another block
+            values = designs[name].variable.transpose(*cells, ...).values
+            statistics.add(values, _places(cells, begin, values.shape))
         self._count(designs, begin)
 
     def _count(self, designs: xr.Dataset, begin: Mapping[str, int]) -> None:

@@ -77,6 +77,9 @@ MOST_DESIGNS = 10**15
 
 WHAT = "a scene (TOML)"
 
+LONGEST_KEPT = 1_000_000
+"""Values of a list that archives of reductions keep with the scene: they have no coordinate."""
+
 ORDERS_OF_TWO_STROKE = 15.0
 """Highest order of the torsional vibration of two-stroke engines: Lloyd's Register asks for it."""
 
@@ -244,7 +247,9 @@ def scene_of(
             scene = _together(choices, given, tables, name, read_one, designs, labels)
             read_reduce(given.reduce, scene, name)
             return replace(scene, sample=sample, source=shortened(raw))
-        known = {"path": path, "sample": sample, "source": shortened(raw), "files": read}
+        longest = None if given.reduce is None else LONGEST_KEPT
+        source = shortened(raw, longest)
+        known = {"path": path, "sample": sample, "source": source, "files": read}
         scene = _assembled(given, tables, name, base, designs, labels, known)
         check_scene(scene, name)
         if given.reference is not None:

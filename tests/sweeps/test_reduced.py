@@ -1,0 +1,392 @@
+"""[reduce]: what is asked of all designs, against archives of all these designs."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.archive.partial import Partial
+from sweeps.dimensions import REDUCTION
+from sweeps.errors import SceneError
+from sweeps.planning.plan import make_plan
+from sweeps.reducing.reduction import STATE
+from sweeps.running import limits, reduced
+from sweeps.scene import sample
+from sweeps.scene.reading import read_scene
+from sweeps.scene.sample import Drawing, read_sample
+from tests.support.commands import ok, refused
+
+pytestmark = pytest.mark.compiled
+
+NUMBER = 2048
+
+SAMPLE: dict[str, Any] = {
+    "engine": "ntua",
+    "set": {"load": 90, "speed": 1500},
+    "sample": {
+        "number": NUMBER,
+        "inertia": {"low": 0.05, "high": 12.0},  # the lightest stall
+        "crank_ratio": {"low": 0.2, "high": 0.3},
+    },
+    "output": {"quantities": ["delta", "omega_max", "torque_mean", "delta_error"]},
+}
+
+ASKED: dict[str, Any] = {
+    "within": ["delta <= 1/20", "crank_ratio <= 0.25"],
+    "best": [
+        {"least": "inertia", "within": "delta <= 1/20", "number": 15},
+        {"most": "omega_max", "number": 4},
+    ],
+    "front": [
+        {"of": ["inertia", "delta"], "within": "crank_ratio <= 0.28"},
+        {"of": ["inertia", "delta", "crank_ratio"], "most": "crank_ratio"},
+    ],
+}
+
+GRID: dict[str, Any] = {
+    "engine": "ntua",
+    "axes": {
+        "inertia": np.linspace(1.0, 20.0, 17).tolist(),
+        "load": [50.0, 90.0],
+        "speed": [900.0, 1200.0, 1500.0],
+        "crank_ratio": np.linspace(0.2, 0.3, 9).tolist(),
+    },
+    "output": {"quantities": ["delta", "torque_mean"]},
+}
+
+
+@pytest.fixture
+def portions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Samples are drawn 256 designs at a time, and blocks are smaller still."""
+    monkeypatch.setattr(sample, "PORTION", 256)
+    monkeypatch.setattr(reduced, "LARGEST_BLOCK", 2e4)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
+
+
+@pytest.fixture(scope="module")
+def whole() -> xr.Dataset:
+    """All designs of the sample."""
+    return sweeps.run(**SAMPLE)
+
+
+def same(one: xr.Dataset, two: xr.Dataset) -> None:
+    """Check that all variables are the same to the bit."""
+    assert set(one.variables) == set(two.variables)
+    for name in one.variables:
+        np.testing.assert_array_equal(one[name].values, two[name].values, str(name))
+
+
+def kept(archive: xr.Dataset, number: int) -> xr.Dataset:
+    """Designs of one search in the order of their ranks."""
+    rank = archive["rank"].values[number]
+    places = np.flatnonzero(rank)
+    return archive.isel(design=places[np.argsort(rank[places])])
+
+
+# --- against all designs ------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("portions")
+def test_statistics_are_those_of_all_designs(whole: xr.Dataset) -> None:
+    found = sweeps.run(**SAMPLE, reduce=ASKED)
+    assert set(whole.status.values.tolist()) != {0}, "some designs shall fail"
+    for name in SAMPLE["output"]["quantities"]:
+        values = whole[name].values.astype(float)
+        values = values[np.isfinite(values)]
+        assert int(found[f"{name}_count"]) == values.size
+        # NumPy's own sums are rounded; these are not.
+        assert float(found[f"{name}_mean"]) == pytest.approx(values.mean(), rel=1e-14)
+        assert float(found[f"{name}_deviation"]) == pytest.approx(values.std(), rel=1e-9, abs=1e-9)
+        assert float(found[f"{name}_smallest"]) == values.min()
+        assert float(found[f"{name}_largest"]) == values.max()
+        exact = np.quantile(values, found["quantile"].values)
+        away = np.abs(found[f"{name}_quantile"].values - exact)
+        assert (away <= found[f"{name}_quantile_error"].values * (1 + 1e-12)).all()
+        assert (found[f"{name}_quantile_error"].values <= 2.0**-9 * np.abs(exact)).all()
+    codes, counts = np.unique(whole.status.values, return_counts=True)
+    assert found.outcomes.values.tolist() == counts.tolist()
+    assert len(found.outcome) == len(codes)
+    light, low = whole.delta.values <= 1 / 20, whole.crank_ratio.values <= 0.25
+    solved = np.isfinite(whole.delta.values)
+    expected = [light.sum(), (low & solved).sum(), (light & low).sum()]
+    assert found.designs_within.values.tolist() == expected
+
+
+@pytest.mark.usefixtures("portions")
+def test_kept_designs_are_the_best_of_all(whole: xr.Dataset) -> None:
+    found = sweeps.run(**SAMPLE, reduce=ASKED)
+    good = np.flatnonzero(whole.delta.values <= 1 / 20)
+    expected = good[np.argsort(whole.inertia.values[good], kind="stable")][:15]
+    assert kept(found, 0).design.values.tolist() == expected.tolist()
+    for name in (*SAMPLE["output"]["quantities"], "inertia", "crank_ratio", "status"):
+        np.testing.assert_array_equal(kept(found, 0)[name], whole[name][expected])
+    solved = np.flatnonzero(np.isfinite(whole.delta.values))
+    fastest = solved[np.argsort(-whole.omega_max.values[solved], kind="stable")][:4]
+    assert kept(found, 1).design.values.tolist() == fastest.tolist()
+    front = sweeps.pareto(whole, "inertia", "delta", within="crank_ratio <= 0.28")
+    np.testing.assert_array_equal(kept(found, 2).delta, front.delta)
+    three = sweeps.pareto(whole, "inertia", "delta", "crank_ratio", most="crank_ratio")
+    np.testing.assert_array_equal(kept(found, 3).inertia, three.inertia)
+
+
+def test_the_same_bits_whatever_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = sweeps.run(**SAMPLE, reduce=ASKED, threads=2)
+    for portion, block in ((128, 1e4), (512, 6e4)):
+        monkeypatch.setattr(sample, "PORTION", portion)
+        monkeypatch.setattr(reduced, "LARGEST_BLOCK", block)
+        assert len(make_plan(read_scene(**SAMPLE, reduce=ASKED)).portions) == NUMBER // portion
+        same(one, sweeps.run(**SAMPLE, reduce=ASKED, threads=1))
+
+
+@pytest.mark.usefixtures("portions")
+def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
+    all_of_them = sweeps.run(**GRID)
+    within = "delta <= 1/25"
+    asked = {
+        "over": ["inertia", "crank_ratio", "load"],
+        "at_every": ["load", "speed"],
+        "within": within,
+        "best": [{"least": "inertia", "within": within, "number": 12}],
+    }
+    found = sweeps.run(**GRID, reduce=asked)
+    over = ["inertia", "crank_ratio", "load"]
+    assert found.delta_mean.dims == ("speed",)
+    np.testing.assert_allclose(found.delta_mean, all_of_them.delta.mean(over), rtol=1e-14)
+    np.testing.assert_array_equal(found.delta_largest, all_of_them.delta.max(over))
+    below = (all_of_them.delta <= 1 / 25).sum(over)
+    np.testing.assert_array_equal(found.designs_within.values[:, 0], below)
+    # A quantity that does not depend on the inertia has each of its values once.
+    assert found.torque_mean_count.values.tolist() == [18, 18, 18]
+    best = sweeps.best(all_of_them, least="inertia", within=within, at_every=["load", "speed"])
+    one = sweeps.best(found, least="inertia", within=within, at_every=["speed", "load"])
+    for name in ("delta", "inertia", "crank_ratio", "load", "speed"):
+        values = one[name].transpose(*best[name].dims)
+        np.testing.assert_array_equal(values, best[name], name)
+    good = (all_of_them.delta <= 1 / 25).all(["load", "speed"])
+    assert f"{int(good.sum())} of 153 designs fulfil" in one.attrs["search"]
+
+
+# --- archives -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def archive(portions: None, tmp_path: Path) -> Iterator[Path]:
+    """An archive of the reduced sample."""
+    path = tmp_path / "reduced.nc"
+    sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
+    yield path
+
+
+def loaded(path: Path) -> xr.Dataset:
+    with sweeps.open_archive(path) as opened:
+        return opened.load()
+
+
+def test_an_archive_holds_what_run_returns(archive: Path) -> None:
+    same(loaded(archive), sweeps.run(**SAMPLE, reduce=ASKED))
+
+
+def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, written = archive.with_name("killed.nc"), []
+    write = Partial.write
+
+    def stopping(self: Partial, number: int, arrays: Any) -> int:
+        if len(written) == 3:
+            raise KeyboardInterrupt
+        written.append(number)
+        return write(self, number, arrays)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Partial, "write", stopping)
+        with pytest.raises(Exception, match=r"3 of .* blocks are finished"):
+            sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
+    done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, resume=True)
+    assert done.before == 3
+    assert done.outcomes == sweeps.stream(
+        **SAMPLE, reduce=ASKED, archive=path, resume=True
+    ).outcomes  # complete by now  # fmt: skip
+    same(loaded(path), loaded(archive))
+
+
+def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.json.toml"
+    scene.write_text(toml_of({**SAMPLE, "reduce": ASKED}))
+    parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3)]
+    for number, part in enumerate(parts, 1):
+        ok("run", scene, "-o", part, "--shard", f"{number}/3", "-q")
+    merged = tmp_path / "merged.nc"
+    ok("merge", parts[1], parts[0], parts[2], "-o", merged)
+    same(loaded(merged), loaded(archive))
+    out = tmp_path / "no.nc"
+    assert "shards are missing: 3/3" in refused("merge", parts[0], parts[1], "-o", out)
+    assert "is given twice" in refused("merge", *parts, parts[0], "-o", out)
+    assert "no shard of a scene with [reduce]" in refused("merge", archive, parts[0], "-o", out)
+    again = tmp_path / "again.nc"
+    ok("rerun", parts[1], "-o", again, "-q")
+    same(loaded(again), loaded(parts[1]))
+    assert not out.exists()
+
+
+def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> None:
+    asked = {"best": [{"least": "delta", "number": 5}], "at_every": ["load", "speed"]}
+    scene = tmp_path / "grid.toml"
+    scene.write_text(toml_of({**GRID, "reduce": asked}))
+    parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3, 4)]
+    for number, part in enumerate(parts, 1):
+        ok("run", scene, "-o", part, "--shard", f"{number}/4", "-q")
+    ok("merge", *parts, "-o", tmp_path / "merged.nc")
+    same(loaded(tmp_path / "merged.nc"), sweeps.run(**GRID, reduce=asked))
+
+
+def test_what_an_archive_cannot_answer_is_said(archive: Path) -> None:
+    found = loaded(archive)
+    with pytest.raises(SceneError, match="kept the 15 best by least inertia within delta <= 1/20"):
+        sweeps.best(found, least="delta")
+    with pytest.raises(SceneError, match="kept the 15 best"):
+        sweeps.best(found, least="inertia")
+    with pytest.raises(SceneError, match="another search needs a run"):
+        sweeps.pareto(found, "inertia", "delta")
+    with pytest.raises(SceneError, match=r"that \[reduce\] kept, and not all"):
+        sweeps.best(found, least="inertia", within=["delta <= 1/20", "crank_ratio >= 0.299999"])
+    stricter = kept(found, 0).crank_ratio.values.min() * (1 + 1e-9)
+    one = sweeps.best(
+        found, least="inertia", within=["delta <= 0.05", f"crank_ratio <= {stricter}"]
+    )
+    assert float(one.inertia) in kept(found, 0).inertia.values
+    assert "has not the values" in refused("extend", archive, "--number", str(2 * NUMBER))
+    with pytest.raises(SceneError, match="merge"):
+        sweeps.open([archive, archive])
+
+
+@pytest.mark.usefixtures("portions")
+def test_a_condition_that_nothing_fulfils(tmp_path: Path) -> None:
+    asked = {"best": [{"least": "inertia", "within": "delta <= 1/1000"}]}
+    path = tmp_path / "none.nc"
+    done = sweeps.stream(**SAMPLE, reduce=asked, archive=path)
+    assert "no design meets all conditions" in done.found[0]
+    assert "(least: 0.0" in done.found[0]
+    found = loaded(path)
+    assert "design" not in found.sizes
+    assert json.loads(found.attrs[REDUCTION])["kept"][0]["found"] == 0
+    with pytest.raises(SceneError, match="no design meets all conditions"):
+        sweeps.best(found, least="inertia", within="delta <= 1/1000")
+
+
+def test_a_damaged_state_is_told(archive: Path) -> None:
+    from sweeps.reducing.reduction import state_in
+
+    found = loaded(archive)
+    found[STATE].values[100:200] += 1
+    with pytest.raises(SceneError, match="damaged"):
+        state_in(found, "reduced.nc")
+
+
+# --- samples in portions ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+def test_portions_are_those_of_the_whole_sample(method: str) -> None:
+    table = {"method": method, "number": 64, "seed": 5, "inertia": {"low": 1.0, "high": 2.0},
+             "bore": {"low": 0.1, "high": 0.2}, "cylinders": {"low": 1, "high": 8}}  # fmt: skip
+    asked = read_sample(table, "sample")
+    all_of_it = Drawing(asked).columns(0, 64)
+    drawing = Drawing(asked)
+    for begin, count in ((0, 16), (32, 32), (16, 16)):  # in order, skipped, backwards
+        part = drawing.columns(begin, count)
+        for key, values in part.items():
+            expected = all_of_it[key][begin * asked.group : (begin + count) * asked.group]
+            np.testing.assert_array_equal(values, expected)
+
+
+def test_saltellis_design_is_that_of_salib() -> None:
+    sobol = pytest.importorskip("SALib.sample.sobol")
+    table = {"method": "saltelli", "number": 32, "seed": 7}
+    keys = {"inertia": 1.0, "bore": 0.2, "stroke": 0.3}
+    asked = read_sample({**table, **{k: {"low": 0.5 * v, "high": v} for k, v in keys.items()}}, "s")
+    problem = {"num_vars": 3, "names": [*keys], "bounds": [[0.5 * v, v] for v in keys.values()]}
+    points = sobol.sample(problem, 32, calc_second_order=False, scramble=True, seed=7)
+    for number, (key, values) in enumerate(Drawing(asked).columns(0, 32).items()):
+        np.testing.assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
+
+
+def test_a_billion_designs_are_planned_in_no_time() -> None:
+    table = {**SAMPLE["sample"], "number": 1 << 30}
+    plan = make_plan(read_scene(**{**SAMPLE, "sample": table}, reduce={}))
+    assert plan.designs == 1 << 30
+    assert plan.sizes["design"] == sample.PORTION
+    with pytest.raises(SceneError, match="number = 1073741824: must be a whole number from 2"):
+        read_scene(**{**SAMPLE, "sample": table})
+
+
+# --- bad input ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"over": "bore"}, "over: 'bore': not in the scene. Allowed: design"),
+        ({"statistics": ["delat"]}, "statistics: 'delat': not in the scene"),
+        ({"quantiles": [0.5, 1.5]}, "quantiles = 1.5: must be between 0 and 1"),
+        ({"best": [{}]}, "best 1: needs either least or most"),
+        ({"best": [{"least": "delta", "most": "delta"}]}, "needs either least or most"),
+        ({"best": [{"least": "omega"}]}, "best 1: 'omega': not in the scene"),
+        ({"best": [{"least": "delta", "number": 0}]}, "number = 0"),
+        ({"front": [{"of": ["delta"]}]}, "must be two or three"),
+        ({"front": [{"of": ["delta", "delta"]}]}, "names must differ"),
+        ({"best": [{"least": "delta", "within": "delta < few"}]}, "delta"),
+        ({"within": "omega <= 3"}, "'omega': not in the archive"),
+        ({"at_every": "speed"}, "at_every: 'speed': not in the scene"),
+        ({"best": [{"least": "delta", "not_counted": "stalled"}]}, "only used with at_every"),
+        ({"bset": []}, "bset: unknown key"),
+        ({"over": [], "best": [{"least": "delta"}]}, "over: leaves design, 2048 points"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(SceneError) as told:
+        sweeps.run(**SAMPLE, reduce=asked)
+    assert said in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_a_search_needs_all_axes() -> None:
+    with pytest.raises(SceneError, match="nothing in it depends on crank_ratio"):
+        sweeps.run(**GRID, reduce={"best": [{"least": "inertia"}], "at_every": ["load", "speed"]})
+    with pytest.raises(SceneError, match="no choice of a design"):
+        sweeps.run(**GRID, reduce={"best": [{"least": "delta"}]})
+    asked = {"best": [{"least": "delta"}], "over": ["load", "speed"], "at_every": ["load", "speed"]}
+    with pytest.raises(SceneError, match="over: leaves inertia, crank_ratio"):
+        sweeps.run(**GRID, reduce=asked)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"output": {"quantities": ["torque"]}}, "torque varies over crank_angle"),
+        ({"uncertainty": {"number": 8, "bore": {"low": 0.13, "high": 0.14}}}, "[uncertainty]"),
+        ({"engine": ["ntua", "si_four_87x101"]}, "several engines"),
+    ],
+)
+def test_what_has_more_than_one_number_a_design_is_refused(more: dict[str, Any], said: str) -> None:
+    with pytest.raises(SceneError) as told:
+        sweeps.run(**{**SAMPLE, **more}, reduce={})
+    assert said in str(told.value)
+
+
+def toml_of(raw: dict[str, Any]) -> str:
+    """A scene of plain tables as a file."""
+    lines: list[str] = []
+
+    def value(item: Any) -> str:
+        if isinstance(item, dict):
+            return "{ " + ", ".join(f"{k} = {value(v)}" for k, v in item.items()) + " }"
+        if isinstance(item, list):
+            return f"[{', '.join(map(value, item))}]"
+        return json.dumps(item)
+
+    lines += [f"{key} = {value(item)}" for key, item in raw.items()]
+    return "\n".join(lines)
