@@ -7,7 +7,7 @@ grows with the sample.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property
 
 from sweeps.dimensions import DESIGN
@@ -18,37 +18,28 @@ from sweeps.scene.sample import Drawing
 __all__ = ["Portions"]
 
 
-@dataclass(frozen=True)
 class Portions:
-    """The portions of a plan; the plan itself is the only one where its designs are all there.
+    """The portions of a plan, in order; the plan itself is the first, and often the only one."""
 
-    Attributes
-    ----------
-    plan : Plan
-        Of the first portion.
-    """
-
-    plan: Plan
-    _drawing: list[Drawing] = field(default_factory=list, repr=False)
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
 
     @cached_property
-    def length(self) -> int:
-        """Designs of a portion along `design`."""
-        return self.plan.sizes.get(DESIGN, 1)
+    def _drawing(self) -> Drawing:
+        """The sample while it is drawn, which is fastest in order."""
+        assert self.plan.scene.sample is not None
+        return Drawing(self.plan.scene.sample)
 
     def plans(self, numbers: range) -> Iterator[tuple[int, Plan]]:
         """Plans of some portions, each with its first design."""
+        length = self.plan.sizes.get(DESIGN, 1)
         for number in numbers:
-            first = number * self.length
-            yield first, self.plan if number == self.plan.portions[0] else self._of(number)
+            plan = self.plan if number == self.plan.portions[0] else self._of(number)
+            yield number * length, plan
 
     def _of(self, number: int) -> Plan:
-        scene = self.plan.scene
-        assert scene.sample is not None
-        if not self._drawing:
-            self._drawing.append(Drawing(scene.sample))
-        points = scene.sample.portion
-        columns = self._drawing[0].columns(number * points, points)
-        scene = replace(scene, designs=columns)
+        points = self._drawing.sample.portion
+        columns = self._drawing.columns(number * points, points)
+        scene = replace(self.plan.scene, designs=columns)
         check_scene(scene, self.plan.name)
         return make_plan(scene)

@@ -192,7 +192,8 @@ def test_an_archive_holds_what_run_returns(archive: Path) -> None:
 
 
 def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, written = archive.with_name("killed.nc"), []
+    path = archive.with_name("killed.nc")
+    written: list[int] = []
     write = Partial.write
 
     def stopping(self: Partial, number: int, arrays: Any) -> int:
