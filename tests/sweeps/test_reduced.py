@@ -15,7 +15,7 @@ from sweeps.dimensions import REDUCTION
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.reducing.reduction import STATE
-from sweeps.running import limits, reduced
+from sweeps.running import cluster, limits, reduced
 from sweeps.scene import sample
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Drawing, read_sample
@@ -242,6 +242,16 @@ def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> Non
         ok("run", scene, "-o", part, "--shard", f"{number}/4", "-q")
     ok("merge", *parts, "-o", tmp_path / "merged.nc")
     same(loaded(tmp_path / "merged.nc"), sweeps.run(**GRID, reduce=asked))
+
+
+@pytest.mark.slow
+def test_workers_reduce_their_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "SMALLEST_BLOCK", 1e4)
+    path = tmp_path / "workers.nc"
+    done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, scheduler="local:2")
+    assert done.blocks > 1
+    same(loaded(path), sweeps.run(**SAMPLE, reduce=ASKED))
 
 
 def test_what_an_archive_cannot_answer_is_said(archive: Path) -> None:
