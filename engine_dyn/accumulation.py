@@ -44,7 +44,6 @@ def add_exactly(values: Floats, limbs: Integers) -> None:
         The sums, as `carried` leaves them.
     """
     _add(np.ascontiguousarray(values).view(np.int64), limbs)
-    carried(limbs)
 
 
 @kernel
@@ -65,10 +64,14 @@ def _add(bits: Integers, limbs: Integers) -> None:
             limbs[row, place] += sign * (low & _LIMB)
             limbs[row, place + 1] += sign * ((low >> 32) + (high & _LIMB))
             limbs[row, place + 2] += sign * (high >> 32)
+        for place in range(LIMBS - 1):
+            carry = limbs[row, place] >> 32
+            limbs[row, place] &= _LIMB
+            limbs[row, place + 1] += carry
 
 
 def carried(limbs: Integers) -> None:
-    """Bring sums into the one form that each number has, in place.
+    """Bring sums of sums into the one form that each number has, in place.
 
     All limbs but the last are from 0 to 2^32 - 1 then.
     """

@@ -85,11 +85,10 @@ class Statistics:
         ends = np.array([low, high])[:, np.isfinite(low)]
         if not ends.size:
             return
-        for number, added in enumerate((rows, rows * rows)):
-            limbs = np.zeros((here.size, LIMBS), np.int64)
+        for sums, added in zip(self.sums, (rows, rows * rows), strict=True):
+            limbs = sums[here]
             add_exactly(added, limbs)
-            self.sums[number, here] += limbs
-        carried(self.sums)
+            sums[here] = limbs
         first, last = bins_of(np.array([ends[0].min(), ends[1].max()]), self.bits)
         counts = np.zeros((here.size, last - first + 1), np.int64)
         count_in_bins(rows, self.bits, int(first), counts)

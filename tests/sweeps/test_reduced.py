@@ -247,7 +247,7 @@ def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> Non
 @pytest.mark.slow
 def test_workers_reduce_their_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(cluster, "SMALLEST_BLOCK", 1e4)
+    monkeypatch.setattr(cluster, "SMALLEST_BLOCK", 1e5)
     path = tmp_path / "workers.nc"
     done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, scheduler="local:2")
     assert done.blocks > 1
