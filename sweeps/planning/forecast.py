@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import psutil
@@ -15,7 +16,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
-from sweeps.dimensions import ARRANGEMENT, ENGINE, TORSION_STATUS
+from sweeps.dimensions import ARRANGEMENT, DESIGN, ENGINE, TORSION_STATUS
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, block_lengths, memory_bytes
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
@@ -42,6 +43,7 @@ def text(plan: Plan) -> str:
     """Describe a plan for people: how often each stage is computed, what is skipped and why."""
     if plan.parts:
         return _text_of_several(plan)
+    drawn, plan = plan, _in_one(plan)
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions) or "none"
     wide = max(22, *(len(stage.node.name) + 1 for stage in plan.stages))
@@ -56,7 +58,17 @@ def text(plan: Plan) -> str:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
     lines += ["", *_no_cycles(plan), *_skipped(plan)]
-    return "\n".join([*lines, "", _room_and_time(plan)])
+    return "\n".join([*lines, "", _room_and_time(drawn)])
+
+
+def _in_one(plan: Plan) -> Plan:
+    """A plan as if the designs of all its portions were drawn at once."""
+    many = len(plan.portions)
+    sizes = {d: n * (many if d == DESIGN else 1) for d, n in plan.sizes.items()}
+    stages = tuple(
+        replace(stage, size=math.prod(sizes[d] for d in stage.dims)) for stage in plan.stages
+    )
+    return replace(plan, sizes=sizes, stages=stages, portions=range(1))
 
 
 def _room_and_time(plan: Plan) -> str:
@@ -239,7 +251,8 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
     if node.kind == "stage":
         kept = "gives " + ", ".join(plan.wanted(stage))
     elif node.name in plan.outputs:
-        kept = "in the archive" + (" (outcome)" if node.name == "status" else "")
+        kept = "in the archive" if plan.scene.reduce is None else "reduced"
+        kept += " (outcome)" if node.name == "status" else ""
         if curve:
             kept += ", each over " + " and ".join(curve).replace("_", " ")
     over = ", ".join(stage.axes) or "one value"
