@@ -9,7 +9,6 @@ indices and quantiles of the irregularity. A run that was interrupted is complet
 
 from __future__ import annotations
 
-import resource
 import sys
 import time
 from collections.abc import Sequence
@@ -62,6 +61,8 @@ def scene(points: int) -> dict[str, Any]:
 
 def tables(found: Any, seconds: float) -> list[str]:
     """Lines to print of the reduced archive."""
+    import resource  # not there on Windows, where other commands run
+
     outcomes = found.outcomes.values.sum(axis=0)
     designs = int(outcomes.sum())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -106,11 +106,13 @@ def sensitivities(
     ----------
     archive : Dataset
         As `sweeps.open` or `sweeps.run` returns it: of a scene with `[sample]` (``method =
-        "saltelli"`` gives the most), of a table of designs, or a grid.
+        "saltelli"`` gives the most), of a table of designs, or a grid. With `[reduce]` it holds
+        the indices of ``method = "saltelli"`` itself, which are returned.
     quantities : str or sequence of str, optional
         If not given, all that have one number for each design.
     confidence : float
-        Of the intervals, from bootstrap samples.
+        Of the intervals, from bootstrap samples; with `[reduce]` they are of 0.95, by the
+        jackknife.
     resamples : int
         Number of these.
     seed : int
@@ -131,7 +133,8 @@ def sensitivities(
     ------
     SceneError
         In one line: for archives in which nothing varies, with too few designs, or that are a part
-        of a sample; for quantities that are curves. Where SALib is missing (extra `study`).
+        of a sample; for quantities that are curves; for archives of `[reduce]` without indices, and
+        another confidence than theirs. Where SALib is missing (extra `study`).
 
     Examples
     --------
