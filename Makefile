@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies rates compile-times warm-run stress \
-	large-runs reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
+	large-runs large-study reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -41,6 +41,7 @@ help:
 	@echo "make warm-run    a warm run of two designs: its calls, the functions on the way, milliseconds"
 	@echo "make stress      docs/trust.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make large-runs  docs/reliability/large_runs.csv: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make large-study a V6 over eight parameters: least inertia, front, Sobol' indices of 2.6 million designs (1 min; LARGE_STUDY='--points 4194304': 84 million)"
 	@echo "make reliability docs/trust.md: every promise, its tests, the figures of the last runs"
 	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min)"
 	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
@@ -134,6 +135,10 @@ stress: $(VENV)/.installed-test
 # Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.csv --part out/large_runs.json' (minutes), and others.
 large-runs: $(VENV)/.installed-test
 	$(python) -m benchmarks.large_runs $(LARGE_RUNS)
+
+# Into out/large_study.nc. Settings: LARGE_STUDY='--points 4194304 --resume', and others.
+large-study: $(VENV)/.installed-test
+	$(python) -m benchmarks large-study $(LARGE_STUDY)
 
 # From what the commands around this one have measured.
 reliability: $(VENV)/.installed-test

@@ -5,6 +5,7 @@ python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies
 python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
 python -m benchmarks identification [--cases N]            coverage of fitted intervals
 python -m benchmarks compile-times [--short] [--keep]      processor time of compiling
+python -m benchmarks large-study [--points N]              a V6 over eight parameters, reduced
 
 `--quick` takes a minute, to see that it works.
 """
@@ -23,6 +24,7 @@ from benchmarks import (
     comparison,
     compile_times,
     identification,
+    large_study,
     measure,
     page,
     study_rates,
@@ -39,6 +41,7 @@ COMMANDS = {
     "rates": study_rates.main,
     "identification": identification.main,
     "compile-times": compile_times.main,
+    "large-study": large_study.main,
 }
 
 

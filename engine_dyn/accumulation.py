@@ -11,13 +11,24 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from engine_dyn.compilation import kernel
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["LIMBS", "add_exactly", "bin_edges", "bins_of", "carried", "count_in_bins", "exact"]
+__all__ = [
+    "LIMBS",
+    "UNITS_IN_ONE",
+    "add_exactly",
+    "bin_edges",
+    "bins_of",
+    "carried",
+    "count_in_bins",
+    "exact",
+    "in_units",
+]
 
 LIMBS = 67
 """Limbs of a sum: 2,046 exponents of doubles, 53 bits, and room for what 2^32 of them add."""
@@ -26,8 +37,8 @@ _LIMB = (1 << 32) - 1
 _FRACTION = (1 << 52) - 1
 _MAGNITUDE = (1 << 63) - 1
 _NO_NUMBER = 0x7FF
-_LOWEST = 1074
-"""The smallest double is 2 to the power of minus this."""
+UNITS_IN_ONE = 1 << 1074
+"""The unit of sums is the smallest double."""
 
 SMALLEST, LARGEST = 2.0**-64, 2.0**64
 """Magnitudes between which bins tell numbers apart; smaller ones are in the bin of zero."""
@@ -83,8 +94,12 @@ def carried(limbs: Integers) -> None:
 
 def exact(limbs: Integers) -> Fraction:
     """Value of one sum, shape (LIMBS,)."""
-    total = sum(int(limb) << (32 * place) for place, limb in enumerate(limbs))
-    return Fraction(total, 1 << _LOWEST)
+    return Fraction(in_units(limbs), UNITS_IN_ONE)
+
+
+def in_units(limbs: Integers) -> Any:
+    """Sums as whole numbers, of which `UNITS_IN_ONE` are one: objects, shape (...)."""
+    return limbs.astype(object) @ [1 << 32 * place for place in range(LIMBS)]
 
 
 def bins_of(values: Floats, bits: int) -> Integers:

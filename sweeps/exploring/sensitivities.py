@@ -13,6 +13,8 @@ a grid                first and total ones of the grid itself, exact: its values
                       equally likely, and no design may have failed
 any other list        first ones with confidence, from the data alone (RBD-FAST: Tarantola et al.
                       2006, Plischke 2010, SALib); also Saltelli's design where more than 1 % failed
+a scene with          those that were reduced from Saltelli's design as it was computed, with
+`[reduce]`            confidence (`sweeps.reducing.indices`)
 ====================  =============================================================================
 """
 
@@ -29,12 +31,21 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
-from sweeps.checks import check_dataset
-from sweeps.dimensions import DESIGN, LABELS, PARAMETER, STATUS, TORSION_STATUS
+from sweeps.checks import check_dataset, names_given
+from sweeps.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS, TORSION_STATUS
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.attributes import members_of
 from sweeps.exploring.columns import chosen_quantities
 from sweeps.reading.libraries import library
+from sweeps.reducing.indices import (
+    CONFIDENCE,
+    FIRST,
+    FIRST_CONFIDENCE,
+    MOST_FAILED,
+    NAMES,
+    TOTAL,
+    TOTAL_CONFIDENCE,
+)
 from sweeps.running.progress import progress_bar
 from sweeps.scene.sample import SEARCH, parameters_of
 
@@ -43,36 +54,23 @@ if TYPE_CHECKING:
 
 __all__ = ["sensitivities"]
 
-MOST_FAILED = 0.01
-"""Share of failed designs up to which groups of Saltelli's design are dropped."""
-
 MOST_ROWS = 100_000
 """Designs from which indices are estimated where there is no design made for it."""
 
 LEAST_ROWS = 128
 """Fewer designs do not tell indices."""
 
-SALTELLI, GRID, DATA = "saltelli", "grid", "data"
+SALTELLI, GRID, DATA, REDUCED = "saltelli", "grid", "data", "reduced"
 
 _METHODS = {
     SALTELLI: "Saltelli's design (Saltelli et al. 2010, by SALib)",
     GRID: "variances over the grid, all its values equally likely",
     DATA: "from the data alone with RBD-FAST (Tarantola et al. 2006, Plischke 2010, by SALib)",
-}
-
-FIRST, FIRST_CONFIDENCE, TOTAL, TOTAL_CONFIDENCE = (
-    "first", "first_confidence", "total", "total_confidence",
-)  # fmt: skip
-
-_NAMES = {
-    FIRST: "first-order Sobol' index",
-    FIRST_CONFIDENCE: "half width of the confidence interval of the first-order index",
-    TOTAL: "total Sobol' index",
-    TOTAL_CONFIDENCE: "half width of the confidence interval of the total index",
+    REDUCED: "Saltelli's design (Saltelli et al. 2010), reduced; intervals by the jackknife",
 }
 
 Indices = dict[str, Floats]
-"""Arrays over the parameters, by the keys of `_NAMES`."""
+"""Arrays over the parameters, by the keys of `NAMES`."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +106,13 @@ def sensitivities(
     ----------
     archive : Dataset
         As `sweeps.open` or `sweeps.run` returns it: of a scene with `[sample]` (``method =
-        "saltelli"`` gives the most), of a table of designs, or a grid.
+        "saltelli"`` gives the most), of a table of designs, or a grid. With `[reduce]` it holds
+        the indices of ``method = "saltelli"`` itself, which are returned.
     quantities : str or sequence of str, optional
         If not given, all that have one number for each design.
     confidence : float
-        Of the intervals, from bootstrap samples.
+        Of the intervals, from bootstrap samples; with `[reduce]` they are of 0.95, by the
+        jackknife.
     resamples : int
         Number of these.
     seed : int
@@ -133,7 +133,8 @@ def sensitivities(
     ------
     SceneError
         In one line: for archives in which nothing varies, with too few designs, or that are a part
-        of a sample; for quantities that are curves. Where SALib is missing (extra `study`).
+        of a sample; for quantities that are curves; for archives of `[reduce]` without indices, and
+        another confidence than theirs. Where SALib is missing (extra `study`).
 
     Examples
     --------
@@ -154,6 +155,8 @@ def sensitivities(
         raise SceneError(f"confidence = {shown(confidence)}: must be a number between 0 and 1")
     if isinstance(resamples, bool) or not isinstance(resamples, int) or resamples < 2:
         raise SceneError(f"resamples = {shown(resamples)}: must be a whole number, 2 or more")
+    if REDUCTION in archive.attrs:
+        return _reduced(archive, quantities, confidence)
     study = _study_of(archive)
     asked = chosen_quantities(archive, quantities)
     names = [
@@ -187,12 +190,49 @@ def sensitivities(
             f"{PARAMETER}_long_name": (PARAMETER, np.array(meanings, dtype=object)),
         }
     )
+    return _titled(dataset, archive, methods, confidence)
+
+
+def _titled(
+    dataset: xr.Dataset, archive: xr.Dataset, methods: Mapping[str, str], confidence: float
+) -> xr.Dataset:
+    """Indices with attributes that say what they are of."""
     kept = ("engine", "engine_title", "title", "scene", "warnings")
     dataset.attrs = {key: archive.attrs[key] for key in kept if key in archive.attrs}
     dataset.attrs["title"] = f"Sobol' indices: {archive.attrs.get('title', '')}".strip(": ")
     dataset.attrs["sensitivity_method"] = json.dumps({n: _METHODS[m] for n, m in methods.items()})
     dataset.attrs["confidence"] = confidence
     return dataset
+
+
+def _reduced(
+    archive: xr.Dataset, quantities: str | Sequence[str] | None, confidence: float
+) -> xr.Dataset:
+    """Indices that an archive of [reduce] holds; its designs are some of many."""
+    known = [*members_of(archive, REDUCTION).get("indices", {})]
+    asked = known if quantities is None else names_given(quantities, "quantities")
+    missing = [name for name in asked if name not in known]
+    if missing or not asked:
+        what = f"{shown(missing[0])}: the archive" if missing else "the archive"
+        raise SceneError(
+            f"{what} holds no Sobol' indices; with [reduce], these are computed for its statistics "
+            "if [sample] has method = 'saltelli' and no other axis is in [reduce] over"
+        )
+    if confidence != CONFIDENCE:
+        raise SceneError(
+            f"confidence = {shown(confidence)}: must be {CONFIDENCE}, that of the intervals which "
+            "the archive holds"
+        )
+    piece = members_of(archive, "part")
+    if "shard" in piece:
+        raise SceneError(
+            f"shard {piece['shard']} of a sample: Saltelli's design must be complete; merge its "
+            "shards"
+        )
+    ends = ("left_out", *(f"{key}{end}" for key in NAMES for end in ("", "_conditional")))
+    names = [f"{name}_{end}" for name in asked for end in ends]
+    found = archive[[name for name in names if name in archive]].load()
+    return _titled(found, archive, dict.fromkeys(asked, REDUCED), CONFIDENCE)
 
 
 def _study_of(archive: xr.Dataset) -> _Study:
@@ -270,7 +310,7 @@ def _of_quantity(
         f"{name}_{key}{ending}": (
             (*rest, PARAMETER),
             np.reshape([one[key] for one in each], (*shape, len(study.parameters))),
-            {"long_name": f"{_NAMES[key]} of the {label}{said}", "units": "1"},
+            {"long_name": f"{NAMES[key]} of the {label}{said}", "units": "1"},
         )
         for key in each[0]
     }

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import psutil
 
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, size_text
 
 if TYPE_CHECKING:  # archives are opened without the planner
@@ -39,6 +40,7 @@ __all__ = [
     "memory_bytes",
     "passing_bytes",
     "shape_in",
+    "undivided",
 ]
 
 Block = dict[str, slice]
@@ -113,11 +115,22 @@ def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
             else:
                 high = middle - 1
         # Blocks of equal size: a last one of a few designs would cost as much as the others.
+        group = undivided(plan, dimension)
+        low = max(low // group, 1) * group
         length = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
-        if length > STEP:
-            length = min(math.ceil(length / STEP), low // STEP) * STEP
+        step = STEP if group == 1 else group
+        if length > STEP or group > 1:
+            length = min(math.ceil(length / step), low // step) * step
         lengths[dimension] = length
     return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
+
+
+def undivided(plan: Plan, dimension: str) -> int:
+    """Positions that stay together: a group of Saltelli's design where it is reduced."""
+    scene = plan.scene
+    if scene.reduce is None or scene.sample is None or dimension != DESIGN:
+        return 1
+    return scene.sample.group
 
 
 def check_memory(what: str, need: float, advice: str = "", share: float = 0.9) -> None:

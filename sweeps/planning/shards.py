@@ -17,6 +17,7 @@ import numpy as np
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
+from sweeps.planning.blocks import undivided
 from sweeps.planning.plan import Part, Plan
 from sweeps.planning.portions import Portions
 
@@ -34,18 +35,20 @@ def shard(plan: Plan, number: int, count: int) -> Plan:
     used = {d for stage in plan.stages for d in stage.dims}
     axes = [d for d in plan.scene.dimensions if d in used]
     axis = max(axes, key=lambda d: plan.sizes[d], default="")
-    size = plan.sizes.get(axis, 1)
+    group = undivided(plan, axis)
+    size = plan.sizes.get(axis, 1) // group
     if count > size:
+        points = counted(size, "point" if group == 1 else "base point")
         raise SceneError(
-            f"{plan.name}: --shard {number}/{count}: the longest axis has "
-            f"{counted(size, 'point')}; must be at most {counted(size, 'shard')}"
+            f"{plan.name}: --shard {number}/{count}: the longest axis has {points}; must be at "
+            f"most {counted(size, 'shard')}"
         )
     if count == 1:
         return plan
     if len(plan.portions) > 1:
         return _shard_of_portions(plan, number, count)
-    begin, end = size * (number - 1) // count, size * number // count
-    about = {"shard": f"{number}/{count}", "axis": axis, "first": begin, "of": size}
+    begin, end = (group * (size * n // count) for n in (number - 1, number))
+    about = {"shard": f"{number}/{count}", "axis": axis, "first": begin, "of": group * size}
     return part(plan, axis, np.arange(begin, end), json.dumps(about))
 
 

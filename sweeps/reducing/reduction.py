@@ -21,10 +21,11 @@ from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from sweeps.archive.labels import Labels, Variable, as_stored, describe
 from sweeps.archive.warnings import ATTRIBUTE
-from sweeps.dimensions import DESIGN, LABELS, REDUCTION, STATUS
+from sweeps.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS
 from sweeps.errors import SceneError, counted
 from sweeps.planning.blocks import Block, Results, aligned, index_of
 from sweeps.planning.plan import Plan
+from sweeps.reducing.indices import NAMES, Indices
 from sweeps.reducing.searches import Search
 from sweeps.reducing.statistics import Statistics
 from sweeps.scene.conditions import check_name, conditions_of, units_of
@@ -91,6 +92,14 @@ class Reduction:
         self.statistics = {
             name: Statistics([self.sizes[d] for d in cells]) for name, cells in self.cells.items()
         }
+        # A variance over other axes too would not be that of the parameters alone.
+        sample = plan.scene.sample
+        self.indices = {
+            name: Indices(sample, one.shape)
+            for name, one in self.statistics.items()
+            if sample is not None and sample.method == "saltelli"
+            and {*plan.dims(name)} == {*self.cells[name], DESIGN} and DESIGN in asked.over
+        }  # fmt: skip
         shape = [self.sizes[d] for d in self.left]
         self.outcomes = np.zeros((*shape, len(MEANINGS)), np.int64)
         self.within = np.zeros((*shape, len(self.conditions) + 1), np.int64)
@@ -115,7 +124,13 @@ class Reduction:
             if any(place for d, place in begin.items() if d not in dims):
                 continue  # the same values belong to another block
             values = designs[name].variable.transpose(*cells, ...).values
-            statistics.add(values, _places(cells, begin, values.shape))
+            places = _places(cells, begin, values.shape)
+            statistics.add(values, places)
+            if name in self.indices:
+                if STATUS in designs and {*designs[STATUS].dims} <= {*dims}:
+                    status = _over(designs[STATUS].variable, cells, [DESIGN])
+                    values = np.where(np.isin(status, WITH_NUMBERS), values, np.nan)
+                self.indices[name].add(values, places, begin[DESIGN])
         self._count(designs, begin)
 
     def _count(self, designs: xr.Dataset, begin: Mapping[str, int]) -> None:
@@ -196,9 +211,11 @@ class Reduction:
             one.merge({k.removeprefix(begin): v for k, v in state.items() if k.startswith(begin)})
 
     @property
-    def _parts(self) -> dict[str, Search | Statistics]:
+    def _parts(self) -> dict[str, Search | Statistics | Indices]:
         searches = {f"search {n}": one for n, one in enumerate(self.searches)}
-        return {**searches, **{f"values of {k}": one for k, one in self.statistics.items()}}
+        indices = {f"indices of {k}": one for k, one in self.indices.items()}
+        values = {f"values of {k}": one for k, one in self.statistics.items()}
+        return {**searches, **indices, **values}
 
     # --- the archive --------------------------------------------------------------------------
 
@@ -220,6 +237,7 @@ class Reduction:
             else:
                 coordinates[name] = replace(about[name], data=np.asarray(values))
         self._add_statistics(variables, coordinates)
+        self._add_indices(variables, coordinates)
         self._add_counts(variables, coordinates)
         self._add_kept(variables, coordinates)
         variables[STATE] = Variable(
@@ -270,6 +288,7 @@ class Reduction:
             "designs": self.designs,
             "at_every": self.asked.at_every,
             "over": self.asked.over,
+            "indices": {name: one.batches for name, one in self.indices.items()},
             "kept": [
                 {
                     "wanted": one.asked.wanted, "number": one.asked.number,
@@ -302,6 +321,29 @@ class Reduction:
         if self.statistics:
             about = {"long_name": "share of the values that are below", "units": "1"}
             coordinates["quantile"] = Variable(("quantile",), about, shares)
+
+    def _add_indices(
+        self, variables: dict[str, Variable], coordinates: dict[str, Variable]
+    ) -> None:
+        for name, one in self.indices.items():
+            label, cells = self.labels.variables[name].attributes["long_name"], (*self.cells[name],)
+            ending, said = "", ""
+            if one.conditional:
+                ending, said = "_conditional", ", only designs with results"
+            for key, data in one.results().items():
+                about = {"long_name": f"{NAMES[key]} of the {label}{said}", "units": "1"}
+                variables[f"{name}_{key}{ending}"] = Variable((*cells, PARAMETER), about, data)
+            for key, counts, words in (
+                ("left_out", one.lacking, "designs without a number"),
+                ("groups_left_out", one.dropped, "groups of designs left out of the indices"),
+            ):
+                about = {"long_name": f"{words} of the {label}", "units": "1"}
+                variables[f"{name}_{key}"] = Variable(cells, about, counts.reshape(one.shape))
+            keys = [*one.sample.parameters]
+            meanings = [str(self._about(key).get("long_name", key)) for key in keys]
+            for key, texts in ((PARAMETER, keys), (f"{PARAMETER}_long_name", meanings)):
+                about = {"long_name": key.replace("_", " "), "units": "1"}
+                coordinates[key] = Variable((PARAMETER,), about, np.array(texts, dtype=object))
 
     def _add_counts(self, variables: dict[str, Variable], coordinates: dict[str, Variable]) -> None:
         left = tuple(self.left)
