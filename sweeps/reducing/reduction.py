@@ -429,7 +429,7 @@ def _over(variable: xr.Variable, left: Sequence[str], over: Sequence[str]) -> np
 def _packed(state: State) -> bytes:
     """Arrays as one file."""
     stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **state)
+    np.savez(stream, **state)
     return stream.getvalue()
 
 

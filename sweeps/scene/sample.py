@@ -49,8 +49,8 @@ LARGEST_REDUCED = 1 << 30
 """Designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences."""
 
 PORTION = 1 << 16
-"""Designs that are drawn at a time where a sample is reduced as it is computed, about: four times as
-many would save 10 % of the time of the quickest scenes, and take 60 MB more."""
+"""Designs that are drawn at a time where a sample is reduced as it is computed, about: four times
+as many would save 10 % of the time of the quickest scenes, and take 60 MB more."""
 
 MOST_OF_SOBOL = 50
 """Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
