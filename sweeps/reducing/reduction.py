@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -429,7 +429,7 @@ def _over(variable: xr.Variable, left: Sequence[str], over: Sequence[str]) -> np
 def _packed(state: State) -> bytes:
     """Arrays as one file."""
     stream = io.BytesIO()
-    np.savez(stream, **state)
+    np.savez(stream, **cast(Any, state))
     return stream.getvalue()
 
 
