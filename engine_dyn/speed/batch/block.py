@@ -179,7 +179,8 @@ class Peaks(NamedTuple):
 class Scratch(NamedTuple):
     """Memory of a block: curves, numbers of lanes, the law's polynomial, the table of a design.
 
-    `values` is for the fit of the law; `width` is that of a fine interval [rad].
+    `values` is for the fit of the law; `width` is that of a fine interval [rad], and there are `size`
+    of them.
     """
 
     curves: Curves
@@ -189,6 +190,7 @@ class Scratch(NamedTuple):
     peaks: Peaks
     values: Rows
     width: float
+    size: int
 
 
 def column_rows(columns: Columns) -> ColumnRows:
@@ -220,7 +222,7 @@ def make_scratch(columns: Columns) -> Scratch:
         table=WorkTable._make(of_table), curves=Curves._make(islice(rows, len(curves))),
         lanes=Lanes._make(islice(rows, len(lanes))),
         peaks=Peaks._make((*whole, *islice(rows, len(peaks)))), law=next(rows),
-        values=new_rows(MOST_TERMS), width=columns.width,
+        values=new_rows(MOST_TERMS), width=columns.width, size=fine,
     )  # fmt: skip
 
 
