@@ -16,7 +16,7 @@ import numpy.typing as npt
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.checks import thread_count
+from sweeps.checks import thread_count, usable_device
 from sweeps.dimensions import PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import (
@@ -54,6 +54,7 @@ def run(
     *,
     progress: bool = False,
     threads: int | None = None,
+    device: str = "cpu",
     **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Run a scene and return its results as a labelled dataset.
@@ -66,6 +67,8 @@ def run(
         Show a progress bar on the terminal for runs of more than a second.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        "cpu", or "cuda": an NVIDIA card solves what it can (docs/large_sweeps.md).
     **tables
         Tables of a scene as keywords: `engine`, `set`, `axes`, `designs`, `output` and so on, in
         place of `scene` or replacing tables of it; see `sweeps.read_scene`.
@@ -79,7 +82,8 @@ def run(
     Raises
     ------
     SceneError
-        One line, for a scene that cannot be run: see `read_scene`; also one larger than memory.
+        One line, for a scene that cannot be run: see `read_scene`; also one larger than memory, and
+        a device that cannot be used.
 
     Warns
     -----
@@ -104,10 +108,10 @@ def run(
     """
     from sweeps.archive.labels import label
 
-    threads = thread_count(threads)
+    threads, device = thread_count(threads), usable_device(device)
     plan = make_plan(read_scene(scene, **tables))
     began = time.perf_counter()
-    results = compute(plan, progress=progress, threads=threads)
+    results = compute(plan, progress=progress, threads=threads, device=device)
     dataset = label(plan, results, seconds=time.perf_counter() - began)
     for line in dataset.attrs["warnings"].splitlines():
         warnings.warn(line, ImplausibleWarning, stacklevel=2)
@@ -115,7 +119,7 @@ def run(
 
 
 def compute(
-    plan: Plan, *, progress: bool = False, threads: int | None = None
+    plan: Plan, *, progress: bool = False, threads: int | None = None, device: str = "cpu"
 ) -> dict[str, npt.NDArray[Any]]:
     """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
 
@@ -128,7 +132,9 @@ def compute(
     """
     results: dict[str, npt.NDArray[Any]] = {}
     lengths = lengths_in_memory(plan)
-    with Computation(plan, lengths, progress=progress, threads=threads) as computation:
+    with Computation(
+        plan, lengths, progress=progress, threads=threads, device=device
+    ) as computation:
         for block in blocks(plan, lengths):
             for name, values in computation.results(block).items():
                 dims = plan.dims(name)
@@ -159,28 +165,31 @@ class Computation:
         Show a progress bar.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        What solves the designs: see `run`.
     all_in_each : bool
         Whether every block has all outputs, also those that are the same in several blocks.
     """
 
     def __init__(
         self, plan: Plan, lengths: Mapping[str, int], *, progress: bool = False,
-        threads: int | None = None, all_in_each: bool = False,
+        threads: int | None = None, device: str = "cpu", all_in_each: bool = False,
     ) -> None:  # fmt: skip
         self.plan = plan
         self.threads = threads
+        self.device = device
         self.all_in_each = all_in_each
         self.bars = _Bars(progress)
         self.dims = {n: plan.dims(n) for n in plan.outputs if n not in plan.afterwards}
         self.engines = [
             Computation(
                 part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
-                progress=progress, threads=threads, all_in_each=True,
+                progress=progress, threads=threads, device=device, all_in_each=True,
             )
             for part in plan.parts
         ]  # fmt: skip
         self.varied = [
-            [Computation(other, lengths, threads=threads) for other in variation.plans]
+            [Computation(p, lengths, threads=threads, device=device) for p in variation.plans]
             for variation in plan.variations
         ]
         # The others are results of kernels, which their stages give, and variables of variations.
@@ -228,6 +237,8 @@ class Computation:
                 else values[name].data
                 for name in node.needs
             }
+            if node.on_card:
+                arguments["device"] = self.device
             if node.kind == "stage":
                 wanted = self.plan.wanted(stage)
                 bundle = node.make(

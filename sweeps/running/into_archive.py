@@ -110,6 +110,8 @@ def run(
     OSError
         Where nothing can be written at all.
     """
+    if scheduler and options.device != "cpu":
+        raise SceneError(f"device {options.device!r}: not allowed with a scheduler and its workers")
     made_folder(output.parent)
     folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
@@ -183,6 +185,8 @@ class _Run:
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
+        if self.options.device != "cpu":  # which has other bits
+            kind["device"] = self.options.device
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
         count = block_count(self.plan, lengths)
@@ -346,7 +350,11 @@ class _Run:
         """Compute one block after the other."""
         options = self.options
         with Computation(
-            self.plan, lengths, progress=options.progress, threads=options.threads
+            self.plan,
+            lengths,
+            progress=options.progress,
+            threads=options.threads,
+            device=options.device,
         ) as computation:
             for number, block in missing.items():
                 yield number, block, as_stored(self.labels, computation.results(block))
