@@ -12,6 +12,7 @@ import inspect
 import threading
 import types
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any
 
@@ -51,9 +52,10 @@ def what_is_missing() -> str:
         return ""
     if find_spec("numba_cuda") is None:
         return "needs numba-cuda, which is not installed: pip install 'engine-dyn[gpu]'"
-    if not cuda.is_available():
-        return "no NVIDIA card with a working driver was found (see nvidia-smi)"
-    return ""
+    with suppress(Exception):  # of the driver, which has several kinds
+        if cuda.is_available() and len(cuda.gpus):
+            return ""
+    return "no NVIDIA card with a working driver was found (see nvidia-smi)"
 
 
 def free_memory() -> int:
