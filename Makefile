@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-kernels studies rates compile-times warm-run stress \
+.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-gpu bench-kernels studies rates compile-times warm-run stress \
 	large-runs large-study reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -34,6 +34,7 @@ help:
 	@echo "make data-sheet  write docs/data_sheet.md, whose commands it runs"
 	@echo "make misfire-map write docs/misfire_detection.md and its figure: a few minutes"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
+	@echo "make bench-gpu   how fast an NVIDIA card solves sampled designs, as a table to paste (5 min at most)"
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make compile-times  processor time of compiling: run thesis, each study, all studies (10 min; COMPILE_TIMES='--short')"
@@ -108,6 +109,11 @@ misfire-map: $(VENV)/.installed-test
 # Settings: BENCH=--quick (a minute or two, into out/bench).
 bench: $(VENV)/.installed-bench
 	$(python) -m benchmarks $(BENCH)
+
+# Needs a card: CONSTRAINTS= where its driver asks for other versions. Settings: BENCH_GPU='--seconds 2', and others.
+bench-gpu: $(VENV)/.installed-test
+	@$(pip_install) --editable '.[test,gpu]'
+	$(python) -m benchmarks.gpu $(BENCH_GPU)
 
 # Settings: STUDIES='--quick --only sampled v6_load', and others.
 studies: $(VENV)/.installed-test

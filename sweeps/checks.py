@@ -41,6 +41,7 @@ __all__ = [
     "plain",
     "shortened",
     "thread_count",
+    "usable_device",
 ]
 
 DEEPEST = 8
@@ -121,6 +122,29 @@ def thread_count(threads: Any) -> int | None:
     if threads is not None and not (whole and threads >= 1):
         raise SceneError(f"threads = {shown(threads)}: must be a whole number, 1 or more")
     return None if threads is None else int(threads)
+
+
+def usable_device(device: Any) -> str:
+    """Return what designs are to be solved on, "cpu" or "cuda".
+
+    Raises
+    ------
+    SceneError
+        For another name, and for a card that cannot be used: the line names what is missing.
+    """
+    from engine_dyn.speed.methods import DEVICES
+
+    if device not in DEVICES:
+        allowed = " or ".join(f'"{name}"' for name in DEVICES)
+        raise SceneError(f"device = {shown(device)}: must be {allowed}")
+    if device == "cuda":
+        from engine_dyn.speed.cuda import check_card
+
+        try:
+            check_card()
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+    return str(device)
 
 
 def plain(value: Any, name: str, depth: int = 0) -> Any:

@@ -87,6 +87,8 @@ class Node:
         what it keeps of a design beside inputs and results.
     threaded : bool
         `make` also takes `threads`, the most threads that it may use, None for one a processor.
+    on_card : bool
+        `make` also takes `device`, one of `engine_dyn.speed.methods.DEVICES`.
     of_shaft : tuple of str
         Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
         `make` takes those that there are by their names, `disc_inertia_1` and so on.
@@ -127,6 +129,7 @@ class Node:
     throws: bool = False
     width: int = 8
     threaded: bool = False
+    on_card: bool = False
     of_shaft: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
 

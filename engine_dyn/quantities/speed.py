@@ -172,7 +172,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
             "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
             *acting,
         ))),
-        make=_solve_given_torque if by_torque else _solve,
+        make=_solve_given_torque if by_torque else _solve, on_card=True,
         source="mathematics: energy form of Kakaitsas eq. 3.1",
     )  # fmt: skip
 

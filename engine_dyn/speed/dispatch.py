@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,9 +26,17 @@ from engine_dyn.speed.designs import Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
-from engine_dyn.speed.grouping import Grouping, Piece
+from engine_dyn.speed.grouping import PIECE, Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
-from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
+from engine_dyn.speed.methods import (
+    CLOSED,
+    CLOSURES,
+    DEVICES,
+    INERTIA_MODELS,
+    METHOD_NAMES,
+    METHODS,
+    THESIS,
+)
 from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
@@ -36,6 +44,9 @@ from engine_dyn.speed.task import Task
 from engine_dyn.speed.thesis import solve_as_printed
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
+
+if TYPE_CHECKING:
+    from engine_dyn.speed.cuda import Card
 
 __all__ = ["solve"]
 
@@ -58,8 +69,8 @@ class Sweep:
     """All designs of one call of `solve`, how they are solved, and where the results go.
 
     `alone` says that each crank has columns of its own, which miss nothing; `second` that these are
-    solutions with more nodes, for the error of those before. The other fields are those of `solve`;
-    methods and inertia models are codes among the inputs.
+    solutions with more nodes, for the error of those before; `card` solves what it can. The other
+    fields are those of `solve`; methods and inertia models are codes among the inputs.
     """
 
     grouping: Grouping
@@ -71,6 +82,7 @@ class Sweep:
     tally: Tally | None
     finer: int
     general: bool
+    card: Card | None = None
     alone: bool = False
     second: bool = False
 
@@ -104,6 +116,7 @@ def solve(
     iterated: float | None = None,
     general: bool = False,
     driven: DrivenMachine = NOTHING_DRIVEN,
+    device: str = "cpu",
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -147,6 +160,8 @@ def solve(
     driven : DrivenMachine
         Load over angle, load over speed or driver, and the torque of an engine that has no
         diagrams: `family` and cylinders then give its cycle alone, and `scale` is 0.
+    device : str
+        "cpu", or "cuda": an NVIDIA card solves what it can, see `engine_dyn.speed.cuda`.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -157,6 +172,11 @@ def solve(
     -------
     dict
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
+
+    Raises
+    ------
+    ValueError
+        For a method that cannot solve the law, or a device that cannot be used.
     """
     inputs = {**DEFAULTS, **inputs}
     inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
@@ -172,13 +192,15 @@ def solve(
     if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
         angles = np.asarray(crank_angle, dtype=float)
     results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
+    card = _card(device)
     grouping = Grouping(
         designs, family, cylinders_by_count, driven, float(tolerance),
         ("cylinders", "method", "inertia_model"), angles.size > 0,
+        PIECE if card is None else card.piece,
     )  # fmt: skip
     sweep = Sweep(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
-        angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general,
+        angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
     for done in map_on_threads(partial(_solve_piece, sweep), sweep.pieces(), sweep.threads):
         if progress:
@@ -192,6 +214,17 @@ def solve(
         if name not in compared
     }
     return discard(shaped, unknown)
+
+
+def _card(device: str) -> Card | None:
+    """Card of a device, None for the processor; what only a card needs is imported for it."""
+    if device not in DEVICES:
+        raise ValueError(f"device {device!r}: not one of {', '.join(map(repr, DEVICES))}")
+    if device == "cpu":
+        return None
+    from engine_dyn.speed.cuda import Card
+
+    return Card()
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
@@ -266,18 +299,20 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
 
 
 def _solve_piece(sweep: Sweep, piece: Piece) -> int:
-    """Solve designs by the batch solver, and what it leaves, or all, by the general one.
+    """Solve designs by the batch solver, on a card or not; what it leaves, or all, by the general.
 
     Returns the number of designs.
     """
     results, tolerance, form = sweep.results, sweep.grouping.tolerance, sweep.grouping.driven.form
     count, code, model = piece.key
     in_batch = METHODS[code].in_batch and not sweep.general
+    card = None if sweep.general else sweep.card
     for call in piece.calls():
         columns = call.columns
         seen = sweep.angles + sweep.grouping.turned(count)[1]
         angles = angles_of(seen, columns.width, call.piece.source.nodes.number)
         task = Task(code, bool(model), sweep.closure, tolerance, sweep.iterated, form, angles)
+        able = card is not None and card.can_solve(task)
         if code == THESIS:
             solve_as_printed(call, task, sweep.angles, results)
             continue
@@ -287,7 +322,8 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
             designs = designs._replace(first=limited)
         left = np.ones(call.piece.size, dtype=np.bool_)
         if in_batch:
-            solve_in_blocks(task, columns, designs, results, left)
+            if not (able and card and card.solve(task, columns, designs, results, left)):
+                solve_in_blocks(task, columns, designs, results, left)
             if sweep.second:
                 # Solved by the same solver as before, else both could not be compared.
                 left |= results.deferred[call.piece.chosen.places]

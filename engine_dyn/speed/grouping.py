@@ -28,7 +28,7 @@ from engine_dyn.speed.work.columns import FEWEST_NODES, Columns, Source, columns
 from engine_dyn.speed.work.parts import FIRST_GAS
 from engine_dyn.types import Integers
 
-__all__ = ["Call", "Grouping", "Piece"]
+__all__ = ["PIECE", "Call", "Grouping", "Piece"]
 
 SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 13
 """Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
@@ -116,6 +116,7 @@ class Grouping:
 
     `keys` are names of inputs, whole numbers, that are the same within a group, cylinders first:
     these may be others that have the same columns, unless `curves` over the angle are wanted.
+    `piece` is the largest number of designs of a piece.
     """
 
     inputs: Inputs
@@ -125,6 +126,7 @@ class Grouping:
     tolerance: float
     keys: tuple[str, ...]
     curves: bool = False
+    piece: int = PIECE
 
     def cylinders_of(self, count: int) -> Cylinders:
         """Cylinders of a key."""
@@ -169,7 +171,7 @@ class Grouping:
                     order = _order(row)
                     chosen, row = chosen.subset(order), row[order]
                 size, rows = chosen.places.size, 1 + int(np.count_nonzero(np.diff(row)))
-                pairs = max(-(-size // (2 * PIECE)), rows // (2 * MOST_PARTS))
+                pairs = max(-(-size // (2 * self.piece)), rows // (2 * MOST_PARTS))
                 # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
                 whole = size <= FEW and rows <= MOST_PARTS
                 for some in np.array_split(chosen.places, 1 if whole else 2 * pairs):

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 __all__ = [
-    "AUTO", "CLOSED", "CLOSURES", "CYCLE_TIME", "INERTIA_MODELS", "METHODS", "METHOD_NAMES",
-    "NEWTON", "POWER_MEAN", "STEPPING", "THESIS", "Method",
+    "AUTO", "CLOSED", "CLOSURES", "CYCLE_TIME", "DEVICES", "INERTIA_MODELS", "METHODS",
+    "METHOD_NAMES", "NEWTON", "POWER_MEAN", "STEPPING", "THESIS", "Method",
 ]  # fmt: skip
 
 
@@ -67,6 +67,9 @@ STEPPING = tuple(method.name for method in METHODS if method.steps)
 
 INERTIA_MODELS = ("constant", "variable")
 """Models of the inertia, in the order of their codes."""
+
+DEVICES = ("cpu", "cuda")
+"""What solves designs: the processor, or a GPU as far as `engine_dyn.speed.cuda` can."""
 
 CLOSURES = ("power_mean", "cycle_time")
 """What the nominal speed means, in the order of their codes."""

@@ -74,6 +74,12 @@ SHOWN = 10
 @click.option("--float32", "single", is_flag=True, help="Store results with 32 bits instead of 64.")
 @threads_option
 @click.option(
+    "--device",
+    type=click.Choice(["cpu", "cuda"]),
+    default="cpu",
+    help="What solves the designs: the processor (default), or an NVIDIA card.",
+)
+@click.option(
     "--shard",
     metavar="I/N",
     help="Compute only the I-th of N parts. `engine-dyn merge` joins the parts.",
@@ -101,7 +107,7 @@ SHOWN = 10
 @guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
-    single: bool, threads: int | None, shard: str | None, scheduler: str | None,
+    single: bool, threads: int | None, device: str, shard: str | None, scheduler: str | None,
     uncertainty: bool, full_paths: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
     """Run SCENE (a TOML file, a built-in scene, or - for standard input); write a netCDF archive.
@@ -120,6 +126,7 @@ def run(
             raise SceneError(
                 "--threads: not allowed with --scheduler, whose workers have one thread each"
             )
+    from sweeps.checks import usable_device
     from sweeps.scene.reading import read_scene, with_uncertainty
 
     read = with_uncertainty(scene) if uncertainty else read_scene(scene)
@@ -139,6 +146,7 @@ def run(
     again += [] if memory is None else ["--memory", memory]
     again += ["--compression", str(level)] if level else []
     again += ["--float32"] if single else []
+    again += [] if device == "cpu" else ["--device", device]
     again += [] if shard is None else ["--shard", shard]
     again += [] if scheduler is None else ["--scheduler", scheduler]
     again += ["--uncertainty"] if uncertainty else []
@@ -146,7 +154,7 @@ def run(
     again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(
         resume=resume, overwrite=overwrite, memory=allowed, threads=threads,
-        progress=_shows_progress(quiet), level=level, single=single,
+        device=usable_device(device), progress=_shows_progress(quiet), level=level, single=single,
         command=_command_line(full_paths), full_paths=full_paths,
         resume_command=shlex.join(again),
     )  # fmt: skip

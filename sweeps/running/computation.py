@@ -55,28 +55,31 @@ class Computation:
         Show a progress bar.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        What solves the designs: see `run`.
     all_in_each : bool
         Whether every block has all outputs, also those that are the same in several blocks.
     """
 
     def __init__(
         self, plan: Plan, lengths: Mapping[str, int], *, progress: bool = False,
-        threads: int | None = None, all_in_each: bool = False,
+        threads: int | None = None, device: str = "cpu", all_in_each: bool = False,
     ) -> None:  # fmt: skip
         self.plan = plan
         self.threads = threads
+        self.device = device
         self.all_in_each = all_in_each
         self.bars = _Bars(progress)
         self.dims = {n: plan.dims(n) for n in plan.outputs if n not in plan.afterwards}
         self.engines = [
             Computation(
                 part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
-                progress=progress, threads=threads, all_in_each=True,
+                progress=progress, threads=threads, device=device, all_in_each=True,
             )
             for part in plan.parts
         ]  # fmt: skip
         self.varied = [
-            [Computation(other, lengths, threads=threads) for other in variation.plans]
+            [Computation(p, lengths, threads=threads, device=device) for p in variation.plans]
             for variation in plan.variations
         ]
         # The others are results of kernels, which their stages give, and variables of variations.
@@ -124,6 +127,8 @@ class Computation:
                 else values[name].data
                 for name in node.needs
             }
+            if node.on_card:
+                arguments["device"] = self.device
             if node.kind == "stage":
                 wanted = self.plan.wanted(stage)
                 bundle = node.make(

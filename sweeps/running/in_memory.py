@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from sweeps.checks import thread_count
+from sweeps.checks import thread_count, usable_device
 from sweeps.planning.blocks import blocks, index_of, lengths_in_memory, shape_in
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running.computation import Computation
@@ -33,6 +33,7 @@ def run(
     *,
     progress: bool = False,
     threads: int | None = None,
+    device: str = "cpu",
     **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Run a scene and return its results as a labelled dataset.
@@ -45,6 +46,8 @@ def run(
         Show a progress bar on the terminal for runs of more than a second.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        "cpu", or "cuda": an NVIDIA card solves what it can (docs/large_sweeps.md).
     **tables
         Tables of a scene as keywords: `engine`, `set`, `axes`, `designs`, `output` and so on, in
         place of `scene` or replacing tables of it; see `sweeps.read_scene`.
@@ -58,7 +61,8 @@ def run(
     Raises
     ------
     SceneError
-        One line, for a scene that cannot be run: see `read_scene`; also one larger than memory.
+        One line, for a scene that cannot be run: see `read_scene`; also one larger than memory, and
+        a device that cannot be used.
 
     Warns
     -----
@@ -84,13 +88,13 @@ def run(
     from sweeps.archive.labels import label
     from sweeps.archive.warnings import ATTRIBUTE
 
-    threads = thread_count(threads)
+    threads, device = thread_count(threads), usable_device(device)
     plan = make_plan(read_scene(scene, **tables))
     if plan.scene.reduce is not None:
-        dataset = reduced(plan, progress=progress, threads=threads)
+        dataset = reduced(plan, progress=progress, threads=threads, device=device)
     else:
         began = time.perf_counter()
-        results = compute(plan, progress=progress, threads=threads)
+        results = compute(plan, progress=progress, threads=threads, device=device)
         dataset = label(plan, results, seconds=time.perf_counter() - began)
     for line in dataset.attrs.get(ATTRIBUTE, "").splitlines():
         warnings.warn(line, ImplausibleWarning, stacklevel=2)
@@ -98,7 +102,7 @@ def run(
 
 
 def compute(
-    plan: Plan, *, progress: bool = False, threads: int | None = None
+    plan: Plan, *, progress: bool = False, threads: int | None = None, device: str = "cpu"
 ) -> dict[str, npt.NDArray[Any]]:
     """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
 
@@ -111,7 +115,9 @@ def compute(
     """
     results: dict[str, npt.NDArray[Any]] = {}
     lengths = lengths_in_memory(plan)
-    with Computation(plan, lengths, progress=progress, threads=threads) as computation:
+    with Computation(
+        plan, lengths, progress=progress, threads=threads, device=device
+    ) as computation:
         for block in blocks(plan, lengths):
             for name, values in computation.results(block).items():
                 dims = plan.dims(name)

@@ -111,6 +111,8 @@ def run(
     OSError
         Where nothing can be written at all.
     """
+    if scheduler and options.device != "cpu":
+        raise SceneError(f"device {options.device!r}: not allowed with a scheduler and its workers")
     made_folder(output.parent)
     folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
@@ -140,6 +142,8 @@ class _Run:
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
+        if self.options.device != "cpu":  # which has other bits
+            kind["device"] = self.options.device
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
         count = self._count(lengths)
@@ -318,7 +322,11 @@ class _Run:
         """Compute one block after the other."""
         options = self.options
         with Computation(
-            self.plan, lengths, progress=options.progress, threads=options.threads
+            self.plan,
+            lengths,
+            progress=options.progress,
+            threads=options.threads,
+            device=options.device,
         ) as computation:
             for number, block in missing.items():
                 yield number, block, as_stored(self.labels, computation.results(block))
@@ -402,7 +410,7 @@ class _ReducedRun(_Run):
         options = self.options
         return Units(
             self.plan, lengths, labels=self.labels, threads=options.threads,
-            progress=options.progress,
+            device=options.device, progress=options.progress,
         )  # fmt: skip
 
     def _count(self, lengths: Mapping[str, int]) -> int:

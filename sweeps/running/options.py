@@ -36,6 +36,8 @@ class Options:
         Bytes that arrays and buffers may take beyond the loaded libraries.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        "cpu" or "cuda": what solves the designs.
     progress : bool
         Show a progress bar.
     level : int, optional
@@ -55,6 +57,7 @@ class Options:
     overwrite: bool = False
     memory: float | None = None
     threads: int | None = None
+    device: str = "cpu"
     progress: bool = False
     level: int | None = None
     single: bool = False

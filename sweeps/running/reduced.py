@@ -35,10 +35,10 @@ class Units:
 
     def __init__(
         self, plan: Plan, lengths: Mapping[str, int], *, labels: Labels | None = None,
-        threads: int | None = None, progress: bool = False,
+        threads: int | None = None, device: str = "cpu", progress: bool = False,
     ) -> None:  # fmt: skip
         self.plan, self.lengths, self.labels = plan, lengths, labels
-        self.threads, self.progress = threads, progress
+        self.threads, self.device, self.progress = threads, device, progress
         self.each = block_count(plan, lengths)
         self.pieces = self.each * len(plan.portions)
         self.portions = Portions(plan)
@@ -72,7 +72,7 @@ class Units:
         piece = begin // self.each * self.each
         for first, plan in self.portions.plans(portions):
             with Computation(
-                plan, self.lengths, threads=self.threads, all_in_each=True
+                plan, self.lengths, threads=self.threads, device=self.device, all_in_each=True
             ) as computation:
                 for block in blocks(plan, self.lengths):
                     if begin <= piece < end:
@@ -81,9 +81,14 @@ class Units:
                     piece += 1
 
 
-def reduced(plan: Plan, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+def reduced(
+    plan: Plan, *, progress: bool = False, threads: int | None = None, device: str = "cpu"
+) -> xr.Dataset:
     """What [reduce] asks for, of a plan that is computed in memory."""
-    units = Units(plan, lengths_within(plan, LARGEST_BLOCK), threads=threads, progress=progress)
+    units = Units(
+        plan, lengths_within(plan, LARGEST_BLOCK), threads=threads, device=device,
+        progress=progress,
+    )  # fmt: skip
     whole, began = units.empty(), time.perf_counter()
     for _, state in units.states([*range(len(units))]):
         whole.merge(state)

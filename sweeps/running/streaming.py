@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from sweeps.checks import a_path, thread_count
+from sweeps.checks import a_path, thread_count, usable_device
 from sweeps.errors import SceneError, shown
 from sweeps.planning.plan import make_plan
 from sweeps.running.into_archive import run
@@ -29,6 +29,7 @@ def stream(
     overwrite: bool = False,
     memory: float | None = None,
     threads: int | None = None,
+    device: str = "cpu",
     scheduler: str = "",
     compression: int = 0,
     single: bool = False,
@@ -54,6 +55,8 @@ def stream(
         Bytes that arrays and buffers may take beyond the loaded libraries.
     threads : int, optional
         As many as the machine has processors, unless given.
+    device : str
+        "cpu", or "cuda": see `sweeps.run`.
     scheduler : str
         Address of a dask scheduler whose workers compute the blocks, such as
         `cluster.scheduler_address`, or `local:N` for N processes of this machine. A program that
@@ -110,8 +113,8 @@ def stream(
     path = a_path(archive, "archive" if isinstance(output, Mapping) else "output")
     options = Options(
         resume=resume, overwrite=overwrite, memory=memory, threads=thread_count(threads),
-        level=compression, single=single, progress=progress, full_paths=full_paths,
-        resume_command="the same with resume=True",
+        device=usable_device(device), level=compression, single=single, progress=progress,
+        full_paths=full_paths, resume_command="the same with resume=True",
     )  # fmt: skip
     done = run(make_plan(read_scene(scene, **given)), path, options, scheduler)
     for line in done.warnings:

@@ -16,8 +16,9 @@ from sweeps.errors import SceneError, did_you_mean, one_line
 __all__ = ["Tables", "TablesButOutput", "changed", "no_scene", "tables_in_signature"]
 
 OPTIONS = (
-    "progress", "threads", "resume", "overwrite", "memory", "scheduler", "compression", "single",
-    "full_paths", "archive", "computed", "vary", "teeth", "tooth_deviation", "loss", "predict",
+    "progress", "threads", "device", "resume", "overwrite", "memory", "scheduler", "compression",
+    "single", "full_paths", "archive", "computed", "vary", "teeth", "tooth_deviation", "loss",
+    "predict",
     "largest_condition", "false_alarms",
     "least", "most", "within", "over", "not_counted", "number", "generations", "restarts", "seed",
 )  # fmt: skip

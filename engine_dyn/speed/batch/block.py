@@ -7,7 +7,7 @@ whatever lies beside it.
 
 from __future__ import annotations
 
-from itertools import accumulate, islice, pairwise
+from itertools import accumulate, chain, islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from engine_dyn.speed.work.interpolation import STENCIL, weights_between
 __all__ = [
     "HALO", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "ColumnRows", "Curves", "Lanes",
     "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends",
+    "row_numbers",
 ]  # fmt: skip
 
 HALO = 4
@@ -179,7 +180,8 @@ class Peaks(NamedTuple):
 class Scratch(NamedTuple):
     """Memory of a block: curves, numbers of lanes, the law's polynomial, the table of a design.
 
-    `values` is for the fit of the law; `width` is that of a fine interval [rad].
+    `values` is for the fit of the law; `width` is that of a fine interval [rad], of which there are
+    `size`.
     """
 
     curves: Curves
@@ -189,6 +191,7 @@ class Scratch(NamedTuple):
     peaks: Peaks
     values: Rows
     width: float
+    size: int
 
 
 def column_rows(columns: Columns) -> ColumnRows:
@@ -200,15 +203,20 @@ def column_rows(columns: Columns) -> ColumnRows:
     )  # fmt: skip
 
 
+def row_numbers(coarse: int, kinds: int, terms: int) -> tuple[list[int], ...]:
+    """Numbers of rows of work table, curves, lanes and peaks, of each as far as they are reals."""
+    return (
+        [coarse] * 4 + [terms, 1, terms], [coarse] * 3 + [coarse + 2 * HALO] * 4,
+        [1] * len(Lanes._fields), [2, 2, 1, 1, 2 * kinds + 4],
+    )  # fmt: skip
+
+
 def make_scratch(columns: Columns) -> Scratch:
     """Memory of a block."""
     _, fine, kinds, terms = columns.fine.shape
     coarse = columns.coarse.shape[1]
-    table = [coarse] * 4 + [terms, 1, terms]
-    curves = [coarse] * 3 + [coarse + 2 * HALO] * 4
-    lanes = [1] * len(Lanes._fields)
-    peaks = [2, 2, 1, 1, 2 * kinds + 4]
-    ends = list(accumulate([*table, *curves, *lanes, *peaks, MOST_TERMS], initial=0))
+    table, curves, lanes, peaks = lengths = row_numbers(coarse, kinds, terms)
+    ends = list(accumulate([*chain(*lengths), MOST_TERMS], initial=0))
     all_rows = new_rows(ends[-1])
     rows: Any = iter([all_rows[begin:end] for begin, end in pairwise(ends)])
     whole = [rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3)]
@@ -220,7 +228,7 @@ def make_scratch(columns: Columns) -> Scratch:
         table=WorkTable._make(of_table), curves=Curves._make(islice(rows, len(curves))),
         lanes=Lanes._make(islice(rows, len(lanes))),
         peaks=Peaks._make((*whole, *islice(rows, len(peaks)))), law=next(rows),
-        values=new_rows(MOST_TERMS), width=columns.width,
+        values=new_rows(MOST_TERMS), width=columns.width, size=fine,
     )  # fmt: skip
 
 

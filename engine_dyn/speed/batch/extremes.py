@@ -170,7 +170,7 @@ def climb(
         write(peaks.step, 0, where(going, step, 0.0))
         for k in range(LANES):
             node = peaks.node[0, k] + int(peaks.step[0, k])
-            peaks.node[0, k] = node % scratch.table.known.shape[1]
+            peaks.node[0, k] = node % scratch.size
     left, right = chosen(step > 0.0, last, now), chosen(step > 0.0, now, last)
     middle = middle_of(variable, left, right)
     value, bump = max_between(
@@ -199,7 +199,7 @@ def fill_extremes(
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
-    size, stride = scratch.table.known.shape[1], scratch.table.weights.shape[0]
+    size, stride = scratch.size, scratch.table.weights.shape[0]
     fill_hidden(block, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0

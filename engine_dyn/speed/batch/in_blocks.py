@@ -23,7 +23,7 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
-__all__ = ["solve_in_blocks"]
+__all__ = ["solve_block", "solve_in_blocks"]
 
 LOWEST = -0.9
 """Least u of a design; what is slower is left to the general solver."""
@@ -87,6 +87,21 @@ def finish_block(
         )  # fmt: skip
 
 
+@inlined
+def solve_block(
+    block: int, here: int, task: Task, columns: ColumnRows, weights: Weights, designs: Designs,
+    results: Results, left: Booleans, scratch: Scratch,
+) -> None:  # fmt: skip
+    """Solve the first `here` designs of a block, whose work tables are in `scratch`."""
+    fill_work(block, task.variable, weights, designs, scratch)
+    solve_curves(
+        block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
+    )
+    find_candidates(scratch.lanes, scratch.curves)
+    fill_extremes(block, task.variable, columns, weights, designs, scratch)
+    finish_block(block, here, task, designs, results, left, scratch)
+
+
 @kernel
 def solve_blocks(
     count: int, task: Task, columns: ColumnRows, weights: Weights, designs: Designs,
@@ -97,21 +112,15 @@ def solve_blocks(
     The arrays of designs are filled up to whole blocks. `fine` is scratch for curves, (2, lane,
     fine node).
     """
-    lanes, curves, number = scratch.lanes, scratch.curves, designs.table
+    number = designs.table
     known = -1  # number of the table that all designs of the block before have
     for block in range(-(-count // LANES)):
         first, last = number[block, 0], number[block, LANES - 1]
         if not first == last == known:
             fill_work_table(block, columns, designs, scratch.table)
         known = first if first == last else -1
-        fill_work(block, task.variable, weights, designs, scratch)
-        solve_curves(
-            block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
-        )
-        find_candidates(lanes, curves)
-        fill_extremes(block, task.variable, columns, weights, designs, scratch)
         here = min(LANES, count - block * LANES)
-        finish_block(block, here, task, designs, results, left, scratch)
+        solve_block(block, here, task, columns, weights, designs, results, left, scratch)
         if task.angles.node.size > 0:
             fill_curves(block, task.variable, columns, weights, designs, scratch, fine)
             for lane in range(here):

@@ -17,7 +17,9 @@ from engine_dyn.speed.work.interpolation import STENCIL
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
 
-__all__ = ["Seen", "fill_curves", "load_at_nodes", "seen_by", "work_at_nodes"]
+__all__ = [
+    "KINDS", "Seen", "add_up_node", "fill_curves", "load_at_nodes", "seen_by", "work_at_nodes",
+]  # fmt: skip
 
 KINDS = 4
 """What `Columns.fine` has of each part."""
@@ -42,35 +44,44 @@ class Seen(NamedTuple):
 
 
 @inlined
+def add_up_node(
+    which: int, node: int, place: int, columns: ColumnRows, designs: Designs, scratch: Scratch
+) -> None:
+    """Work of a design at a fine node, in the row `place` of `WorkTable.fine`."""
+    mixed, values, size = scratch.table.mixed, scratch.table.fine, scratch.size
+    fine, factor, terms = columns.fine, designs.factor, mixed.shape[1]
+    part, share = designs.part, designs.share
+    for kind in range(KINDS):
+        for t in range(terms):
+            mixed[kind, t] = 0.0
+    for piece in range(part.shape[0]):
+        here = KINDS * (part[piece, which] * size + node)
+        of_part = share[piece, which]
+        for kind in range(KINDS):
+            for t in range(terms):
+                mixed[kind, t] += of_part * fine[here + kind, t]
+    here = KINDS * (SQUARE * size + node)
+    for kind in range(KINDS):
+        gas = square = 0.0
+        for t in range(terms):
+            gas += factor[which, t] * mixed[kind, t]
+            square += factor[which, t] * fine[here + kind, t]
+        values[place, kind], values[place, KINDS + kind] = gas, square
+
+
+@inlined
 def work_at_nodes(block: int, columns: ColumnRows, designs: Designs, scratch: Scratch) -> None:
     """Work of each lane at its fine node `peaks.node`, in the rows `peaks.seen`.
 
     Work tables are kept while designs have them in common.
     """
     table, seen, nodes = scratch.table, scratch.peaks.seen, scratch.peaks.node
-    known, mixed, values = table.known, table.mixed, table.fine
-    fine, factor, number = columns.fine, designs.factor, designs.table
-    part, share, terms = designs.part, designs.share, mixed.shape[1]
+    known, values, number = table.known, table.fine, designs.table
     for k in range(LANES):
-        which, node = block * LANES + k, nodes[0, k]
+        node = nodes[0, k]
         if known[0, node] != number[block, k]:
             known[0, node] = number[block, k]
-            for kind in range(KINDS):
-                for t in range(terms):
-                    mixed[kind, t] = 0.0
-            for piece in range(part.shape[0]):
-                here = KINDS * (part[piece, which] * known.shape[1] + node)
-                of_part = share[piece, which]
-                for kind in range(KINDS):
-                    for t in range(terms):
-                        mixed[kind, t] += of_part * fine[here + kind, t]
-            here = KINDS * (SQUARE * known.shape[1] + node)
-            for kind in range(KINDS):
-                gas = square = 0.0
-                for t in range(terms):
-                    gas += factor[which, t] * mixed[kind, t]
-                    square += factor[which, t] * fine[here + kind, t]
-                values[node, kind], values[node, KINDS + kind] = gas, square
+            add_up_node(block * LANES + k, node, node, columns, designs, scratch)
         for kind in range(2 * KINDS):
             seen[kind, k] = values[node, kind]
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.compilation import kernel
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slope_and_sign
 from engine_dyn.speed.batch.block import LEFT, SOLVING
 from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.vectors import where
 from engine_dyn.types import Floats
 
-__all__ = ["Weights", "weights_of"]
+__all__ = ["Weights", "recurrence", "slope_of_design", "weights_of"]
 
 TINY = 1e-11
 """Least beta [1/rad]: where there is no load, it stands for the limit of a weak one."""
@@ -54,22 +55,39 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
         _of_table(designs, form, slope, sign)
     else:
         slope, sign = slope_and_sign(designs.speed, designs.first, designs.second, form)
-    step = designs.kappa * slope * width
-    # No load drives, no driver brakes, and both oppose deviations or do not depend on the speed.
     with np.errstate(invalid="ignore"):
-        solvable = (designs.kappa * sign > 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
-    x = np.where(solvable, np.maximum(step, TINY * width), TINY * width)
+        found = recurrence(designs.kappa, np.ascontiguousarray(slope), sign, width, nodes)
+    return Weights._make(found)
+
+
+def recurrence(kappa: Any, slope: Any, sign: Any, width: float, nodes: int) -> tuple[Any, ...]:
+    """What `Weights` has, in its order, of arrays or of the numbers of one design.
+
+    `sign` has that of the mean torque that the law needs. No load drives, no driver brakes, and
+    both oppose deviations or do not depend on the speed.
+    """
+    step = kappa * slope * width
+    solvable = (kappa * sign > 0.0) & (step >= 0.0) & (step <= LARGEST_STEP)
+    x = where(solvable, np.maximum(step, TINY * width), TINY * width)
     square = x * x
     of_tilt = square * np.exp(-0.5 * x) * (1.0 + square * (0.025 + square / 4480.0))
-    return Weights(
-        np.ascontiguousarray(slope), x / width, np.where(solvable, SOLVING, LEFT), np.exp(-x),
-        -np.expm1(-x), of_tilt, -np.expm1(-x * nodes),
+    return (
+        slope, x / width, where(solvable, SOLVING, LEFT), np.exp(-x), -np.expm1(-x), of_tilt,
+        -np.expm1(-x * nodes),
     )  # fmt: skip
+
+
+@inlined
+def slope_of_design(
+    speed: float, first: float, second: float, gear: float, form: Form
+) -> tuple[float, float]:
+    """F'(1) of a design, and a number with the sign of the mean torque that its law needs."""
+    law, sign = law_of(speed, first, second, gear, form)
+    return load_terms(1.0, law)[1], sign
 
 
 @kernel
 def _of_table(designs: Designs, form: Form, slope: Floats, sign: Floats) -> None:
     """F'(1) of a table over speed, and the sign of the mean torque that it needs."""
     for i in range(slope.size):
-        law, sign[i] = law_of(designs.speed[i], 0.0, 0.0, designs.gear[i], form)
-        slope[i] = load_terms(1.0, law)[1]
+        slope[i], sign[i] = slope_of_design(designs.speed[i], 0.0, 0.0, designs.gear[i], form)

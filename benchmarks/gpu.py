@@ -1,0 +1,150 @@
+"""How fast a card solves sampled designs: `make bench-gpu`, some minutes, on a machine with a card.
+
+The study `sampled` (six parameters at random, of the thesis's engine) with four results. Rates are
+those of the kernel alone, with both copies, and of `sweeps.run` as a whole; the errors are against
+the processor.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+import sweeps
+from benchmarks.command import processor, settings
+from benchmarks.measure import seconds_of
+from benchmarks.studies import RANGES, SCALARS, sampled
+from engine_dyn.types import Floats
+from sweeps.checks import usable_device
+from sweeps.errors import SceneError
+
+
+def solve(designs: int, device: str) -> Any:
+    """Archive of the study; what is unusual of its designs is meant so."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return sweeps.run(sampled(designs, RANGES), device=device)
+
+
+@contextmanager
+def calls_kept(kept: list[Any]) -> Iterator[None]:
+    """Keep the arguments of each call of a card within the block."""
+    from engine_dyn.speed.cuda import Card
+
+    original = Card.solve
+
+    def noted(card: Card, *given: Any) -> bool:
+        kept.append(given)
+        return original(card, *given)
+
+    Card.solve = noted  # type: ignore[method-assign, assignment]
+    try:
+        yield
+    finally:
+        Card.solve = original  # type: ignore[method-assign]
+
+
+def rate_of(designs: int, seconds: float, work: Callable[[], None]) -> float:
+    """Designs a second of work on so many designs, repeated for so long."""
+    work()
+    began, runs = time.perf_counter(), 0
+    while time.perf_counter() < began + seconds:
+        work()
+        runs += 1
+    return runs * designs / (time.perf_counter() - began)
+
+
+def rates(given: Any, seconds: float) -> tuple[float, float]:
+    """Designs a second of the kernel alone, and with both copies on two streams."""
+    from engine_dyn.speed.cuda import SLOTS, Card
+
+    card, designs = Card(), given[-1].size
+    launches: list[Any] = []
+    launch = card.launch
+
+    def noted(*arguments: Any) -> None:
+        launches.append(arguments)
+        launch(*arguments)
+
+    card.launch = noted  # type: ignore[assignment]
+    card.solve(*given)
+    card.launch = launch
+
+    def kernels() -> None:
+        for arguments in launches:
+            launch(*arguments)
+        launches[-1][2].synchronize()
+
+    alone = rate_of(designs, seconds, kernels)
+
+    def several() -> None:
+        threads = [threading.Thread(target=card.solve, args=given) for _ in range(2 * SLOTS)]
+        for one in threads:
+            one.start()
+        for one in threads:
+            one.join()
+
+    return alone, rate_of(2 * SLOTS * designs, seconds, several)
+
+
+def errors(designs: int) -> tuple[float, int]:
+    """Largest relative difference to the processor of any result, and how many statuses differ."""
+    one, other = solve(designs, "cuda"), solve(designs, "cpu")
+    differences: list[Floats] = [
+        np.abs(one[name].values / other[name].values - 1.0) for name in SCALARS
+    ]
+    return float(np.nanmax(differences)), int((one.status != other.status).sum())
+
+
+def table(designs: int, seconds: float, compared: int) -> list[tuple[str, str]]:
+    """Rows of the table: what, and how much."""
+    from engine_dyn.compilation.device import device_name
+
+    kept: list[Any] = []
+    with calls_kept(kept):
+        first = seconds_of(solve, compared, "cuda")
+        again = seconds_of(solve, compared, "cuda")
+        kept.clear()
+        whole = seconds_of(solve, designs, "cuda")
+    largest = max(kept, key=lambda given: given[-1].size)
+    alone, copied = rates(largest, seconds)
+    difference, other = errors(compared)
+    return [
+        ("card", device_name()),
+        ("processor", processor()),
+        ("designs of a launch", f"{largest[-1].size:,}"),
+        ("kernel, designs/s", f"{alone:,.0f}"),
+        ("with both copies, designs/s", f"{copied:,.0f}"),
+        (f"sweeps.run of {designs:,}, designs/s", f"{designs / whole:,.0f}"),
+        ("compiling, s", f"{max(first - again, 0.0):.1f}"),
+        (f"largest difference to the processor, {compared:,} designs", f"{difference:.1e}"),
+        ("designs with another status", str(other)),
+    ]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table, or one line where there is no card."""
+    asked = settings(
+        "benchmarks.gpu", __doc__, arguments, designs=1 << 22, seconds=10.0, compared=1 << 16
+    )
+    try:
+        usable_device("cuda")
+    except SceneError as error:
+        print(f"bench-gpu: {error}", file=sys.stderr)
+        return 2
+    rows = table(asked.designs, asked.seconds, asked.compared)
+    width = max(len(what) for what, _ in rows)
+    for what, value in rows:
+        print(f"| {what:{width}} | {value} |")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,443 @@
+"""The batch solver on a GPU: one thread a design.
+
+There is no second physics: the functions of `engine_dyn.speed.batch` are compiled for the card as
+they stand, with one lane, whose rows are columns of a global array (row, thread). Columns lie in
+global memory, once for each call. Here are the way to the card and back, and what takes the place
+of vectors and of work tables that are kept.
+
+Pieces come from several threads of the processor. Each takes one of two slots, with a stream and
+pinned buffers of its own, so that copies of one piece hide behind the kernel of the other. What a
+design gets depends neither on the slot nor on the piece: it has the same bits in every run on a
+card.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from itertools import accumulate, chain
+from queue import SimpleQueue
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import device
+from engine_dyn.loads.laws import LAWS, LINEAR_SQUARE, POWER, Form
+from engine_dyn.speed.batch.block import (
+    MOST_TERMS,
+    ColumnRows,
+    Curves,
+    Lanes,
+    Peaks,
+    Scratch,
+    WorkTable,
+    row_numbers,
+)
+from engine_dyn.speed.batch.in_blocks import solve_block
+from engine_dyn.speed.batch.nodes import KINDS, add_up_node
+from engine_dyn.speed.batch.weights import Weights, recurrence, slope_of_design
+from engine_dyn.speed.batch.work_table import fill_work_table
+from engine_dyn.speed.designs import Designs
+from engine_dyn.speed.methods import AUTO, CLOSURES, METHODS, POWER_MEAN
+from engine_dyn.speed.results import RESULTS, Results
+from engine_dyn.speed.storage import Angles
+from engine_dyn.speed.task import Task
+from engine_dyn.speed.work.columns import Columns
+from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.types import Booleans, Integers
+
+__all__ = ["PIECE", "Card", "check_card", "reason_against"]
+
+PIECE = 1 << 16
+"""Designs of one launch at most."""
+
+BLOCK, BLOCKS = 64, 16
+"""Threads of a block, and blocks of a launch for each multiprocessor at most."""
+
+SLOTS = 2
+"""Launches that are under way at a time, each with buffers of its own."""
+
+LEAST_MEMORY = 256_000_000
+"""Bytes of the card's memory that must be free."""
+
+PART_OF_MEMORY = 0.8
+"""Part of the free memory that is used."""
+
+OF_DESIGN = ("gas", "eta", "kappa", "unsure", "speed", "first", "second", "gear")
+"""Numbers of `Designs` on the card, in the order of their rows; factors and shares follow."""
+
+_said: set[str] = set()
+
+
+# --- on the card: what stands for vectors, of one lane --------------------------------------------
+
+
+def read(rows: Any, row: int) -> Any:
+    """Return the number of a row."""
+    return rows[row, 0]
+
+
+def write(rows: Any, row: int, value: Any) -> None:
+    """Put a number into a row."""
+    rows[row, 0] = value
+
+
+def where(truth: Any, one: Any, other: Any) -> Any:
+    """Return the first where it is true, the second where not."""
+    return one if truth else other
+
+
+def any_of(truth: Any) -> Any:
+    """Whether it is true."""
+    return truth
+
+
+def larger(one: float, other: float) -> float:
+    """Larger of two; of two of which one is NaN, the second, as for vectors."""
+    return one if one > other else other
+
+
+def smaller(one: float, other: float) -> float:
+    """Smaller of two; of two of which one is NaN, the second, as for vectors."""
+    return one if one < other else other
+
+
+def root(square: float) -> float:
+    """Square root, NaN below 0."""
+    return math.sqrt(square) if square >= 0.0 else math.nan
+
+
+def work_at_nodes(block: int, columns: ColumnRows, designs: Designs, scratch: Scratch) -> None:
+    """Work at the fine node `peaks.node`, in `peaks.seen`: `nodes.work_at_nodes`, nothing kept."""
+    add_up_node(0, scratch.peaks.node[0, 0], 0, columns, designs, scratch)
+    for kind in range(2 * KINDS):
+        scratch.peaks.seen[kind, 0] = scratch.table.fine[0, kind]
+
+
+INSTEAD: dict[str, Any] = {
+    "LANES": 1, "read": read, "write": write, "where": where, "any_of": any_of,
+    "work_at_nodes": work_at_nodes,
+    "np": {
+        "maximum": larger, "minimum": smaller, "sqrt": root, "abs": math.fabs, "exp": math.exp,
+        "expm1": math.expm1,
+    },
+}  # fmt: skip
+"""What the functions of the batch solver find behind some names, on a card."""
+
+
+# --- on the card: a design ------------------------------------------------------------------------
+
+
+def scratch_of(
+    thread: int, width: float, size: int, e: Any, r: Any, whole: Any, mixed: Any, node: Any,
+    between: Any,
+) -> Scratch:  # fmt: skip
+    """Memory of a thread: its column of `r`, whose rows end at `e`, see `row_numbers`."""
+    me = slice(thread, thread + 1)
+    begin = whole[0:1, me]
+    return Scratch(
+        Curves(
+            r[e[7] : e[8], me], r[e[8] : e[9], me], r[e[9] : e[10], me],
+            r[e[10] : e[11], me], r[e[11] : e[12], me], r[e[12] : e[13], me],
+            r[e[13] : e[14], me],
+        ),
+        Lanes(
+            r[e[14] : e[15], me], r[e[15] : e[16], me], r[e[16] : e[17], me],
+            r[e[17] : e[18], me], r[e[18] : e[19], me], r[e[19] : e[20], me],
+            r[e[20] : e[21], me], r[e[21] : e[22], me], r[e[22] : e[23], me],
+            r[e[23] : e[24], me], r[e[24] : e[25], me], r[e[25] : e[26], me],
+            r[e[26] : e[27], me],
+        ),
+        r[e[32] : e[33], me],
+        WorkTable(
+            r[e[0] : e[1], me], r[e[1] : e[2], me], r[e[2] : e[3], me],
+            r[e[3] : e[4], me], r[e[4] : e[5], me], r[e[5] : e[6], me],
+            r[e[6] : e[7], me],
+            node[:, :, thread], begin, mixed[:, :, thread], between,
+        ),
+        Peaks(
+            begin, whole[1:2, me], whole[2:3, me],
+            r[e[27] : e[28], me], r[e[28] : e[29], me], r[e[29] : e[30], me],
+            r[e[30] : e[31], me], r[e[31] : e[32], me],
+        ),
+        r[e[33] : e[34], me], width, size,
+    )  # fmt: skip
+
+
+def design_of(which: int, terms: int, numbers: Any, places: Any) -> Designs:
+    """Numbers of a design, as of one alone; `places` has its place, and its parts."""
+    own, part = numbers[:, which : which + 1], places[:, which : which + 1]
+    return Designs(
+        own[0:1], own[1:2], own[2:3], own[3:4], own[4:5], own[5:6], own[6:7], own[7:8],
+        own[8 : 8 + terms].T, part[0:1], part[1:], own[8 + terms :], part[0:1],
+    )  # fmt: skip
+
+
+def solve_designs(
+    thread: int, threads: int, count: int, kind: int, sign: float, geared: int, tolerance: float,
+    iterated: float, width: float, size: int, fine: Any, coarse: Any, jagged: Any, between: Any,
+    e: Any, r: Any, whole: Any, mixed: Any, node: Any, numbers: Any, places: Any, wanted: Any,
+    scalars: Any, status: Any, left: Any,
+) -> None:  # fmt: skip
+    """Solve every `threads`-th of `count` designs, from the one that is the thread's number on.
+
+    Arrays are those of `buffers_of`.
+    """
+    columns, me = ColumnRows(fine, coarse, jagged), slice(thread, thread + 1)
+    scratch = scratch_of(thread, width, size, e, r, whole, mixed, node, between)
+    form = Form(kind, sign, geared != 0, numbers[0:3, 0:0])
+    task = Task(AUTO, False, POWER_MEAN, tolerance, iterated, form, Angles(wanted, numbers))
+    results = Results(wanted, scalars, status, scalars, scalars, left)
+    intervals, terms = scratch.table.gas.shape[0], fine.shape[1]
+    weights = Weights(
+        r[e[34] : e[35], me], r[e[35] : e[36], me], r[e[36] : e[37], me],
+        r[e[37] : e[38], me], r[e[38] : e[39], me], r[e[39] : e[40], me],
+        r[e[40] : e[41], me],
+    )  # fmt: skip
+    for which in range(thread, count, threads):
+        designs = design_of(which, terms, numbers, places)
+        slope, direction = slope_of_design(
+            designs.speed[0, 0], designs.first[0, 0], designs.second[0, 0], designs.gear[0, 0],
+            form,
+        )  # fmt: skip
+        found = recurrence(
+            designs.kappa[0, 0], slope, direction, width * (size // intervals), intervals
+        )
+        weights.slope[0, 0], weights.beta[0, 0], weights.state[0, 0] = found[0], found[1], found[2]
+        weights.decay[0, 0], weights.of_mass[0, 0] = found[3], found[4]
+        weights.of_tilt[0, 0], weights.end[0, 0] = found[5], found[6]
+        fill_work_table(0, columns, designs, scratch.table)
+        here = left[which : which + 1]
+        solve_block(0, 1, task, columns, weights, designs, results, here, scratch)
+
+
+# --- on the processor -----------------------------------------------------------------------------
+
+
+def check_card() -> None:
+    """Refuse a device that cannot be used: ValueError, one line, names what is missing."""
+    missing = device.what_is_missing()
+    if not missing and device.free_memory() < LEAST_MEMORY:
+        free, least = (f"{size / 1e9:.2f} GB" for size in (device.free_memory(), LEAST_MEMORY))
+        missing = f"{free} of the card's memory are free, {least} are needed"
+    if missing:
+        raise ValueError(f"device 'cuda': {missing}")
+
+
+def reason_against(task: Task) -> str:
+    """Why designs cannot be solved on a card: what they have that it does not know, or nothing."""
+    if task.method != AUTO:
+        return f"method {METHODS[task.method].name!r}"
+    if task.variable:
+        return "a variable inertia"
+    if task.closure != POWER_MEAN:
+        return f"closure {CLOSURES[task.closure]!r}"
+    if task.form.kind not in (POWER, LINEAR_SQUARE):
+        return f"the law of load or driver {LAWS[task.form.kind].name!r}"
+    return "curves over the crank angle" if task.angles.node.size else ""
+
+
+def tell(reason: str) -> None:
+    """Say once, through the logger, that the processor solves such designs."""
+    if reason not in _said:
+        _said.add(reason)
+        logging.getLogger("engine_dyn").warning(
+            "device 'cuda': %s is solved on the processor", reason
+        )
+
+
+class Buffer(NamedTuple):
+    """Memory of the card under a name, and where it is copied from or to."""
+
+    shape: tuple[int, ...]
+    dtype: Any = np.float64
+    pinned: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return math.prod(self.shape)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes."""
+        return self.size * np.dtype(self.dtype).itemsize
+
+
+class Slot:
+    """A stream, and buffers that stay for the next launch: of the card, and pinned ones."""
+
+    def __init__(self, memory: int) -> None:
+        self.memory = memory
+        self.stream = device.new_stream()
+        self.held: dict[str, tuple[Buffer, Any, Any]] = {}
+        self.columns: Columns | None = None
+
+    def take(self, needed: dict[str, Buffer]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Arrays of the card, and pinned ones; all are released before they become too many."""
+        sizes = {name: one[0].nbytes for name, one in self.held.items()}
+        total = sizes | {n: max(b.nbytes, sizes.get(n, 0)) for n, b in needed.items()}
+        if sum(total.values()) > self.memory:
+            self.held, self.columns = {}, None
+        cards, pinned = {}, {}
+        for name, one in needed.items():
+            if name not in self.held or self.held[name][0].size < one.size:
+                self.held.pop(name, None)
+                card = device.new_device_array(one.size, dtype=one.dtype)
+                host = device.new_pinned_array(one.size, dtype=one.dtype) if one.pinned else None
+                self.held[name] = one, card, host
+                if name in OF_COLUMNS:
+                    self.columns = None
+            _, card, host = self.held[name]
+            cards[name] = card[: one.size].reshape(one.shape)
+            if one.pinned:
+                pinned[name] = host[: one.size].reshape(one.shape)
+        return cards, pinned
+
+
+OF_COLUMNS = ("fine", "coarse", "jagged", "between", "ends")
+"""Buffers that the next launch may have in common."""
+
+TO_CARD, FROM_CARD = ("numbers", "places", "wanted"), ("scalars", "status", "left")
+"""Buffers of the designs of a launch, and of what is found."""
+
+
+def buffers_of(
+    columns: Columns, pieces: int, count: int, results: int, threads: int
+) -> dict[str, Buffer]:
+    """Buffers of a launch, see `solve_designs`."""
+    _, size, kinds, terms = columns.fine.shape
+    intervals, ends = columns.coarse.shape[1], _ends_of(columns)
+    return {
+        "fine": Buffer((columns.fine.size // terms, terms)),
+        "coarse": Buffer((columns.coarse.size // terms, terms)),
+        "jagged": Buffer((1, columns.jagged.size)),
+        "between": Buffer(weights_between(size // intervals).shape),
+        "ends": Buffer(ends.shape, np.int64),
+        "rows": Buffer((int(ends[-1]), threads)),
+        "whole": Buffer((3, threads), np.int64),
+        "mixed": Buffer((kinds, terms, threads)),
+        "node": Buffer((1, 2 * kinds, threads)),
+        "numbers": Buffer((len(OF_DESIGN) + terms + pieces, count), pinned=True),
+        "places": Buffer((1 + pieces, count), np.int64, pinned=True),
+        "wanted": Buffer((len(RESULTS),), np.int64, pinned=True),
+        "scalars": Buffer((results, count), pinned=True),
+        "status": Buffer((count,), np.int8, pinned=True),
+        "left": Buffer((count,), np.bool_, pinned=True),
+    }
+
+
+def _ends_of(columns: Columns) -> Integers:
+    """Ends of the rows of a thread: those of a block, and its weights."""
+    _, _, kinds, terms = columns.fine.shape
+    numbers = chain(*row_numbers(columns.coarse.shape[1], kinds, terms))
+    weights = [1] * len(Weights._fields)
+    return np.array([*accumulate([*numbers, MOST_TERMS, MOST_TERMS, *weights], initial=0)])
+
+
+class Card:
+    """A card while it solves the designs of one call; its memory is released with it."""
+
+    def __init__(self) -> None:
+        check_card()
+        slots = 1 if device.simulated() else SLOTS
+        self.launch, self.piece = _launcher(), PIECE
+        self.most_threads = BLOCK * BLOCKS * device.multiprocessors()
+        if device.simulated():
+            self.most_threads = 2  # each is a thread of Python
+        memory = int(PART_OF_MEMORY * device.free_memory()) // slots
+        self.slots: SimpleQueue[Slot] = SimpleQueue()
+        for _ in range(slots):
+            self.slots.put(Slot(memory))
+        self.memory = memory
+
+    def can_solve(self, task: Task) -> bool:
+        """Whether designs can be solved on a card; a line tells once why they cannot."""
+        reason = reason_against(task)
+        if reason:
+            tell(reason)
+        return not reason
+
+    def solve(
+        self, task: Task, columns: Columns, designs: Designs, results: Results, left: Booleans
+    ) -> bool:
+        """Solve designs that share columns, as `solve_in_blocks`; False where memory is short."""
+        slot = self.slots.get()
+        try:
+            for begin in range(0, left.size, self.piece):
+                here = slice(begin, min(begin + self.piece, left.size))
+                if not self._solve(slot, here, task, columns, designs, results, left):
+                    tell("what needs more memory than the card has")
+                    return False
+        finally:
+            self.slots.put(slot)
+        return True
+
+    def _solve(
+        self, slot: Slot, here: slice, task: Task, columns: Columns, designs: Designs,
+        results: Results, left: Booleans,
+    ) -> bool:  # fmt: skip
+        """Solve some designs, in one launch."""
+        count, pieces, rows = here.stop - here.start, len(designs.part), len(results.scalars)
+        one, two = (
+            sum(buffer.nbytes for buffer in buffers_of(columns, pieces, count, rows, n).values())
+            for n in (1, 2)
+        )
+        step = BLOCK if self.most_threads >= BLOCK else 1
+        threads = min(self.most_threads, -(-count // step) * step)
+        threads = min(threads, int(self.memory - one) // (two - one) // step * step)
+        if threads < step:
+            return False
+        cards, pinned = slot.take(buffers_of(columns, pieces, count, rows, threads))
+        if slot.columns is None or slot.columns.fine is not columns.fine:
+            for name, array in zip(OF_COLUMNS, _shared(columns), strict=True):
+                cards[name].copy_to_device(array.reshape(cards[name].shape), slot.stream)
+            slot.stream.synchronize()
+            slot.columns = columns
+        fill(pinned, here, designs, results)
+        for name in TO_CARD:
+            cards[name].copy_to_device(pinned[name], slot.stream)
+        form = task.form
+        self.launch(
+            threads // step, step, slot.stream, count, form.kind, form.sign, int(form.own),
+            task.tolerance, task.iterated, columns.width, columns.fine.shape[1], *cards.values(),
+        )  # fmt: skip
+        for name in FROM_CARD:
+            cards[name].copy_to_host(pinned[name], slot.stream)
+        slot.stream.synchronize()
+        left[here] = pinned["left"]
+        found = np.flatnonzero(~pinned["left"])
+        target = designs.target[here][found]
+        results.status[target] = pinned["status"][found]
+        if results.scalars.shape[1]:
+            results.scalars[:, target] = pinned["scalars"][:, found]
+        return True
+
+
+def _shared(columns: Columns) -> tuple[Any, ...]:
+    """What buffers `OF_COLUMNS` hold."""
+    between = weights_between(columns.fine.shape[1] // columns.coarse.shape[1])
+    return columns.fine, columns.coarse, columns.jagged, between, _ends_of(columns)
+
+
+def fill(pinned: dict[str, Any], here: slice, designs: Designs, results: Results) -> None:
+    """Numbers of some designs, for the card."""
+    numbers, places = pinned["numbers"], pinned["places"]
+    for row, name in enumerate(OF_DESIGN):
+        numbers[row] = getattr(designs, name)[here]
+    terms = designs.factor.shape[1]
+    numbers[len(OF_DESIGN) : len(OF_DESIGN) + terms] = designs.factor[here].T
+    numbers[len(OF_DESIGN) + terms :] = designs.share[:, here]
+    places[0] = np.arange(places.shape[1])
+    places[1:] = designs.part[:, here]
+    pinned["wanted"][:] = results.wanted
+
+
+_LAUNCHER: list[device.Launcher] = []
+
+
+def _launcher() -> device.Launcher:
+    """Return the kernel, which is compiled once."""
+    if not _LAUNCHER:
+        _LAUNCHER.append(device.Launcher(solve_designs, INSTEAD))
+    return _LAUNCHER[0]

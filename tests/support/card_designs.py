@@ -1,0 +1,121 @@
+"""Designs of every kind that a card solves, and their solution in another process.
+
+NUMBA_ENABLE_CUDASIM=1 python -m tests.support.card_designs OUT.npz [DESIGNS OF A LAUNCH]
+"""
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
+from engine_dyn.pressure.diagram import diagram_from_points
+from engine_dyn.pressure.family import Family, family_from_diagrams
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.mechanisms import counted
+from oracle.designs import table
+from oracle.solution import CYCLE
+from tests.support.held_out import BAR, design_of
+
+WANTED = (
+    "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor", "iterations",
+)  # fmt: skip
+EXPONENTS = (0.0, 1.0, 2.0, 1.7, 3.0)
+
+
+def family() -> Family:
+    degrees, bar = table(design_of("alpha 1, constant, 1 cyl, power_mean").pressure)
+    factors = (0.9, 1.0, 1.3)
+    return family_from_diagrams(
+        [10.0, 11.0, 13.0],
+        [diagram_from_points(np.radians(degrees), f * bar * BAR) for f in factors],
+    )
+
+
+def designs(count: int, cylinders: Any = 1, seed: int = 1) -> dict[str, Any]:
+    random, diagrams = np.random.default_rng(seed), family()
+    ratio = random.uniform(0.02, 0.55, count)
+    row = random.uniform(0.0, diagrams.row_count - 1.0, count)
+    lever = 0.25 * np.pi * 0.1**2 * 0.05
+    return {
+        "family": diagrams, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
+        "scale": random.uniform(0.8, 1.2, count), "double_radius": 0.1, "friction_torque": 0.0,
+        "crankcase_pressure": random.uniform(0.0, 1.2e5, count), "offset": 0.0,
+        "mass": random.uniform(0.3, 1.0, count), "speed": random.uniform(150.0, 400.0, count),
+        "inertia": cylinders * random.uniform(0.6, 3.0, count),
+        "exponent": np.resize(EXPONENTS, count),
+        "mean_torque": 0.8 * cylinders * lever * mean_gas_torque(ratio, row, diagrams),
+    }  # fmt: skip
+
+
+def cases() -> dict[str, dict[str, Any]]:
+    counts = np.resize([1, 4, 6], 24)
+    unequal = even_cylinders(4, CYCLE).with_factors(mass_factor=(1.1, 1.0, 1.0, 0.95))
+    misfire = even_cylinders(4, CYCLE).with_factors(pressure_factor=(1.0, 1.0, 0.0, 1.0))
+    angle = np.radians(np.arange(0.0, 360.0, 2.0))
+    pump = torque_over_angle(angle, 10.0 + 3.0 * np.cos(3.0 * angle), own_angle=True)
+    random = np.random.default_rng(2)
+    failing = designs(20, seed=7)
+    failing["inertia"] = failing["inertia"] * np.where(np.arange(20) % 2, 0.008, 1.0)
+    failing["mean_torque"][4] = -failing["mean_torque"][4]
+    failing["scale"][5] = np.nan
+    linear_square = DrivenMachine(load_law="linear_square")
+    return {
+        "every exponent": designs(30),
+        "a mix of cylinders": designs(24, counts),
+        "linear load": designs(8)
+        | {"driven": linear_square, "load_linear": 2.0, "load_square": 0.0},
+        "linear and square load": designs(8)
+        | {"driven": linear_square, "load_linear": 2.0, "load_square": random.uniform(0, 0.05, 8)},
+        "unequal cylinders": designs(10, 4) | {"cylinders_by_count": {4: unequal}},
+        "misfire": designs(10, 4) | {"cylinders_by_count": {4: misfire}},
+        "pin offset": designs(10) | {"offset_ratio": random.uniform(-0.2, 0.2, 10)},
+        "large crank ratios": designs(6) | {"crank_ratio": np.linspace(0.7, 0.95, 6)},
+        "load over angle": designs(6)
+        | {"driven": DrivenMachine(over_angle=pump), "gear_ratio": 2.0, "offset": 2.0 * pump.mean},
+        "one table": designs(18)
+        | {"crank_ratio": 0.3, "row": 1.4, "scale": 1.0, "crankcase_pressure": 1e5,
+           "mean_torque": 40.0},
+        "weak load": designs(5) | {"offset": designs(5)["mean_torque"] * (1.0 - 1e-4)},
+        "failing": failing,
+        "error": designs(10, seed=3) | {"wanted": (*WANTED, "delta_error")},
+    }  # fmt: skip
+
+
+def solutions(device: str, names: Sequence[str] = ()) -> dict[str, Any]:
+    """Results of each case, or of some, and how many designs the batch solver left."""
+    found: dict[str, Any] = {}
+    for name, inputs in cases().items():
+        if names and name not in names:
+            continue
+        with counted() as tally:
+            results = dispatch.solve(**{"wanted": WANTED, "device": device, "threads": 2, **inputs})
+        found |= {f"{name}/{one}": array for one, array in results.items()}
+        found[f"{name}/left"] = np.array(tally.deferred)
+    return found
+
+
+def launched() -> list[int]:
+    """Designs of each launch from now on."""
+    from engine_dyn.speed.cuda import Card
+
+    sizes, solve = [], Card._solve
+
+    def noted(self: Card, slot: Any, here: slice, *given: Any) -> bool:
+        sizes.append(here.stop - here.start)
+        return solve(self, slot, here, *given)
+
+    Card._solve = noted
+    return sizes
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        from engine_dyn.speed import cuda
+
+        cuda.PIECE = int(sys.argv[2])
+    sizes = launched()
+    np.savez(sys.argv[1], **solutions("cuda", sys.argv[3:]), sizes=sizes)
