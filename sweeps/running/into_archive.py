@@ -322,12 +322,9 @@ class _Run:
         """Compute one block after the other."""
         options = self.options
         with Computation(
-            self.plan,
-            lengths,
-            progress=options.progress,
-            threads=options.threads,
+            self.plan, lengths, progress=options.progress, threads=options.threads,
             device=options.device,
-        ) as computation:
+        ) as computation:  # fmt: skip
             for number, block in missing.items():
                 yield number, block, as_stored(self.labels, computation.results(block))
 
