@@ -139,7 +139,7 @@ def show(
     from sweeps.exploring.attributes import of_designs
     from sweeps.exploring.rows import rows
     from sweeps.exploring.slices import nearest
-    from sweeps.presenting.readable_units import asked_of_archive
+    from sweeps.presenting.readable_units import unit_choices
     from sweeps.presenting.reductions import reduction_lines
     from sweeps.presenting.sensitivities import has_indices, sensitivities_text
     from sweeps.presenting.tables import rows_text
@@ -151,7 +151,8 @@ def show(
         if has_indices(part) and plain:
             text = sensitivities_text(part)
         elif REDUCTION in part.attrs and plain and not of_designs(part):
-            text = "\n".join(reduction_lines(part, asked_of_archive(units, part.variables))[1:])
+            known = {str(n): str(v.attrs.get("units", "1")) for n, v in part.variables.items()}
+            text = "\n".join(reduction_lines(part, unit_choices(units, known))[1:])
         else:
             found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
                          relative_to=base)  # fmt: skip

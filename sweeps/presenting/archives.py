@@ -123,9 +123,7 @@ def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
             one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
-        rows.append(
-            (name, _extent_text(data, chosen.get(name)), "; ".join(p for p in parts if p))
-        )
+        rows.append((name, _extent_text(data, chosen.get(name)), "; ".join(p for p in parts if p)))
     lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])] if rows else []
     if any(_is_long(data) for data in dataset.data_vars.values()):
         lines.append(

@@ -47,15 +47,7 @@ def counts_within(dataset: xr.Dataset) -> list[tuple[str, int]]:
 def searches(dataset: xr.Dataset) -> list[tuple[str, str]]:
     """What each search looked for, and what it found."""
     kept = members_of(dataset, REDUCTION).get("kept", [])
-    at_every = members_of(dataset, REDUCTION).get("at_every", [])
-    return [(_asked(one, at_every), f"{one['found']} kept; {one['text']}") for one in kept]
-
-
-def _asked(one: Mapping[str, Any], at_every: list[str]) -> str:
-    names = " and ".join(f"{'least' if sign > 0 else 'most'} {name}" for name, sign in one["wanted"])
-    words = f"the {one['number']} best by {names}" if one["number"] else f"the front of {names}"
-    words += f" within {', '.join(one['within'])}" if one["within"] else ""
-    return words + (f", at every {' and '.join(at_every)}" if at_every else "")
+    return [(one["asked"], f"{one['found']:,} kept; {one['text']}") for one in kept]
 
 
 def statistics_table(
@@ -75,7 +67,7 @@ def statistics_table(
     keys = ["mean", "deviation", "smallest", "largest"]
     shares = np.atleast_1d(dataset["quantile"].values) if "quantile" in dataset else np.empty(0)
     picked = np.unique(np.linspace(0, shares.size - 1, MOST_QUANTILES).round().astype(int))
-    picked = picked[picked >= 0]
+    picked = picked[: shares.size]
     heads = ["quantity", "unit", *keys, *(f"{100 * shares[i]:g} %" for i in picked), "values"]
     rows = []
     for name in members_of(dataset, REDUCTION).get("statistics", []):
@@ -120,6 +112,9 @@ def reduction_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
         about = members_of(dataset, REDUCTION)
         over = ", ".join(about.get("over", [])) or "nothing"
         left = ", ".join(about.get("left", []))
-        lines += ["", f"statistics over {over}" + (f"; from where to where along {left}" * bool(left))]
+        lines += [
+            "",
+            f"statistics over {over}" + (f"; from where to where along {left}" * bool(left)),
+        ]
         lines += [f"  {line}" for line in aligned([heads, *rows], left=[0, 1])]
     return lines

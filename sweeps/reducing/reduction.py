@@ -291,7 +291,7 @@ class Reduction:
             "statistics": self.asked.statistics,
             "kept": [
                 {
-                    "wanted": one.asked.wanted, "number": one.asked.number,
+                    "asked": str(one.asked), "wanted": one.asked.wanted, "number": one.asked.number,
                     "within": [str(c) for c in one.conditions],
                     "not_counted": one.asked.not_counted, "found": int(one.places.size),
                     "text": one.text(),
@@ -358,12 +358,11 @@ class Reduction:
         told = "number of values of the {} in each bin".format(label["long_name"])
         dims = (*self.cells[name], along)
         variables[f"{name}_histogram"] = Variable(dims, {"long_name": told, "units": "1"}, counts)
-        places = (("", 0.5 * (edges[:-1] + edges[1:]), "middle"), ("_low", edges[:-1], "lower end"),
-                  ("_high", edges[1:], "upper end"))  # fmt: skip
-        for ending, data, word in places:
-            about = {**label, "long_name": f"{word} of a bin of the {label['long_name']}"}
+        coordinates[along] = Variable((along,), label, 0.5 * (edges[:-1] + edges[1:]))
+        for ending, data, word in (("low", edges[:-1], "lower"), ("high", edges[1:], "upper")):
+            about = {**label, "long_name": f"{word} end of a bin of the {label['long_name']}"}
             about.pop("symbol", None)
-            coordinates[along + ending] = Variable((along,), about, data)
+            coordinates[f"{along}_{ending}"] = Variable((along,), about, data)
 
     def _add_counts(self, variables: dict[str, Variable], coordinates: dict[str, Variable]) -> None:
         left = tuple(self.left)

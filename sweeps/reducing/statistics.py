@@ -171,14 +171,16 @@ class Statistics:
             edges = bin_edges(1 + (np.arange(first, place[-1] + 2) << shift), self.bits)[0]
         else:
             widths = ends[1] - ends[0]
-            width = 2.0 ** math.ceil(math.log2(widths.max(where=np.isfinite(widths), initial=SMALLEST)))
+            width = 2.0 ** math.ceil(
+                math.log2(widths.max(where=np.isfinite(widths), initial=SMALLEST))
+            )
             while math.floor(high / width) - math.floor(low / width) >= most:
                 width *= 2.0
             place = np.floor(np.clip(ends[0], low, high) / width).astype(np.int64)
             first = int(place[0])
             edges = width * np.arange(first, place[-1] + 2)
         counts = np.zeros((len(self.low), len(edges) - 1), np.int64)
-        np.add.at(counts, (slice(None), place - first), self.counts)
+        np.add.at(counts.T, place - first, self.counts.T)
         return edges, counts.reshape(*self.shape, -1)
 
     def _quantiles(self, count: Integers, shares: Floats) -> tuple[Floats, Floats]:
