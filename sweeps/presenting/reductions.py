@@ -117,4 +117,7 @@ def reduction_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
             f"statistics over {over}" + (f"; from where to where along {left}" * bool(left)),
         ]
         lines += [f"  {line}" for line in aligned([heads, *rows], left=[0, 1])]
+    indices = ", ".join(members_of(dataset, REDUCTION).get("indices", {}))
+    if indices:
+        lines.append(f"  Sobol' indices of {indices}: engine-dyn sensitivities")
     return lines

@@ -113,7 +113,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
             "tables and program of this report need this much"
         )
-    archive = archive[of_designs(archive)]  # the explorer is about designs
+    archive = archive[of_designs(archive)]  # of a reduced archive, those that it kept
     template = Template(_resource("page.html"))
     while True:
         found = embedded(archive, choices, room)
