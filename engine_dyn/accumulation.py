@@ -20,6 +20,7 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "LIMBS",
+    "SMALLEST",
     "UNITS_IN_ONE",
     "add_exactly",
     "bin_edges",

@@ -27,10 +27,12 @@ __all__ = [
     "OF_PATTERNS",
     "PARAMETER",
     "PUBLISHED",
+    "RANK",
     "REDUCTION",
     "RESTART",
     "SEARCHED",
     "SHARE",
+    "STATE",
     "STATUS",
     "TORSION_STATUS",
     "UNCERTAIN",
@@ -89,6 +91,10 @@ OF_PATTERNS = "firing_patterns"
 REDUCTION = "reduction"
 """Attribute of archives that hold what was asked of all designs together, in place of each: what
 [reduce] asked for and what its searches found, as JSON."""
+
+RANK, STATE = "rank", "reduction_state"
+"""Their variables beside designs and numbers: the rank of each kept design by each search, and what
+`merge` needs, as a ZIP file of NumPy's arrays."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""

@@ -33,6 +33,7 @@ from sweeps.cli.files import (
     opened_to_print,
     writing,
 )
+from sweeps.dimensions import REDUCTION
 from sweeps.errors import counted, size_text
 
 __all__ = ["compare", "export", "info", "plot", "show"]
@@ -135,16 +136,23 @@ def show(
     names = names_of(quantities)
     check_file(archive)
     start()
+    from sweeps.exploring.attributes import of_designs
     from sweeps.exploring.rows import rows
     from sweeps.exploring.slices import nearest
+    from sweeps.presenting.readable_units import unit_choices
+    from sweeps.presenting.reductions import reduction_lines
     from sweeps.presenting.sensitivities import has_indices, sensitivities_text
     from sweeps.presenting.tables import rows_text
 
     with opened_to_print(archive) as dataset:
         check_slices(dataset, select, base if isinstance(base, dict) else {})
         part = nearest(dataset, **select)
-        if has_indices(part) and names is None and sort is None and base is None:
+        plain = names is None and sort is None and base is None
+        if has_indices(part) and plain:
             text = sensitivities_text(part)
+        elif REDUCTION in part.attrs and plain and not of_designs(part):
+            known = {str(n): str(v.attrs.get("units", "1")) for n, v in part.variables.items()}
+            text = "\n".join(reduction_lines(part, unit_choices(units, known))[1:])
         else:
             found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
                          relative_to=base)  # fmt: skip

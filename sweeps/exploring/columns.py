@@ -11,7 +11,9 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.checks import names_given
+from sweeps.dimensions import DESIGN, RANK, REDUCTION, STATE
 from sweeps.errors import SceneError, not_known, shown
+from sweeps.exploring.attributes import of_designs
 from sweeps.exploring.slices import words_of
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ __all__ = [
     "dims_of",
     "has_single_numbers",
     "in_words",
+    "ranks_of",
     "words_for_numbers",
 ]
 
@@ -47,14 +50,14 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
     """
     if quantities is not None:
         quantities = names_given(quantities, "quantities")
-    known = [str(n) for n in archive.data_vars]
+    known = [str(n) for n in archive.data_vars if n != STATE]
     if quantities is None:
-        names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]
+        names = [n for n in of_designs(archive) if not set(archive[n].dims) & set(DIMENSIONS)]
         if not names:
-            raise SceneError(
-                "no quantity has one number per design; name the quantities to write, out of "
-                f"{', '.join(known)}"
-            )
+            none = "no quantity has one number per design"
+            if REDUCTION in archive.attrs:
+                none = "the archive was reduced, and no design was kept"
+            raise SceneError(f"{none}; name the quantities to write, out of {', '.join(known)}")
         return names
     for i, name in enumerate(quantities):
         if name not in known:
@@ -127,8 +130,8 @@ def check_one_table(archive: xr.Dataset, names: Sequence[str]) -> None:
 def has_single_numbers(archive: xr.Dataset) -> bool:
     """Whether a quantity beside the outcome has one number for each design."""
     return any(
-        name != "status" and not set(data.dims) & set(DIMENSIONS)
-        for name, data in archive.data_vars.items()
+        name != "status" and not set(archive[name].dims) & set(DIMENSIONS)
+        for name in of_designs(archive)
     )
 
 
@@ -185,7 +188,28 @@ def columns_of(
     for shown_as, name in words.items():
         if shown_as not in columns and set(archive[name].dims) <= set(dims):
             columns[shown_as] = archive.variables[name]
+    if DESIGN in dims and REDUCTION in archive.attrs:
+        columns |= ranks_of(archive)
     return {**columns, **{name: archive.variables[name] for name in names}}
+
+
+def ranks_of(archive: xr.Dataset) -> dict[str, xr.Variable]:
+    """Ranks of the designs that a reduced archive kept, a column for each search.
+
+    A design that a search did not keep has no number.
+    """
+    import xarray as xr
+
+    if RANK not in archive or archive[RANK].ndim != 2:
+        return {}
+    ranks = archive[RANK].values
+    texts = [str(text) for text in archive["search"].values]
+    found = {}
+    for number, (values, text) in enumerate(zip(ranks, texts, strict=True), start=1):
+        about = {"long_name": f"rank of {text}", "units": "1"}
+        name = RANK if len(texts) == 1 else f"{RANK}_{number}"
+        found[name] = xr.Variable((DESIGN,), np.where(values > 0, values, np.nan), about)
+    return found
 
 
 def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:

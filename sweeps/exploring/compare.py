@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.archive.provenance import differences
+from sweeps.dimensions import STATE
 from sweeps.errors import counted
 from sweeps.reducing.ranges import ranges
 
@@ -116,6 +117,7 @@ def compare(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str] = NAME
 
     `names` are what they are called in words, such as their files.
     """
+    first, second = (one.drop_vars(STATE, errors="ignore") for one in (first, second))
     own = [str(n) for n in first.data_vars]
     others = [str(n) for n in second.data_vars]
     axes, one, two = common_part(first, second, names)

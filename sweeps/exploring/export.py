@@ -18,6 +18,7 @@ import numpy as np
 from sweeps.archive import netcdf as archives
 from sweeps.checks import a_path, check_dataset
 from sweeps.errors import SceneError
+from sweeps.exploring.attributes import of_designs
 from sweeps.exploring.columns import (
     check_one_table,
     chosen_quantities,
@@ -139,7 +140,7 @@ def export(
     dims = dims_of(archive, names)
     shape = [archive.sizes[d] for d in dims]
     columns = columns_of(archive, dims, names)
-    left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
+    left_out = [] if quantities else [n for n in of_designs(archive) if n not in names]
     if path.suffix.lower() == ".xlsx":
         check_rows(math.prod(shape), path)
     written = {_head(n, v) if head_units else n: v for n, v in columns.items()}

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from engine_dyn.types import Integers
 from sweeps.archive.netcdf import open_archive
 from sweeps.checks import a_path
+from sweeps.dimensions import STATE
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.netcdf_files import check_file, opened_archive
 from sweeps.reading.netcdf_files import untrusted as apart_first
@@ -85,7 +86,10 @@ def _opened(path: Path) -> xr.Dataset:
     with opened_archive(path):  # checks it before anything is read
         pass
     try:
-        return open_archive(path)
+        found = open_archive(path)
+        if STATE in found:
+            del found[STATE]  # which only `merge` can read
+        return found
     except MemoryError:
         raise
     except Exception as error:  # attributes that direct xarray may have any type

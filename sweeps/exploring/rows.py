@@ -19,16 +19,19 @@ from sweeps.dimensions import (
     HIGH,
     LOW,
     PARAMETER,
+    REDUCTION,
     SHARE,
     UNCERTAIN,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.exploring.attributes import axes_of, of_designs
 from sweeps.exploring.columns import (
     check_one_table,
     chosen_quantities,
     columns_of,
     dims_of,
     in_words,
+    ranks_of,
     words_for_numbers,
 )
 from sweeps.exploring.nominal import NOMINAL, nominal_places
@@ -127,7 +130,8 @@ def rows(
         orders or directions have a row for each of these.
     sort : str, optional
         A column; the smallest come first, with a hyphen before the name the largest. Designs
-        without a number come last.
+        without a number come last. Unless given, the order is that of the archive; of a reduced
+        archive that of its first search.
     limit : int
         Most rows.
     relative_to : mapping or "nominal", optional
@@ -149,6 +153,8 @@ def rows(
     columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
     uncertain = [n for n in names if n + SHARE in part]
     ends = {} if relative_to is not None else _ends(part, uncertain)
+    if sort is None and quantities is None and REDUCTION in part.attrs:
+        sort = next((name for name in ranks_of(part) if name in columns), None)
     _check_sort(sort, columns | ends)
     found = _first(columns | ends, dims, shape, sort, limit)
     table = {name: found[name] for name in columns}
@@ -179,7 +185,7 @@ def rows(
         bands={n: (found[f"{n} low"], found[f"{n} high"]) for n in uncertain if ends},
         mainly=_mainly(part, uncertain),
         several=several,
-        listed=tuple(d for d in dims if d in DIMENSIONS),
+        listed=tuple(d for d in dims if d in DIMENSIONS or d not in axes_of(part)),
     )
 
 
@@ -232,13 +238,14 @@ def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, .
     """Curves, and other quantities with several numbers for each design by a value to select."""
     curves: list[str] = []
     several: dict[str, tuple[str, ...]] = {}
-    for name, data in part.data_vars.items():
-        over = [str(d) for d in data.dims if d in DIMENSIONS and d not in (PARAMETER, UNCERTAIN)]
+    for name in of_designs(part):
+        dims = part[name].dims
+        over = [str(d) for d in dims if d in DIMENSIONS and d not in (PARAMETER, UNCERTAIN)]
         if CRANK_ANGLE in over:
-            curves.append(str(name))
+            curves.append(name)
         elif over and all(dim in part.coords and part.sizes[dim] for dim in over):
             one = ",".join(f"{dim}={_example(part[dim].values)}" for dim in over)
-            several[one] = (*several.get(one, ()), str(name))
+            several[one] = (*several.get(one, ()), name)
     return tuple(curves), several
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.dimensions import REDUCTION
 from sweeps.figures.lines import (
     COMPUTED,
     COUNTED,
@@ -156,5 +157,6 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
     notes = view.notes(group)
     if len(picked) < size:
         notes.append(f"{len(picked)} of {size} designs shown")
-    title = f"{label.split(HARD_SPACE)[0]}, all designs"
+    which = "designs that were kept" if REDUCTION in view.data.attrs else "all designs"
+    title = f"{label.split(HARD_SPACE)[0]}, {which}"
     return sheet.finish(title, notes, legend=told_apart(entries))

@@ -58,6 +58,11 @@ from sweeps.figures.crank_star import crank_stars, star_names
 from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
 from sweeps.figures.cylinder_deviations import deviation_names, deviations
+from sweeps.figures.distributions import (
+    distribution_names,
+    distributions,
+    statistics_names,
+)
 from sweeps.figures.firing_orders import firing_orders, order_names
 from sweeps.figures.fitted import fitted_names, fitted_speeds
 from sweeps.figures.friction import friction_components, friction_names
@@ -261,6 +266,8 @@ KINDS = (
          "Sobol' indices (engine-dyn sensitivities)", index_names, sensitivities, own_angle=True),
     Kind("uncertainty", "share of each uncertain value in the variance of a result",
          "results with bands (engine-dyn run --uncertainty)", share_names, uncertain_values),
+    Kind("distributions", "histogram of a quantity over all designs, with mean and quantiles",
+         "statistics of [reduce]", distribution_names, distributions),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
     Kind("compared", "two archives in one chart, and their difference in percent",
@@ -299,7 +306,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
     found = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
     special = [kind.name for kind in KINDS if not (kind.general or kind.shared)]
     taken = {name for kind in special for name in found[kind]}
-    beside = uncertainty_names(study.view)
+    beside = uncertainty_names(study.view) | statistics_names(study.view)
     chosen = study.view.options.quantities
     for kind in KINDS:
         if kind.general:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sweeps.dimensions import REDUCTION
 from sweeps.figures.maps import cell_edges, hatch_cells, map_panels
 from sweeps.figures.marks import LOST, LOST_OTHERWISE
 from sweeps.figures.sheet import GREY, NamedFigures
@@ -18,8 +19,8 @@ from sweeps.figures.wording import sentence
 
 def outcome_names(view: View) -> list[str]:
     """The status, where there are two axes and some designs failed."""
-    if not view.has("status") or len(_axes(view)) < 2:
-        return []
+    if not view.has("status") or len(_axes(view)) < 2 or REDUCTION in view.data.attrs:
+        return []  # few of the designs were kept
     return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
 
 

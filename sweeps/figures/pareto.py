@@ -14,13 +14,15 @@ import numpy as np
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats, Integers
-from sweeps.dimensions import NOT_CHOSEN
+from sweeps.dimensions import NOT_CHOSEN, REDUCTION
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import free_scale, x_label, y_label
 from sweeps.figures.searched_front import (
     MOST_POINTS,
     NAMED,
     is_searched,
+    kept_fronts,
+    kept_names,
     number_design,
     searched_fronts,
     searched_names,
@@ -92,11 +94,14 @@ def pareto_names(view: View) -> list[str]:
 
     An axis is taken only when it is asked for: over a grid, the front of what falls along an axis
     is that line again. A list of designs that differ from a nominal one in one parameter each is no
-    choice either, nor is one of designs at several speeds. Of a search it is what was wanted of it.
+    choice either, nor is one of designs at several speeds. Of a search it is what was wanted of it,
+    and so it is of the fronts that [reduce] kept.
     """
     asked = view.options.quantities
     if is_searched(view) and not asked:
         return searched_names(view)
+    if REDUCTION in view.data.attrs and not asked:
+        return kept_names(view)
     if len(asked) != 2:
         if view.nominal or not set(NOT_CHOSEN).isdisjoint(parameters_of(view.data)):
             return []
@@ -131,6 +136,9 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the fronts of pairs that pull against each other, at most a few."""
     if is_searched(study.view) and not study.view.options.quantities:
         yield from searched_fronts(study, names)
+        return
+    if REDUCTION in study.view.data.attrs and not study.view.options.quantities:
+        yield from kept_fronts(study, names)
         return
     drawn = 0
     asked = len(study.view.options.quantities) == 2

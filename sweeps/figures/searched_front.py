@@ -1,4 +1,4 @@
-"""Pareto fronts of searches (`engine-dyn optimise`): what was wanted, under its conditions."""
+"""Pareto fronts of searches (`engine-dyn optimise`), and those that [reduce] kept."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Booleans, Floats, Integers
-from sweeps.dimensions import DESIGN, FOUND, FULFILLING
+from sweeps.dimensions import DESIGN, FOUND, FULFILLING, RANK, REDUCTION
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import free_scale, x_label, y_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
-from sweeps.figures.study import Study, design_text
+from sweeps.figures.study import Study, design_text, parameters_of
 from sweeps.figures.views import View, pick
 from sweeps.figures.wording import middle_of_sentence, name_of
 
@@ -48,8 +48,38 @@ def searched_names(view: View) -> list[str]:
 
 def searched_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw what was found, over each two of the names."""
+    view = study.view
+    found = np.flatnonzero(view.data[FOUND].values == 1)
     for pair in combinations(names, 2):
-        yield f"pareto_{pair[0]}_{pair[1]}", _figure(study.view, pair)
+        yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, _about(view), found)
+
+
+def kept_names(view: View) -> list[str]:
+    """What less or more was wanted of by the fronts that a reduced archive kept."""
+    wanted = [n for _, about in _kept(view) for n in (*about["least"], *about["most"])]
+    return [*dict.fromkeys(wanted)]
+
+
+def kept_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the fronts that a reduced archive kept, over each two of the names."""
+    for number, (found, about) in enumerate(_kept(study.view)):
+        own = [name for name in (*about["least"], *about["most"]) if name in names]
+        for pair in combinations(own, 2):
+            stem = f"pareto_{pair[0]}_{pair[1]}" + (f"_{number + 1}" if number else "")
+            yield stem, _figure(study.view, pair, about, found)
+
+
+def _kept(view: View) -> Iterator[tuple[Integers, dict[str, Any]]]:
+    """Places of the designs of each front that was kept, and what was wanted of it."""
+    if DESIGN not in view.data.dims or RANK not in view.data:
+        return
+    asked = json.loads(view.data.attrs[REDUCTION])
+    over = parameters_of(view.data)
+    for one, ranks in zip(asked["kept"], np.atleast_2d(view.data[RANK].values), strict=True):
+        if one["number"] == 0 and one["found"] > 1:
+            least, most = ([n for n, s in one["wanted"] if s == sign] for sign in (1.0, -1.0))
+            yield np.flatnonzero(ranks), {**asked, **one, "least": least, "most": most,
+                                          "over": over}  # fmt: skip
 
 
 def _about(view: View) -> dict[str, Any]:
@@ -65,17 +95,14 @@ def _worst(view: View, name: str, less: bool) -> Floats:
     return np.asarray(worst.values)
 
 
-def _figure(view: View, pair: Sequence[str]) -> Figure:
-    about = _about(view)
+def _figure(view: View, pair: Sequence[str], about: dict[str, Any], found: Integers) -> Figure:
     values = np.array([_worst(view, name, name in about["least"]) for name in pair])
-    found = np.flatnonzero(view.data[FOUND].values == 1)
     found = found[np.argsort(values[0, found], kind="stable")]
     known = np.isfinite(values).all(axis=0)
-    fulfilling = view.data[FULFILLING].values == 1
     two = len(about["least"]) + len(about["most"]) == 2
     figure, (panel,) = new_sheet(1, 1, 3.6)
     entries: Entries = {}
-    for text, some, colour in _others(known, fulfilling, bool(about["within"])):
+    for text, some, colour in _others(view, known, bool(about["within"])):
         (points,) = panel.plot(
             *values[:, some[:: -(-some.size // MOST_POINTS)]], linestyle="none", marker="o",
             markersize=2.5, color=colour, markeredgewidth=0.0, rasterized=True,
@@ -119,10 +146,11 @@ def title_of_front(view: View, names: Sequence[str]) -> str:
     return f"Pareto front of {first} and {second}"
 
 
-def _others(
-    known: Booleans, fulfilling: Booleans, conditions: bool
-) -> Iterator[tuple[str, Integers, str]]:
+def _others(view: View, known: Booleans, conditions: bool) -> Iterator[tuple[str, Integers, str]]:
     """Designs beside the front: what the legend calls them, their places, and a colour."""
+    if FULFILLING not in view.data:  # none of them were kept
+        return
+    fulfilling = view.data[FULFILLING].values == 1
     if conditions and (known & ~fulfilling).any():
         yield "Designs that fail a condition", np.flatnonzero(known & ~fulfilling), "#e6cfc4"
     if fulfilling.any():

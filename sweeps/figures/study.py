@@ -14,8 +14,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
-from sweeps.dimensions import SEARCHED
+from sweeps.dimensions import REDUCTION, SEARCHED
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
+from sweeps.figures.kept import kept_as_cases, told_kept
 from sweeps.figures.options import Options, check_targets, with_angle_from_zero
 from sweeps.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
@@ -214,7 +215,7 @@ def study_of(
     """Cut what was selected and what has one value, sort the axes, find the families."""
     options = options or Options()
     check_targets(options, data)
-    given, data = data, with_angle_from_zero(data, options)
+    given, data = data, kept_as_cases(with_angle_from_zero(data, options))
     order: dict[Hashable, Any] = {}
     for dim in data.sizes:
         own = data.variables.get(dim)
@@ -235,6 +236,8 @@ def study_of(
     view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
+    if REDUCTION in view.data.attrs:  # the designs that were kept are no families
+        return Study(told_kept(view), given=given)
     if "design" not in view.data.sizes:
         return Study(view, given=None if data is given else given)
     base: list[tuple[str, View]] = []

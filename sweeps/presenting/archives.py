@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,10 +11,12 @@ import numpy as np
 
 from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
+from sweeps.dimensions import REDUCTION, STATE
 from sweeps.errors import counted, one_line, size_text
-from sweeps.exploring.attributes import dims_of_designs
+from sweeps.exploring.attributes import axes_of, count_of_designs, of_designs
 from sweeps.presenting.key_texts import unit_text, with_word
 from sweeps.presenting.readable_units import asked_of_archive, factor
+from sweeps.presenting.reductions import outcomes_of_all, reduction_lines
 from sweeps.presenting.tables import aligned, number_text
 from sweeps.reducing.ranges import ranges
 
@@ -77,12 +78,16 @@ def archive_text(
     counts = outcome_counts(dataset)
     if counts:
         lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
-    told = str(dataset.attrs.get("warnings", "")).splitlines()
-    if told:
-        lines += ["", "warnings", *(f"  {one_line(line, LONGEST_LINE)}" for line in told)]
-    lines += ["", "axes"]
-    for dimension, size in dataset.sizes.items():
-        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension), chosen)}")
+    warned = str(dataset.attrs.get("warnings", "")).splitlines()
+    if warned:
+        lines += ["", "warnings", *(f"  {one_line(line, LONGEST_LINE)}" for line in warned)]
+    if REDUCTION in dataset.attrs:
+        lines += reduction_lines(dataset, chosen)
+    axes = axes_of(dataset)
+    lines += ["", "axes"] if axes else []
+    for dimension in axes:
+        size = dataset.sizes[dimension]
+        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, dimension, chosen)}")
         columns = [
             f"{n}{unit_text(chosen.get(str(n)) or c.attrs.get('units', '1'))}"
             for n, c in dataset.coords.items()
@@ -90,7 +95,9 @@ def archive_text(
         ]
         if columns:
             lines.append(f"    columns that vary along it: {', '.join(columns)}")
-    lines += ["", "quantities", *_quantity_lines(dataset, chosen)]
+    kept = " of the designs that were kept" if REDUCTION in dataset.attrs else ""
+    told = _quantity_lines(dataset, chosen)
+    lines += ["", f"quantities{kept}", *told] if told else []
     told_of_cycles = recorded_cycle_lines(dataset, chosen)
     if told_of_cycles:
         lines += ["", "spread over the recorded cycles", *(f"  {x}" for x in told_of_cycles)]
@@ -109,16 +116,15 @@ def archive_text(
 def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]:
     """Each quantity with its value, or from where to where it goes."""
     rows = []
-    for name, data in dataset.data_vars.items():
+    for name in of_designs(dataset):
+        data = dataset[name]
         over = ", ".join(str(d) for d in data.dims)
         parts = [
             one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
-        rows.append(
-            (str(name), _extent_text(data, chosen.get(str(name))), "; ".join(p for p in parts if p))
-        )
-    lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])]
+        rows.append((name, _extent_text(data, chosen.get(name)), "; ".join(p for p in parts if p)))
+    lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])] if rows else []
     if any(_is_long(data) for data in dataset.data_vars.values()):
         lines.append(
             f"  not read: the ranges of quantities of more than {MOST_READ:,} values; "
@@ -195,6 +201,8 @@ def _told(value: Any) -> str:
 
 def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     """Count the designs of each outcome, in the order of the codes; {} without a status."""
+    if REDUCTION in dataset.attrs:
+        return outcomes_of_all(dataset)
     if "status" not in dataset:
         return {}
     codes = dataset.variables["status"]
@@ -204,7 +212,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
         # A range at a time: counting makes an index of eight bytes out of each code.
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
     found = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
-    return of_all_designs(found, _designs(dataset))
+    return of_all_designs(found, count_of_designs(dataset))
 
 
 def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:
@@ -213,17 +221,15 @@ def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:
     return {name: n * each if each and not rest else n for name, n in counts.items()}
 
 
-def _designs(dataset: xr.Dataset) -> int:
-    return math.prod(dataset.sizes[d] for d in dims_of_designs(dataset))
-
-
 def _size_line(dataset: xr.Dataset, name: str) -> str:
     """How large an archive is, in numbers and on disk, and how it is stored."""
-    numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
-    levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
+    results = [v for name, v in dataset.data_vars.items() if name != STATE]
+    numbers = {str(v.dtype) for v in results if v.dtype.kind == "f"}
+    levels = [v.encoding.get("complevel", 0) for v in results]
+    reduced = " reduced" if REDUCTION in dataset.attrs else ""
     parts = [
-        counted(_designs(dataset), "design"),
-        f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
+        counted(count_of_designs(dataset), "design") + reduced,
+        f"{size_text(sum(v.nbytes for v in results))} of results",
         *sorted(numbers),
         f"compression {max(levels)}" if any(levels) else "not compressed",
         f"{size_text(Path(name).stat().st_size)} on disk",

@@ -21,7 +21,7 @@ from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from sweeps.archive.labels import Labels, Variable, as_stored, describe
 from sweeps.archive.warnings import ATTRIBUTE
-from sweeps.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS
+from sweeps.dimensions import DESIGN, LABELS, PARAMETER, RANK, REDUCTION, STATE, STATUS
 from sweeps.errors import SceneError, counted
 from sweeps.planning.blocks import Block, Results, aligned, index_of
 from sweeps.planning.plan import Plan
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["STATE", "Reduction", "State", "state_in"]
-
-STATE = "reduction_state"
-"""Variable of an archive: what `merge` needs, as a ZIP file of NumPy's arrays."""
 
 _WORDS = {
     "mean": "mean of the {}",
@@ -289,9 +286,12 @@ class Reduction:
             "at_every": self.asked.at_every,
             "over": self.asked.over,
             "indices": {name: one.batches for name, one in self.indices.items()},
+            "left": self.left,
+            "quantities": self.plan.outputs,
+            "statistics": self.asked.statistics,
             "kept": [
                 {
-                    "wanted": one.asked.wanted, "number": one.asked.number,
+                    "asked": str(one.asked), "wanted": one.asked.wanted, "number": one.asked.number,
                     "within": [str(c) for c in one.conditions],
                     "not_counted": one.asked.not_counted, "found": int(one.places.size),
                     "text": one.text(),
@@ -318,6 +318,7 @@ class Reduction:
                     about["units"] = "1"
                 dims = (*self.cells[name], *(("quantile",) if key.startswith("quantile") else ()))
                 variables[f"{name}_{key}"] = Variable(dims, about, data)
+            self._add_histogram(name, variables, coordinates)
         if self.statistics:
             about = {"long_name": "share of the values that are below", "units": "1"}
             coordinates["quantile"] = Variable(("quantile",), about, shares)
@@ -344,6 +345,24 @@ class Reduction:
             for key, texts in ((PARAMETER, keys), (f"{PARAMETER}_long_name", meanings)):
                 about = {"long_name": key.replace("_", " "), "units": "1"}
                 coordinates[key] = Variable((PARAMETER,), about, np.array(texts, dtype=object))
+
+    def _add_histogram(
+        self, name: str, variables: dict[str, Variable], coordinates: dict[str, Variable]
+    ) -> None:
+        """Add how many values of a quantity lie in bins; nothing where there are no values."""
+        edges, counts = self.statistics[name].histogram()
+        if not edges.size:
+            return
+        label = self.labels.variables[name].attributes
+        along = f"{name}_bin"
+        told = "number of values of the {} in each bin".format(label["long_name"])
+        dims = (*self.cells[name], along)
+        variables[f"{name}_histogram"] = Variable(dims, {"long_name": told, "units": "1"}, counts)
+        coordinates[along] = Variable((along,), label, 0.5 * (edges[:-1] + edges[1:]))
+        for ending, data, word in (("low", edges[:-1], "lower"), ("high", edges[1:], "upper")):
+            about = {**label, "long_name": f"{word} end of a bin of the {label['long_name']}"}
+            about.pop("symbol", None)
+            coordinates[f"{along}_{ending}"] = Variable((along,), about, data)
 
     def _add_counts(self, variables: dict[str, Variable], coordinates: dict[str, Variable]) -> None:
         left = tuple(self.left)
@@ -395,7 +414,7 @@ class Reduction:
         self._name_cases(places, coordinates)
         about = {"long_name": "number of the design in the whole scene", "units": "1"}
         coordinates[DESIGN] = Variable((DESIGN,), about, places.astype(np.int64))
-        variables["rank"] = Variable(
+        variables[RANK] = Variable(
             ("search", DESIGN), {"long_name": "rank by each search, 0 for none", "units": "1"}, rank
         )
         texts = np.array([str(one.asked) for one in self.searches], dtype=object)

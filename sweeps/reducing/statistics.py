@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from engine_dyn.accumulation import (
     LIMBS,
+    SMALLEST,
     add_exactly,
     bin_edges,
     bins_of,
@@ -28,6 +29,12 @@ __all__ = ["Statistics"]
 
 FEW_CELLS = 32
 """Cells that have fine bins."""
+
+MOST_BINS = 64
+"""Bins of a histogram for people."""
+
+WIDE = 16.0
+"""Positive values whose largest is so many times the smallest have bins of equal ratio, about."""
 
 AT_ONCE = 1 << 20
 """Values that are added at a time, about."""
@@ -142,6 +149,39 @@ class Statistics:
         shaped = {name: array.reshape(self.shape) for name, array in each.items()}
         shape = (*self.shape, len(quantiles))
         return {**shaped, "quantile": found.reshape(shape), "quantile_error": error.reshape(shape)}
+
+    def histogram(self, most: int = MOST_BINS) -> tuple[Floats, Integers]:
+        """Edges of bins for people, `most` or fewer, and how many values each cell has in them.
+
+        Bins are as wide as a power of two, or, of positive values that span several octaves, parts
+        of octaves: no bin of the statistics lies in two of them, so that the counts are exact.
+        A negative value on an edge is counted below it.
+        """
+        shape = (*self.shape, 0)
+        if not self.bins.size:
+            return np.empty(0), np.empty(shape, np.int64)
+        ends = bin_edges(self.bins, self.bits)
+        low, high = float(self.low.min()), float(self.high.max())
+        if self.bins[0] > 0 and high >= WIDE * low:
+            shift = 0
+            while (self.bins[-1] - 1 >> shift) - (self.bins[0] - 1 >> shift) >= most:
+                shift += 1
+            place = self.bins - 1 >> shift
+            first = int(place[0])
+            edges = bin_edges(1 + (np.arange(first, place[-1] + 2) << shift), self.bits)[0]
+        else:
+            widths = ends[1] - ends[0]
+            width = 2.0 ** math.ceil(
+                math.log2(widths.max(where=np.isfinite(widths), initial=SMALLEST))
+            )
+            while math.floor(high / width) - math.floor(low / width) >= most:
+                width *= 2.0
+            place = np.floor(np.clip(ends[0], low, high) / width).astype(np.int64)
+            first = int(place[0])
+            edges = width * np.arange(first, place[-1] + 2)
+        counts = np.zeros((len(self.low), len(edges) - 1), np.int64)
+        np.add.at(counts.T, place - first, self.counts.T)
+        return edges, counts.reshape(*self.shape, -1)
 
     def _quantiles(self, count: Integers, shares: Floats) -> tuple[Floats, Floats]:
         """Quantiles of each cell, and the most that they can be away."""

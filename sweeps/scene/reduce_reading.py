@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sweeps.checks import names_given
-from sweeps.dimensions import LABELS
+from sweeps.dimensions import LABELS, STATUS
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.scene.model import Scene
 from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
@@ -27,7 +27,8 @@ def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | 
     where = f"{name}: [reduce]"
     _check_beside(scene, where)
     over = scene.dimensions if table.over is None else _axes(table.over, scene, f"{where} over")
-    statistics = scene.quantities if table.statistics is None else tuple(table.statistics)
+    every = tuple(name for name in scene.quantities if name != STATUS)  # outcomes are counted
+    statistics = every if table.statistics is None else tuple(table.statistics)
     for quantity in statistics:
         _check_known(quantity, scene.quantities, f"{where} statistics")
     quantiles = tuple(sorted(set(table.quantiles)))

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE
+from sweeps.dimensions import EXPLAINED, HIGH, LOW, REDUCTION, SHARE
 from sweeps.errors import SceneError, one_line
+from sweeps.exploring.attributes import members_of
 from sweeps.exploring.columns import columns_of
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.archives import recorded_cycle_lines
 from sweeps.presenting.readable_units import converted
-from sweeps.presenting.report.html import details, listed, paragraph, table
+from sweeps.presenting.reductions import counts_within, searches, statistics_table
+from sweeps.presenting.report.html import details, listed, paragraph, table, text
 from sweeps.presenting.report.shaft_results import shaft_results
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
 from sweeps.presenting.tables import OF_BANDS, meaning, number_cells, number_text
@@ -40,7 +42,7 @@ FEW_SAME = 5
 
 def results(archive: xr.Dataset, choices: Choices) -> str:
     """Designs as a table; of many the smallest and largest numbers and where they are."""
-    parts = []
+    parts = _reduced(archive, choices) if REDUCTION in archive.attrs else []
     archive = archive.drop_vars([n for n, v in archive.data_vars.items() if not v.size])
     try:
         found = rows(archive, limit=MOST_ROWS)
@@ -48,14 +50,16 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
         found = None
     if found is not None and found.designs <= MOST_ROWS:
         parts.append(_rows_table(found, choices))
-    extremes = list(_extremes(archive, choices)) if found is None or found.designs > 1 else []
+    several = found is None or found.designs > 1
+    extremes = [*_extremes(archive, choices)] if several and REDUCTION not in archive.attrs else []
     if extremes:
         head = ("quantity", "unit", "smallest", "at", "largest", "at")
         parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
     if found is not None and found.designs > MOST_ROWS:
-        order = "delta" if "delta" in found.table else None
+        order = "delta" if "delta" in found.table and REDUCTION not in archive.attrs else None
         first = rows(archive, limit=FIRST_ROWS, sort=order)
         which = "with the smallest delta" if order else "in the order of the archive"
+        which = "that the first search found best" if REDUCTION in archive.attrs else which
         parts += [f"<h3>{FIRST_ROWS} of {found.designs:,} designs, those {which}</h3>",
                   _rows_table(first, choices)]  # fmt: skip
     told = recorded_cycle_lines(archive)
@@ -63,6 +67,24 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
     parts.append(shaft_results(archive))
     return "".join(parts) or paragraph("No quantity has one number per design.")
+
+
+def _reduced(archive: xr.Dataset, choices: Choices) -> list[str]:
+    """What was found of all designs: statistics, counts within limits, searches."""
+    parts = []
+    heads, lines = statistics_table(archive, choices)
+    if lines:
+        left = ", ".join(members_of(archive, REDUCTION).get("left", []))
+        along = f", from where to where along {left}" if left else ""
+        parts += [f"<h3>Statistics of all designs{text(along)}</h3>",
+                  table(heads, lines, range(2, len(heads)))]  # fmt: skip
+    within = [(condition, f"{n:,}") for condition, n in counts_within(archive)]
+    if within:
+        parts += ["<h3>Designs within limits</h3>", table(("condition", "designs"), within, (1,))]
+    found = searches(archive)
+    if found:
+        parts += ["<h3>Searches</h3>", table(("searched for", "found"), found)]
+    return parts
 
 
 def _rows_table(found: Rows, choices: Choices) -> str:

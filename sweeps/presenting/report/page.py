@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.archive.netcdf import replaced
 from sweeps.errors import SceneError, one_line, size_text
+from sweeps.exploring.attributes import of_designs
 from sweeps.presenting.report.embedding import Embedded, choices_of, embedded
 from sweeps.presenting.report.html import listed, paragraph, text
 from sweeps.presenting.report.key_figures import key_figures, paths, starting_places
@@ -112,6 +113,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
             "tables and program of this report need this much"
         )
+    archive = archive[of_designs(archive)]  # of a reduced archive, those that it kept
     template = Template(_resource("page.html"))
     while True:
         found = embedded(archive, choices, room)

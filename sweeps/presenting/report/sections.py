@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +10,15 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.dimensions import REDUCTION
 from sweeps.errors import one_line
-from sweeps.exploring.attributes import dims_of_designs, members_of
+from sweeps.exploring.attributes import (
+    axes_of,
+    count_of_designs,
+    dims_of_designs,
+    members_of,
+    of_designs,
+)
 from sweeps.presenting.archives import outcome_counts
 from sweeps.presenting.key_texts import with_word
 from sweeps.presenting.readable_units import converted
@@ -84,9 +90,10 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     if names:
         facts.append(("arrangement", ", ".join(dict.fromkeys(names))))
     varying = dims_of_designs(archive)
-    designs = math.prod(archive.sizes[d] for d in varying)
     over = f", over {', '.join(varying)}" if varying else ""
-    facts.append(("designs", f"{designs:,}{over}"))
+    if REDUCTION in archive.attrs:
+        over = " together, of which some are kept" if of_designs(archive) else " together"
+    facts.append(("designs", f"{count_of_designs(archive):,}{over}"))
     solver = members_of(archive, "solver")
     if solver:
         said = "; ".join(
@@ -105,21 +112,24 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     if made:
         facts.append(("computed", made[-1].replace(": ", ", ", 1)))
     parts = [table(("", ""), facts)]
-    axes = [_axis_row(archive, str(d), choices) for d in archive.sizes]
-    parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
+    dims = axes_of(archive)
+    axes = [_axis_row(archive, d, choices) for d in dims]
+    if axes:
+        parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
     columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
-               if c.ndim == 1 and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
+               if c.ndim == 1 and c.dims[0] in dims
+               and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
     if columns:
         head = ("column", "meaning", "along", "values")
         parts.append(details("Columns of designs", table(head, columns)))
     quantities = [
         (name, _unit(v, choices.get(str(name))), _meaning(v),
          ", ".join(map(str, v.dims)) or "one number", v.attrs.get("references", ""))
-        for name, v in archive.data_vars.items()
+        for name, v in archive[of_designs(archive)].data_vars.items()
     ]  # fmt: skip
     shown = table(("quantity", "unit", "meaning", "over", "source"), quantities)
     count = f"{len(quantities)} quantities" if len(quantities) != 1 else "1 quantity"
-    return "".join([*parts, details(count, shown)])
+    return "".join([*parts, details(count, shown) if quantities else ""])
 
 
 def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
@@ -209,6 +219,8 @@ def outcomes(archive: xr.Dataset, choices: Choices) -> str:
     failed = sum(n for name, n in counts.items() if not has_numbers(MEANINGS.index(name)))
     if not failed:
         return "".join([*parts, paragraph("Every design has a result.")])
+    if REDUCTION in archive.attrs:
+        return "".join([*parts, paragraph("Which designs failed is not in a reduced archive.")])
     found = failures(archive, choices)
     parts += [
         "<h3>Where designs failed</h3>",
@@ -257,7 +269,7 @@ def limited(archive: xr.Dataset, choices: Choices) -> str:
     """Limits of the model that apply to what was computed."""
     methods = members_of(archive, "solver").get("method")
     found = model_limits(
-        (str(n) for n in archive.data_vars),
+        members_of(archive, REDUCTION).get("quantities", [str(n) for n in archive.data_vars]),
         two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
         methods=map(str, methods) if isinstance(methods, list) else (),
     )
@@ -269,7 +281,7 @@ def limited(archive: xr.Dataset, choices: Choices) -> str:
 TOLD_ELSEWHERE = frozenset(
     {"title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
      "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
-     "solver"}
+     "solver", REDUCTION}
 )  # fmt: skip
 
 
