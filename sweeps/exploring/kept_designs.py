@@ -56,7 +56,8 @@ def kept_for(
             raise SceneError(kept["text"])
         return _designs(archive, number), "" if asked > within else kept["text"]
     name = "front" if front else "best"
-    told = "; ".join(_told(kept, about["at_every"]) for kept in about["kept"]) or "no designs"
+    everywhere = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
+    told = "; ".join(kept["asked"] + everywhere for kept in about["kept"]) or "no designs"
     raise SceneError(
         f"{name}: the archive was reduced, and kept {told}; another search needs a run whose "
         "[reduce] asks for it"
@@ -69,14 +70,3 @@ def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
     results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != "rank"]
     found = archive[results].isel({DESIGN: places})
     return found.drop_vars("search", errors="ignore")
-
-
-def _told(kept: dict[str, object], at_every: Sequence[str]) -> str:
-    """One search in words."""
-    pairs: list[tuple[str, float]] = kept["wanted"]  # type: ignore[assignment]
-    within: list[str] = kept["within"]  # type: ignore[assignment]
-    number = kept["number"]
-    names = " and ".join(f"{'least' if sign > 0 else 'most'} {name}" for name, sign in pairs)
-    words = f"the {number} best by {names}" if number else f"the front of {names}"
-    words += f" within {' and '.join(within)}" if within else ""
-    return words + (f" at every {' and '.join(at_every)}" if at_every else "")

@@ -79,10 +79,13 @@ class Reduction:
             self.origin[piece["axis"]] = int(piece["first"])
         self.left = [d for d in self.sizes if d not in asked.over]
         example = self._designs(plan, {}, {})
-        self.searches = [Search(one, example, asked.at_every, self.sizes) for one in asked.kept]
-        self.conditions = conditions_of(list(asked.within), units_of(example))
-        for condition in self.conditions:
-            check_name(example, condition.name)
+        try:
+            self.searches = [Search(one, example, asked.at_every, self.sizes) for one in asked.kept]
+            self.conditions = conditions_of(list(asked.within), units_of(example))
+            for condition in self.conditions:
+                check_name(example, condition.name)
+        except SceneError as error:
+            raise SceneError(f"{plan.name}: [reduce]: {error}") from None
         self.cells = {
             name: [d for d in self.left if d in plan.dims(name)] for name in asked.statistics
         }
@@ -423,9 +426,9 @@ class Reduction:
     def _name_cases(self, places: npt.NDArray[Any], coordinates: dict[str, Variable]) -> None:
         """Add the names that a table gives its designs."""
         names = (self.plan.whole or self.plan).scene.labels.get(LABELS[0])
-        if names is None:
-            return
         own = [d for d in self.sizes if d not in self.asked.at_every]
+        if names is None or DESIGN not in own:
+            return
         at = np.unravel_index(places.astype(int), [self.sizes[d] for d in own])[own.index(DESIGN)]
         about = {"long_name": "name of the design", "units": "1"}
         texts = np.array(names, dtype=object)[at]

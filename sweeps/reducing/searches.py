@@ -54,8 +54,8 @@ class Search:
         for axis in self.own:
             if axis not in self.whole.own:
                 raise SceneError(
-                    f"[reduce] {asked}: nothing in it depends on {axis}; {axis} must be among "
-                    "at_every, or in a condition"
+                    f"{asked}: nothing in it depends on {axis}; {axis} must be among at_every, or "
+                    "in a condition"
                 )
         self.sizes = [sizes[d] for d in self.own]
         self.whole.sizes = {d: sizes[d] for d in self.whole.sizes}
@@ -75,9 +75,11 @@ class Search:
         """Add a block of designs, which begins at these places of the whole scene's axes."""
         search = self._judge(designs)
         for part, judged in search.judged():
-            good = np.nonzero(judged.fulfilling)
+            found = np.flatnonzero(judged.fulfilling)
+            shape = judged.fulfilling.shape
+            good = np.unravel_index(found, shape) if shape else ()
             at = {d: i + s.start for d, i, s in zip(search.own, good, part, strict=True)}
-            values = judged.worst[:, judged.fulfilling]
+            values = judged.worst.reshape(len(judged.worst), -1)[:, found]
             wanted = self._unbeaten(values)
             at = {d: i[wanted] for d, i in at.items()}
             inside = [at[d] + begin.get(d, 0) for d in self.own]

@@ -27,15 +27,20 @@ class BestTable(Strict):
     """The best designs, as [[reduce.best]] asks for them."""
 
     least: str | None = Field(
-        default=None, description="a quantity or axis of which less is better"
+        default=None, description="a string: what shall be small, a quantity or axis"
     )
-    most: str | None = Field(default=None, description="a quantity or axis of which more is better")
-    number: int = Field(default=10, description="how many designs are kept", ge=1, le=MOST_KEPT)
+    most: str | None = Field(
+        default=None, description="a string: what shall be large, a quantity or axis"
+    )
+    number: int = Field(
+        default=10, description=f"a whole number from 1 to {MOST_KEPT}: how many are kept", ge=1,
+        le=MOST_KEPT,
+    )  # fmt: skip
     within: str | list[str] = Field(
-        default=[], description="conditions such as 'delta <= 1/150', all of which must hold"
+        default=[], description="a list of conditions such as 'delta <= 1/150', which must hold"
     )
     not_counted: str | list[str] = Field(
-        default=[], description="outcomes of points that are left out; only with at_every"
+        default=[], description="a list of outcomes that are left out; only with at_every"
     )
 
 
@@ -43,12 +48,12 @@ class FrontTable(Strict):
     """A Pareto front, as [[reduce.front]] asks for it."""
 
     of: list[str] = Field(
-        description="two or three quantities or axes of which less is better", min_length=2,
+        description="a list of two or three quantities or axes that shall be small", min_length=2,
         max_length=3,
     )  # fmt: skip
-    most: str | list[str] = Field(default=[], description="those of which more is better")
-    within: str | list[str] = Field(default=[], description="conditions, as in [[reduce.best]]")
-    not_counted: str | list[str] = Field(default=[], description="as in [[reduce.best]]")
+    most: str | list[str] = Field(default=[], description="a list of those that shall be large")
+    within: str | list[str] = Field(default=[], description="a list, as in [[reduce.best]]")
+    not_counted: str | list[str] = Field(default=[], description="a list, as in [[reduce.best]]")
 
 
 class ReduceTable(Strict):
@@ -56,26 +61,33 @@ class ReduceTable(Strict):
 
     statistics: list[str] | None = Field(
         default=None,
-        description="quantities whose mean, deviation and quantiles are wanted; all unless given",
+        description="a list of quantities whose mean, deviation and quantiles are wanted",
     )
     over: str | list[str] | None = Field(
-        default=None, description="axes over which statistics and counts go; all unless given"
+        default=None, description="a list of axes over which statistics and counts go"
     )
     quantiles: list[float] = Field(
-        default=list(QUANTILES), description="numbers between 0 and 1", min_length=1, max_length=99
+        default=list(QUANTILES),
+        description="a list of numbers between 0 and 1",
+        min_length=1,
+        max_length=99,
     )
     within: str | list[str] = Field(
-        default=[], description="conditions such as 'delta <= 1/150', whose designs are counted"
+        default=[], description="a list of conditions such as 'delta <= 1/150', which are counted"
     )
     at_every: str | list[str] = Field(
         default=[],
-        description="axes at all values of which conditions must hold, and the worst value counts",
+        description="a list of axes at all values of which designs are judged",
     )
     best: list[BestTable] = Field(
-        default=[], description="[[reduce.best]]: the best designs", max_length=MOST_SEARCHES
+        default=[],
+        description="a list of tables [[reduce.best]]: the best designs",
+        max_length=MOST_SEARCHES,
     )
     front: list[FrontTable] = Field(
-        default=[], description="[[reduce.front]]: Pareto fronts", max_length=MOST_SEARCHES
+        default=[],
+        description="a list of tables [[reduce.front]]: Pareto fronts",
+        max_length=MOST_SEARCHES,
     )
 
 

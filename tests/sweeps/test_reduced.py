@@ -347,10 +347,11 @@ def test_a_billion_designs_are_planned_in_no_time() -> None:
         ({"best": [{"least": "delta", "most": "delta"}]}, "needs either least or most"),
         ({"best": [{"least": "omega"}]}, "best 1: 'omega': not in the scene"),
         ({"best": [{"least": "delta", "number": 0}]}, "number = 0"),
-        ({"front": [{"of": ["delta"]}]}, "must be two or three"),
+        ({"front": [{"of": ["delta"]}]}, "must be a list of two or three"),
         ({"front": [{"of": ["delta", "delta"]}]}, "names must differ"),
         ({"best": [{"least": "delta", "within": "delta < few"}]}, "delta"),
-        ({"within": "omega <= 3"}, "'omega': not in the archive"),
+        ({"within": "omega <= 3"}, "scene: [reduce]: 'omega': not in the archive"),
+        ({"best": 3}, "best = 3: must be a list of tables [[reduce.best]]"),
         ({"at_every": "speed"}, "at_every: 'speed': not in the scene"),
         ({"best": [{"least": "delta", "not_counted": "stalled"}]}, "only used with at_every"),
         ({"bset": []}, "bset: unknown key"),
@@ -362,6 +363,13 @@ def test_bad_input_is_told_in_one_line(asked: dict[str, Any], said: str) -> None
         sweeps.run(**SAMPLE, reduce=asked)
     assert said in str(told.value)
     assert "\n" not in str(told.value)
+
+
+def test_one_design_at_every_point() -> None:
+    axes = [*GRID["axes"]]
+    found = sweeps.run(**GRID, reduce={"at_every": axes, "best": [{"least": "delta"}]})
+    assert found.delta.shape == (1, 17, 2, 3, 9)
+    np.testing.assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
 
 
 def test_a_search_needs_all_axes() -> None:
