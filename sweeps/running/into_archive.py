@@ -36,6 +36,7 @@ from sweeps.archive.provenance import (
     identity,
     kind_differences,
     machine_kind,
+    machine_text,
 )
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.errors import (
@@ -259,9 +260,10 @@ class _Run:
     @cached_property
     def labels(self) -> Labels:
         """Labels of the archive, without the seconds that computing took."""
+        card = "" if self.options.device == "cpu" else f"{machine_text()}, {self.options.device}"
         return describe(
             self.plan, command=self.options.command, single=self.options.single,
-            machine="" if self.workers is None else self.workers.text,
+            machine=card if self.workers is None else self.workers.text,
             full_paths=self.options.full_paths,
         )  # fmt: skip
 
@@ -404,11 +406,10 @@ class _ReducedRun(_Run):
     """A run whose blocks are reductions of units: see `sweeps.running.reduced`."""
 
     def _units(self, lengths: Mapping[str, int]) -> Units:
-        options = self.options
+        given = self.options
         return Units(
-            self.plan, lengths, labels=self.labels, threads=options.threads,
-            device=options.device, progress=options.progress,
-        )  # fmt: skip
+            self.plan, lengths, labels=self.labels, threads=given.threads, device=given.device,
+            progress=given.progress)  # fmt: skip
 
     def _count(self, lengths: Mapping[str, int]) -> int:
         return len(self._units(lengths))
