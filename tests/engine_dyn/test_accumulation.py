@@ -16,8 +16,6 @@ from engine_dyn.accumulation import (
 )
 from engine_dyn.types import Floats
 
-pytestmark = pytest.mark.compiled
-
 
 def hard_numbers() -> Floats:
     """Numbers of all magnitudes and signs, that cancel, and some that are none."""
