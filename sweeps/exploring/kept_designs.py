@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.checks import names_given
-from sweeps.dimensions import DESIGN, REDUCTION
+from sweeps.dimensions import DESIGN, RANK, REDUCTION
 from sweeps.errors import SceneError
 from sweeps.scene.conditions import Constraint
 
@@ -66,7 +66,7 @@ def kept_for(
 
 def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
     """Designs that a search kept, and their results alone."""
-    places = np.flatnonzero(archive["rank"].values[number])
-    results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != "rank"]
+    places = np.flatnonzero(archive[RANK].values[number])
+    results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != RANK]
     found = archive[results].isel({DESIGN: places})
     return found.drop_vars("search", errors="ignore")

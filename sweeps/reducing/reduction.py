@@ -69,10 +69,10 @@ class Reduction:
         assert asked is not None
         self.plan, self.asked = plan, asked
         self.labels = describe(plan) if labels is None else labels
-        whole = plan.whole or plan
-        self.sizes = {d: whole.sizes[d] for d in whole.scene.dimensions}
+        self.whole = plan.whole or plan
+        self.sizes = {d: self.whole.sizes[d] for d in self.whole.scene.dimensions}
         if DESIGN in self.sizes:
-            self.sizes[DESIGN] *= len(whole.portions)
+            self.sizes[DESIGN] *= len(self.whole.portions)
         self.origin: dict[str, int] = {}
         if plan.piece:
             piece = json.loads(plan.piece)
@@ -113,7 +113,7 @@ class Reduction:
         """
         begin = {d: self.origin.get(d, 0) + (block[d].start if d in block else 0)
                  for d in self.sizes}  # fmt: skip
-        if DESIGN in begin and len((self.plan.whole or self.plan).portions) > 1:
+        if DESIGN in begin and len(self.whole.portions) > 1:
             begin[DESIGN] = first + (block[DESIGN].start if DESIGN in block else 0)
         stored = as_stored(self.labels, results)
         designs = self._designs(plan, block, stored)
@@ -225,9 +225,8 @@ class Reduction:
 
         variables: dict[str, Variable] = {}
         coordinates: dict[str, Variable] = {}
-        whole = (self.plan.whole or self.plan).scene
         for name in {*self.left, *self.asked.at_every}:
-            values = whole.axes[name]
+            values = self.whole.scene.axes[name]
             about = self.labels.coordinates
             words = about.get(f"{name}_name")
             if isinstance(values, tuple):
@@ -410,7 +409,7 @@ class Reduction:
             if known is None:
                 target, words = coordinates, self.labels.coordinates.get(f"{name}_name")
             if words is not None:
-                texts = np.array((self.plan.whole or self.plan).scene.axes[name], dtype=object)
+                texts = np.array(self.whole.scene.axes[name], dtype=object)
                 about = {**words.attributes}
                 coordinates[f"{name}_name"] = Variable(dims, about, texts[values.astype(int)])
             target[name] = Variable(dims, self._about(name), values)
@@ -425,7 +424,7 @@ class Reduction:
 
     def _name_cases(self, places: npt.NDArray[Any], coordinates: dict[str, Variable]) -> None:
         """Add the names that a table gives its designs."""
-        names = (self.plan.whole or self.plan).scene.labels.get(LABELS[0])
+        names = self.whole.scene.labels.get(LABELS[0])
         own = [d for d in self.sizes if d not in self.asked.at_every]
         if names is None or DESIGN not in own:
             return

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
-from engine_dyn.pressure.diagram import diagram_from_points
-from engine_dyn.pressure.family import Family, family_from_diagrams
+from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.mechanisms import BATCH, counted
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
-from oracle.designs import table
-from tests.support.held_out import BAR, design_of
+from tests.support.sampled_designs import sampled_designs, three_loads
 
 pytestmark = pytest.mark.compiled
 
@@ -27,27 +25,12 @@ FINE = {"general": True, "finer": 2, "tolerance": 1e-8}
 
 @pytest.fixture(scope="module")
 def family() -> Family:
-    degrees, bar = table(design_of("alpha 1, constant, 1 cyl, power_mean").pressure)
-    return family_from_diagrams(
-        [10.0, 11.0, 13.0],
-        [diagram_from_points(np.radians(degrees), f * bar * BAR) for f in (0.9, 1.0, 1.3)],
-    )
+    return three_loads()
 
 
 def designs(family: Family, cylinders: int) -> Inputs:
     """Designs that have no table in common."""
-    random = np.random.default_rng(11)
-    ratio = random.uniform(0.02, 0.6, COUNT)
-    row = random.uniform(0.0, family.row_count - 1.0, COUNT)
-    lever = 0.25 * np.pi * 0.1**2 * 0.05
-    return {
-        "family": family, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
-        "scale": random.uniform(0.8, 1.2, COUNT), "double_radius": 0.1, "friction_torque": 0.0,
-        "crankcase_pressure": random.uniform(0.0, 1.2e5, COUNT), "offset": 0.0,
-        "mass": random.uniform(0.3, 1.0, COUNT), "speed": random.uniform(150.0, 400.0, COUNT),
-        "inertia": cylinders * random.uniform(0.6, 3.0, COUNT), "exponent": 1.6,
-        "mean_torque": 0.8 * cylinders * lever * mean_gas_torque(ratio, row, family),
-    }  # fmt: skip
+    return sampled_designs(family, COUNT, cylinders, seed=11, largest_ratio=0.6, exponent=1.6)
 
 
 def with_one_table(inputs: Inputs) -> Inputs:

@@ -11,14 +11,10 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
-from engine_dyn.pressure.diagram import diagram_from_points
-from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.mechanisms import counted
-from oracle.designs import table
 from oracle.solution import CYCLE
-from tests.support.held_out import BAR, design_of
+from tests.support.sampled_designs import sampled_designs, three_loads
 
 WANTED = (
     "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor", "iterations",
@@ -26,29 +22,11 @@ WANTED = (
 EXPONENTS = (0.0, 1.0, 2.0, 1.7, 3.0)
 
 
-def family() -> Family:
-    degrees, bar = table(design_of("alpha 1, constant, 1 cyl, power_mean").pressure)
-    factors = (0.9, 1.0, 1.3)
-    return family_from_diagrams(
-        [10.0, 11.0, 13.0],
-        [diagram_from_points(np.radians(degrees), f * bar * BAR) for f in factors],
-    )
-
-
 def designs(count: int, cylinders: Any = 1, seed: int = 1) -> dict[str, Any]:
-    random, diagrams = np.random.default_rng(seed), family()
-    ratio = random.uniform(0.02, 0.55, count)
-    row = random.uniform(0.0, diagrams.row_count - 1.0, count)
-    lever = 0.25 * np.pi * 0.1**2 * 0.05
-    return {
-        "family": diagrams, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
-        "scale": random.uniform(0.8, 1.2, count), "double_radius": 0.1, "friction_torque": 0.0,
-        "crankcase_pressure": random.uniform(0.0, 1.2e5, count), "offset": 0.0,
-        "mass": random.uniform(0.3, 1.0, count), "speed": random.uniform(150.0, 400.0, count),
-        "inertia": cylinders * random.uniform(0.6, 3.0, count),
-        "exponent": np.resize(EXPONENTS, count),
-        "mean_torque": 0.8 * cylinders * lever * mean_gas_torque(ratio, row, diagrams),
-    }  # fmt: skip
+    return sampled_designs(
+        three_loads(), count, cylinders, seed=seed, largest_ratio=0.55,
+        exponent=np.resize(EXPONENTS, count),
+    )  # fmt: skip
 
 
 def cases() -> dict[str, dict[str, Any]]:
