@@ -163,7 +163,7 @@ def _table_torque(omega: float, table: Floats) -> tuple[float, float]:
     Iterates may leave a table, so it is continued by straight lines; a solution there is refused.
     """
     speeds, torques, slopes = table[0], table[1], table[2]
-    last = speeds.size - 1
+    last = len(speeds) - 1
     if omega <= speeds[0]:
         return torques[0] + slopes[0] * (omega - speeds[0]), slopes[0]
     if omega >= speeds[last]:
@@ -249,9 +249,9 @@ def slope_of(law: Law) -> tuple[float, bool]:
 def covers(high: float, low: float, form: Form) -> bool:
     """Whether a law is known from the speed `low` to the speed `high` [rad/s] of its shaft."""
     speeds = form.table[0]
-    if speeds.size == 0:
+    if len(speeds) == 0:
         return True
-    return bool(speeds[0] <= low * ROUNDED and high <= speeds[speeds.size - 1] * ROUNDED)
+    return bool(speeds[0] <= low * ROUNDED and high <= speeds[len(speeds) - 1] * ROUNDED)
 
 
 def slope_and_sign(

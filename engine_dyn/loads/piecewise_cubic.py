@@ -19,7 +19,7 @@ def piece_at(
 
     docs/method.md (43). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
     """
-    low, high = 0, points.size - 1
+    low, high = 0, len(points) - 1
     while high - low > 1:
         middle = (low + high) // 2
         if points[middle] <= place:

@@ -34,6 +34,7 @@ from engine_dyn import status
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.given_numbers import given_array
+from engine_dyn.plain_arrays import plain
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.file_fields import documented
@@ -54,6 +55,7 @@ from engine_dyn.pressure.first_law_kernel import (
     WOSCHNI_PISTON,
     Case,
     integrate,
+    new_memory,
 )
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
@@ -387,12 +389,13 @@ def tabulate(
     good = np.flatnonzero(~bad)
     if good.size:
         cases = _cases(kind, columns, wall)
-        sine, cosine = np.sin(angle), np.cos(angle)
+        angles = plain(angle), plain(np.sin(angle)), plain(np.cos(angle))
+        tables = plain(pressure), plain(slope), plain(summary), plain(outcome)
 
         def work(begin: int, end: int) -> None:
             integrate(
-                cases, good[begin:end], kind.period, angle, sine, cosine, pressure, slope, summary,
-                outcome,
+                plain(cases), plain(good[begin:end]), kind.period, *angles, *tables,
+                plain(new_memory()),
             )  # fmt: skip
 
         on_threads(good.size, work, threads)

@@ -50,11 +50,15 @@ __all__ = [
     "WOSCHNI_PISTON",
     "Case",
     "integrate",
+    "new_memory",
     "smooth_step",
 ]
 
 
 ADIABATIC, POLYTROPIC, WOSCHNI = range(3)
+
+MOST_BREAKS = 32
+"""Angles at which intervals have to end, at most."""
 
 HOTTEST = 4000.0
 """Beyond this temperature [K] nothing supports a gamma that falls with a straight line."""
@@ -309,18 +313,19 @@ def take_closed_points(phi: float, h: float, gas: Gas, case: Case, points: Point
 
 @inlined
 def take_closed_rates(
-    fired: bool, two: bool, gas: Gas, case: Case, points: Points, solution: Solution
+    burning: float, two: bool, gas: Gas, case: Case, points: Points, solution: Solution
 ) -> tuple[float, float]:
     """Rates of the entropy and their derivatives; work and loss over the width of the interval.
 
-    Not `fired` is the motored engine. With `two`, the loss depends on its pressure too.
+    `burning` is 1, or 0 of the motored engine; with a truth in its place the compiler makes a
+    function for each. With `two`, the loss depends on the motored engine's pressure too.
     """
     work, loss = 0.0, 0.0
     for i in range(POINTS):
         y, volume = solution.values[i], points.volume[i]
         temperature, share = state(y, points.logarithm[i], gas, case)
         pressure = gas.mass * temperature / volume
-        heat = points.heat[i] if fired else 0.0
+        heat = burning * points.heat[i]
         factor = gas.total / (gas.mass * temperature)
         lost, rising = 0.0, 0.0
         if case.wall == POLYTROPIC:
@@ -333,7 +338,7 @@ def take_closed_rates(
             power = 0.25 * math.log(temperature / case.charge_temperature)
             power -= 0.8 * points.logarithm[i]
             more = 0.25
-            if two and fired:
+            if two and burning > 0.0:
                 above = WOSCHNI_COMBUSTION * max(pressure - points.lower[i], 0.0) / gas.mass
                 wind = 1.0 + above / case.piston_wind
                 power += 0.8 * math.log(wind)
@@ -344,7 +349,7 @@ def take_closed_rates(
             transfer = gas.transfer * area * exp(power)
             lost = transfer * (temperature - case.wall_temperature)
             rising = share * (more * lost + transfer * temperature)
-        if not fired:
+        if burning == 0.0:
             points.lower[i] = pressure
         solution.rates[i] = factor * (heat - lost)
         solution.slopes[i] = -share * solution.rates[i] - factor * rising
@@ -355,14 +360,14 @@ def take_closed_rates(
 
 @inlined
 def follow_closed(
-    h: float, y: float, rate: float, fired: bool, two: bool, gas: Gas, case: Case, points: Points,
-    solution: Solution,
+    h: float, y: float, rate: float, burning: float, two: bool, gas: Gas, case: Case,
+    points: Points, solution: Solution,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Entropy at the end of an interval; work of the gas and loss to the walls over it."""
     guess(solution, y, rate, h)
     end, work, loss = y, 0.0, 0.0
     for _ in range(MOST_IMPROVEMENTS):
-        work, loss = take_closed_rates(fired, two, gas, case, points, solution)
+        work, loss = take_closed_rates(burning, two, gas, case, points, solution)
         end, change = improve(solution, y, h)
         if change < NEAR:
             break
@@ -487,7 +492,7 @@ def closed_part(
     breaks: Floats,
 ) -> tuple[float, Blown]:
     """Follow the closed cylinder, from its `trapped` pressure to that when the exhaust opens."""
-    count, opening = angle.size, case.opening
+    count, opening = len(angle), case.opening
     breaking = closed_breaks(case, breaks)
     phi = case.closing
     volume, _ = geometry(math.sin(phi), math.cos(phi), case)
@@ -515,10 +520,10 @@ def closed_part(
         take_closed_points(phi, h, gas, case, points)
         if two:
             y_motored, _, _ = follow_closed(
-                h, y_motored, rate_motored, False, True, gas, case, points, motored
+                h, y_motored, rate_motored, 0.0, two, gas, case, points, motored
             )
             rate_motored = motored.rates[POINTS - 1]
-        end, gained, lost = follow_closed(h, y, rate, True, two, gas, case, points, fired)
+        end, gained, lost = follow_closed(h, y, rate, 1.0, two, gas, case, points, fired)
         work, loss = work + gained, loss + lost
         middle = fit(fired, y, h)
         y, rate = end, fired.rates[POINTS - 1]
@@ -620,7 +625,7 @@ def open_part(
     breaks: Floats,
 ) -> float:
     """Follow the open cylinder from an angle on; its pressure when it has closed."""
-    count, end = angle.size, case.closing + period
+    count, end = len(angle), case.closing + period
     middle = 0.5 * (case.opening + end)
     breaking = open_breaks(case, period, breaks)
     following = int(math.ceil((phi - angle[0]) / step - 1e-9))
@@ -677,7 +682,7 @@ def follow(
     breaks: Floats,
 ) -> int:
     """Follow a cycle until it repeats; its outcome."""
-    step = period / angle.size
+    step = period / len(angle)
     start = math.inf
     if case.heat > 0.0 and case.share > 0.0:
         start = case.start
@@ -720,48 +725,32 @@ def _case_of(r: Floats) -> Case:
     )  # fmt: skip
 
 
-@inlined
-def _solution_of(memory: Floats) -> Solution:
-    n = POINTS
-    return Solution(
-        memory[0:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
-        memory[4 * n : 5 * n], memory[5 * n : 6 * n],
-    )  # fmt: skip
-
-
-@inlined
-def _points_of(memory: Floats) -> Points:
-    n = POINTS
-    return Points(
-        memory[0:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
-        memory[4 * n : 5 * n], memory[5 * n : 6 * n],
-    )  # fmt: skip
-
-
 @kernel
 def integrate(
-    cases: Floats,
-    rows: Integers,
-    period: float,
-    angle: Floats,
-    sine: Floats,
-    cosine: Floats,
-    pressures: Floats,
-    slopes: Floats,
-    summary: Floats,
-    outcome: Integers,
-) -> None:
-    """Fill in the rows `rows` of the tables; `sine` and `cosine` are those of `angle`."""
-    breaks = np.zeros(32)
-    points, fired, motored = np.zeros(96), np.zeros(96), np.zeros(96)
-    for index in range(rows.size):
+    cases: Floats, rows: Integers, period: float, angle: Floats, sine: Floats, cosine: Floats,
+    pressures: Floats, slopes: Floats, summary: Floats, outcome: Integers, memory: Floats,
+) -> None:  # fmt: skip
+    """Fill in the rows `rows` of the tables; `sine` and `cosine` are those of `angle`.
+
+    `memory` is scratch, see `new_memory`.
+    """
+    of_angle, own, other, breaks = memory[0], memory[1], memory[2], memory[3, 0]
+    points = Points(of_angle[0], of_angle[1], of_angle[2], of_angle[3], of_angle[4], of_angle[5])
+    fired = Solution(own[0], own[1], own[2], own[3], own[4], own[5])
+    motored = Solution(other[0], other[1], other[2], other[3], other[4], other[5])
+    for index in range(len(rows)):
         row = rows[index]
         outcome[row] = follow(
-            _case_of(cases[row]), period, angle, sine, cosine, _points_of(points),
-            _solution_of(fired), _solution_of(motored), pressures[row], slopes[row], summary[row],
-            breaks,
+            _case_of(cases[row]), period, angle, sine, cosine, points, fired, motored,
+            pressures[row], slopes[row], summary[row], breaks,
         )  # fmt: skip
         if outcome[row] != status.CONVERGED:
-            pressures[row, :] = math.nan
-            slopes[row, :] = math.nan
-            summary[row, :] = math.nan
+            for j in range(len(angle)):
+                pressures[row, j] = slopes[row, j] = math.nan
+            for j in range(len(summary[row])):
+                summary[row, j] = math.nan
+
+
+def new_memory() -> Floats:
+    """Scratch of `integrate`: at the points of an interval, and where intervals have to end."""
+    return np.zeros((4, 6, max(POINTS, MOST_BREAKS)))

@@ -33,10 +33,12 @@ from engine_dyn.speed.batch.block import (
     WorkTable,
     row_numbers,
 )
-from engine_dyn.speed.batch.in_blocks import solve_block
+from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
+from engine_dyn.speed.batch.in_blocks import finish_block
 from engine_dyn.speed.batch.nodes import KINDS, add_up_node
+from engine_dyn.speed.batch.solution import solve_curves
 from engine_dyn.speed.batch.weights import Weights, recurrence, slope_of_design
-from engine_dyn.speed.batch.work_table import fill_work_table
+from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import AUTO, CLOSURES, METHODS, POWER_MEAN
 from engine_dyn.speed.results import RESULTS, Results
@@ -207,8 +209,12 @@ def solve_designs(
         weights.decay[0, 0], weights.of_mass[0, 0] = found[3], found[4]
         weights.of_tilt[0, 0], weights.end[0, 0] = found[5], found[6]
         fill_work_table(0, columns, designs, scratch.table)
+        fill_work(0, False, weights, designs, scratch)
+        solve_curves(0, False, POWER_MEAN, iterated, form, weights, designs, scratch)
+        find_candidates(scratch.lanes, scratch.curves)
+        fill_extremes(0, False, columns, weights, designs, scratch)
         here = left[which : which + 1]
-        solve_block(0, 1, task, columns, weights, designs, results, here, scratch)
+        finish_block(0, 1, task, designs, results, here, scratch)
 
 
 # --- on the processor -----------------------------------------------------------------------------

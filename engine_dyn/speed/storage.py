@@ -58,9 +58,9 @@ def store(
 def store_nothing(target: int, code: int, results: Results) -> None:
     """Write NaN for a design that has no numbers, and its outcome."""
     results.status[target] = code
-    for row in results.wanted:
-        if row >= 0:
-            results.scalars[row, target] = math.nan
+    for i in range(len(results.wanted)):
+        if results.wanted[i] >= 0:
+            results.scalars[results.wanted[i], target] = math.nan
     for curve in (results.omega, results.acceleration):
         for i in range(curve.shape[1]):
             curve[target, i] = math.nan
@@ -75,8 +75,8 @@ def store_curves(
     `q` and its slope `rate` are those at the fine nodes. The angular acceleration is half of
     omega_n^2 q', because omega domega/dphi is domega/dt.
     """
-    nodes = q.size
-    for i in range(angles.node.size):
+    nodes = len(q)
+    for i in range(len(angles.node)):
         node, middle = angles.node[i], STENCIL // 2 - 1
         value, slope = q[node], rate[node]
         if angles.weight[i, middle] != 1.0:  # between nodes

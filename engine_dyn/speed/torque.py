@@ -11,6 +11,7 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
+from engine_dyn.plain_arrays import plain
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.broadcasting import discard, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
@@ -55,10 +56,11 @@ def torque_extremes(
 
     def solve(piece: Piece) -> int:
         for call in piece.calls():
-            designs, motion = call.designs(), make_motion(call.columns.fine.shape[1])
+            columns, designs = plain(call.columns), plain(call.designs())
+            motion = make_motion(columns.fine.shape[1])
             chosen, count = call.piece.chosen, call.piece.size
             if swing.size:
-                _swings(count, call.columns, designs, swing, motion)
+                _swings(count, columns, designs, swing, motion)
             if high.size or low.size:
                 constant = chosen.take("friction_torque")
                 if driven.engine_torque is not None:
@@ -66,8 +68,8 @@ def torque_extremes(
                     constant = constant + getattr(driven.auxiliaries, "mean", 0.0)
                 friction = np.full(count, constant, dtype=float)
                 of_load = call.needs.parts.is_load(designs.part)
-                alone = designs._replace(share=np.where(of_load, 0.0, designs.share))
-                _extremes(count, call.columns, alone, friction, high, low, motion.dw)
+                alone = designs._replace(share=plain(np.where(of_load, 0.0, designs.share)))
+                _extremes(count, columns, alone, friction, high, low, motion.dw)
         return piece.size
 
     for done in map_on_threads(solve, grouping.pieces(None, 1), threads or os.cpu_count() or 1):
@@ -84,8 +86,8 @@ def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats
     `missed` is what the cubics through values and slopes miss in the middle of intervals.
     """
     best = largest(sign, value)
-    for j in range(value.size):
-        n = (j + 1) % value.size
+    for j in range(len(value)):
+        n = (j + 1) % len(value)
         here, up, down = sign * value[j], sign * width * slope[j], sign * width * slope[n]
         if up >= 0.0 and down < 0.0 and here + up >= best:
             found, _ = max_between(here, sign * value[n], up, down, sign * missed[j])
@@ -108,7 +110,7 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
 @inlined
 def _highest(sign: float, v: Floats) -> float:
     """Largest sign * v of a periodic curve, by polynomials through seven nodes."""
-    n = v.size
+    n = len(v)
     best = highest = largest(sign, v)
     for j in range(n):
         d = sign * v[j]
@@ -141,12 +143,13 @@ def _extremes(
     """
     for which in range(count):
         factor, mean = designs.factor[which], 0.0
-        torque[:] = 0.0
+        for j in range(len(torque)):
+            torque[j] = 0.0
         for piece in range(designs.part.shape[0] + 1):
             part, share = part_of(piece, which, designs)
             if share != 0.0:
                 add_row(torque, share, columns.fine[part], SLOPE, factor)
-                for t in range(factor.size):
+                for t in range(len(factor)):
                     mean += share * factor[t] * columns.mean[part, t]
         energy, target = 0.5 * designs.speed[which] ** 2, designs.target[which]
         for sign, found in ((1.0, high), (-1.0, low)):

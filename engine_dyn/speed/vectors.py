@@ -8,26 +8,25 @@ the compiler asks at each of them whether its arrays overlap. Without compiling,
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
+from numba import from_dtype, types
 from numba.extending import (
-    NativeValue,
     lower_builtin,
-    make_attribute_wrapper,
     models,
     register_model,
     type_callable,
     typeof_impl,
-    unbox,
 )
 
-__all__ = ["LANES", "Rows", "any_of", "new_rows", "read", "rows_of", "where", "write"]
+from engine_dyn.plain_arrays import PlainArray, PlainType, address_of
+
+__all__ = ["LANES", "Rows", "any_of", "new_plain", "new_rows", "read", "rows_of", "where", "write"]
 
 LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
@@ -164,85 +163,39 @@ def _any(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 # --- rows of vectors ------------------------------------------------------------------------------
 
 
-class Rows(np.ndarray):
-    """Numbers, or whole numbers, (row, column) whose references kernels do not count.
-
-    Where a block takes an array out of a named tuple, Numba counts a reference, with an instruction
-    that stops all others: that took 40 % of the time of designs with one table.
-    """
+class Rows(PlainArray):
+    """Vectors, or whole numbers of each lane, (row, lane)."""
 
 
-def rows_of(array: Any, columns: int = LANES) -> Rows:
-    """The same numbers, in rows of so many; a row of LANES is a vector."""
-    return np.ascontiguousarray(array).reshape(-1, columns).view(Rows)
+def rows_of(array: Any) -> Rows:
+    """The same numbers, in rows of LANES."""
+    return np.ascontiguousarray(array).reshape(-1, LANES).view(Rows)
 
 
-def new_rows(rows: int, columns: int = LANES) -> Rows:
-    """Rows of zeros, whose first number begins a line of the processor's cache."""
-    whole = np.zeros(rows * columns + LINE)
+def new_plain(*shape: int) -> PlainArray:
+    """Zeros, the first of which begins a line of the processor's cache."""
+    size = math.prod(shape)
+    whole = np.zeros(size + LINE)
     first = -whole.ctypes.data % (8 * LINE) // 8
-    return rows_of(whole[first : first + rows * columns], columns)
+    return whole[first : first + size].reshape(shape).view(PlainArray)
 
 
-class RowsType(types.Type):
-    """What kernels see of `Rows`."""
-
-    def __init__(self, item: Any) -> None:
-        super().__init__(name=f"Rows({item})")
-        self.item = item
+def new_rows(rows: int) -> Rows:
+    """Rows of zeros."""
+    return new_plain(rows, LANES).view(Rows)
 
 
-typeof_impl.register(Rows)(
-    lambda rows, context: RowsType(types.float64 if rows.dtype == np.float64 else types.int64)
-)
-
-
-@register_model(RowsType)
-class _RowsModel(models.StructModel):
-    def __init__(self, manager: Any, kind: RowsType) -> None:
-        data, shape = types.CPointer(kind.item), types.UniTuple(types.intp, 2)
-        super().__init__(manager, kind, [("data", data), ("shape", shape)])
-
-
-make_attribute_wrapper(RowsType, "shape", "shape")
-
-
-@unbox(RowsType)
-def _unbox(kind: Any, rows: Any, c: Any) -> Any:
-    """Take address and shape; the array itself is kept by the caller."""
-    of_array = types.Array(kind.item, 2, "C")
-    native = c.unbox(of_array, rows).value
-    array = c.context.make_array(of_array)(c.context, c.builder, native)
-    found = cgutils.pack_struct(c.builder, [array.data, array.shape])
-    c.context.nrt.decref(c.builder, of_array, native)
-    return NativeValue(found)
-
-
-def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """Address of a number (row, column) of rows, or of a row."""
-    several, given = isinstance(signature.args[1], types.BaseTuple), signature.args[1]
-    indices = cgutils.unpack_tuple(builder, values[1]) if several else [values[1]]
-    row, *column = (
-        context.cast(builder, index, kind, types.intp)
-        for index, kind in zip(indices, given if several else [given], strict=True)
-    )
-    rows = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
-    place = builder.mul(row, builder.extract_value(rows.shape, 1))
-    return builder.gep(rows.data, [builder.add(place, column[0]) if column else place])
+typeof_impl.register(Rows)(lambda rows, context: PlainType(from_dtype(rows.dtype), 2, LANES))
 
 
 def _vector_at(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Address of a vector."""
-    place = _place(context, builder, signature, values)
+    place = address_of(context, builder, signature, values)
     return builder.bitcast(place, ir.VectorType(ir.DoubleType(), LANES).as_pointer())
 
 
 def _read(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     return builder.load(_vector_at(context, builder, signature, values), align=8)
-
-
-def _item(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    return builder.load(_place(context, builder, signature, values))
 
 
 def _write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -253,28 +206,8 @@ def _write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     return context.get_dummy_value()
 
 
-def _put(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    number = context.cast(builder, values[2], signature.args[2], signature.args[0].item)
-    builder.store(number, _place(context, builder, signature, values))
-    return context.get_dummy_value()
-
-
 type_callable(read)(lambda context: lambda array, row: VECTOR)
 type_callable(write)(lambda context: lambda array, row, value: types.void)
-lower_builtin(read, RowsType, types.Integer)(_read)
-lower_builtin(write, RowsType, types.Integer, VectorType)(_write)
-lower_builtin(write, RowsType, types.Integer, types.Number)(_write)
-
-
-@type_callable(operator.getitem)
-def _item_kind(context: Any) -> Any:
-    return lambda rows, place: rows.item if isinstance(rows, RowsType) else None
-
-
-@type_callable(operator.setitem)
-def _put_kind(context: Any) -> Any:
-    return lambda rows, place, value: types.void if isinstance(rows, RowsType) else None
-
-
-lower_builtin(operator.getitem, RowsType, types.BaseTuple)(_item)
-lower_builtin(operator.setitem, RowsType, types.BaseTuple, types.Number)(_put)
+lower_builtin(read, PlainType, types.Integer)(_read)
+lower_builtin(write, PlainType, types.Integer, VectorType)(_write)
+lower_builtin(write, PlainType, types.Integer, types.Number)(_write)

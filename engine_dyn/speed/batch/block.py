@@ -13,9 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.vectors import LANES, Rows, new_rows, read, rows_of, write
+from engine_dyn.plain_arrays import plain
+from engine_dyn.speed.vectors import LANES, Rows, new_plain, new_rows, read, rows_of, write
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.speed.work.interpolation import STENCIL, weights_between
+from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "HALO", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "ColumnRows", "Curves", "Lanes",
@@ -41,17 +43,17 @@ class ColumnRows(NamedTuple):
 
     Attributes
     ----------
-    fine : Rows ((part, fine node, kind), term)
+    fine : ndarray ((part, fine node, kind), term)
         The work at the fine nodes, and what goes with it: `KINDS` of them.
-    coarse : Rows ((part, coarse node, 2), term)
+    coarse : ndarray ((part, coarse node, 2), term)
         The work at the coarse nodes, and what six of them miss of its mean.
-    jagged : Rows (1, part)
+    jagged : ndarray (1, part)
         By how much the work rises above what coarse nodes tell.
     """
 
-    fine: Rows
-    coarse: Rows
-    jagged: Rows
+    fine: Floats
+    coarse: Floats
+    jagged: Floats
 
 
 class WorkTable(NamedTuple):
@@ -67,13 +69,13 @@ class WorkTable(NamedTuple):
         Factors of the columns.
     share, shared : Rows (1, lane), (term, lane)
         Scratch: shares of a part, and these times the factors.
-    fine : Rows (fine node, 2 * 4)
+    fine : ndarray (fine node, 2 * 4)
         What `Columns.fine` has, of P and then of V of one design, where it was asked for.
-    known : Rows (1, fine node) of int
+    known : ndarray (1, fine node) of int
         Number of the table that it is of, -1 for none.
-    mixed : Rows (4, term)
+    mixed : ndarray (4, term)
         Scratch: columns of P.
-    weights : Rows (stride, STENCIL)
+    weights : ndarray (stride, STENCIL)
         Weights of coarse nodes at the fine nodes of a coarse interval.
     """
 
@@ -84,10 +86,10 @@ class WorkTable(NamedTuple):
     factor: Rows
     share: Rows
     shared: Rows
-    fine: Rows
-    known: Rows
-    mixed: Rows
-    weights: Rows
+    fine: Floats
+    known: Integers
+    mixed: Floats
+    weights: Floats
 
 
 class Lanes(NamedTuple):
@@ -198,8 +200,8 @@ def column_rows(columns: Columns) -> ColumnRows:
     """Columns in rows."""
     terms = len(columns.degrees)
     return ColumnRows(
-        rows_of(columns.fine, terms), rows_of(columns.coarse, terms),
-        rows_of(columns.jagged, columns.jagged.size),
+        plain(columns.fine.reshape(-1, terms)), plain(columns.coarse.reshape(-1, terms)),
+        plain(columns.jagged[None]),
     )  # fmt: skip
 
 
@@ -221,8 +223,9 @@ def make_scratch(columns: Columns) -> Scratch:
     rows: Any = iter([all_rows[begin:end] for begin, end in pairwise(ends)])
     whole = [rows_of(np.zeros(LANES, dtype=np.int64)) for _ in range(3)]
     of_table = (
-        *islice(rows, len(table)), new_rows(fine, 2 * kinds), rows_of(np.full(fine, -1), fine),
-        new_rows(kinds, terms), rows_of(weights_between(fine // coarse), STENCIL),
+        *islice(rows, len(table)), new_plain(fine, 2 * kinds),
+        plain(np.full((1, fine), -1)), new_plain(kinds, terms),
+        plain(weights_between(fine // coarse)),
     )  # fmt: skip
     return Scratch(
         table=WorkTable._make(of_table), curves=Curves._make(islice(rows, len(curves))),
@@ -235,7 +238,7 @@ def make_scratch(columns: Columns) -> Scratch:
 @inlined
 def repeat_ends(curve: Rows) -> None:
     """Repeat a curve before and behind the period."""
-    nodes = curve.shape[0] - 2 * HALO
+    nodes = len(curve) - 2 * HALO
     for i in range(HALO):
         write(curve, i, read(curve, nodes + i))
         write(curve, HALO + nodes + i, read(curve, HALO + i))

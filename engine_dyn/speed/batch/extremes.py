@@ -49,7 +49,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     repeat_ends(curves.u)
     repeat_ends(curves.load)  # which is interpolated around them
     high, low = read(lanes.high, 0), read(lanes.low, 0)
-    tops, bottoms, total, nodes = 0.0 * high, 0.0 * high, 0.0 * high, curves.missed.shape[0]
+    tops, bottoms, total, nodes = 0.0 * high, 0.0 * high, 0.0 * high, len(curves.missed)
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
     for i in range(nodes):
         after = read(curves.u, HALO + i + 1)
@@ -148,7 +148,7 @@ def climb(
 
     Returns it, and the correction by the middle in it.
     """
-    peaks, stride = scratch.peaks, scratch.table.weights.shape[0]
+    peaks, stride = scratch.peaks, len(scratch.table.weights)
     step = 0.0 * read(weights.beta, block)
     going = step >= 0.0
     last = now = Seen(step, step, step, step, step, step)
@@ -186,7 +186,7 @@ def fill_hidden(block: int, columns: ColumnRows, designs: Designs, peaks: Peaks)
     part, share, jagged = designs.part, designs.share, columns.jagged
     for k in range(LANES):
         total = 0.0
-        for piece in range(part.shape[0]):
+        for piece in range(len(part)):
             which = block * LANES + k
             total += abs(share[piece, which]) * jagged[0, part[piece, which]]
         peaks.hidden[0, k] = JAGGED * designs.gas[block, k] * total
@@ -199,7 +199,7 @@ def fill_extremes(
 ) -> None:  # fmt: skip
     """Largest u and -u of the designs of a block, and how much they may miss, in `peaks`."""
     curves, lanes, peaks = scratch.curves, scratch.lanes, scratch.peaks
-    size, stride = scratch.size, scratch.table.weights.shape[0]
+    size, stride = scratch.size, len(scratch.table.weights)
     fill_hidden(block, columns, designs, peaks)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0

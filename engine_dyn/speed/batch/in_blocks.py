@@ -8,6 +8,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
+from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.batch.block import LEFT, ColumnRows, Scratch, column_rows, make_scratch
 from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
 from engine_dyn.speed.batch.nodes import fill_curves
@@ -23,7 +24,7 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
-__all__ = ["solve_block", "solve_in_blocks"]
+__all__ = ["finish_block", "solve_in_blocks"]
 
 LOWEST = -0.9
 """Least u of a design; what is slower is left to the general solver."""
@@ -41,13 +42,13 @@ def solve_in_blocks(
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
     curves = np.empty((2, LANES, nodes if task.angles.node.size else 0))
     blocks = Designs(*map(rows_of, designs))._replace(
-        factor=rows_of(designs.factor, designs.factor.shape[1]),
-        part=rows_of(designs.part, designs.target.size),
-        share=rows_of(designs.share, designs.target.size),
+        factor=plain(designs.factor),
+        part=plain(designs.part),
+        share=plain(designs.share),
     )
     solve_blocks(
-        left.size, task, column_rows(columns), Weights(*map(rows_of, weights)), blocks, results,
-        left, make_scratch(columns), curves,
+        left.size, plain(task), column_rows(columns), Weights(*map(rows_of, weights)), blocks,
+        plain(results), plain(left), make_scratch(columns), plain(curves),
     )  # fmt: skip
 
 
@@ -87,21 +88,6 @@ def finish_block(
         )  # fmt: skip
 
 
-@inlined
-def solve_block(
-    block: int, here: int, task: Task, columns: ColumnRows, weights: Weights, designs: Designs,
-    results: Results, left: Booleans, scratch: Scratch,
-) -> None:  # fmt: skip
-    """Solve the first `here` designs of a block, whose work tables are in `scratch`."""
-    fill_work(block, task.variable, weights, designs, scratch)
-    solve_curves(
-        block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
-    )
-    find_candidates(scratch.lanes, scratch.curves)
-    fill_extremes(block, task.variable, columns, weights, designs, scratch)
-    finish_block(block, here, task, designs, results, left, scratch)
-
-
 @kernel
 def solve_blocks(
     count: int, task: Task, columns: ColumnRows, weights: Weights, designs: Designs,
@@ -120,8 +106,15 @@ def solve_blocks(
             fill_work_table(block, columns, designs, scratch.table)
         known = first if first == last else -1
         here = min(LANES, count - block * LANES)
-        solve_block(block, here, task, columns, weights, designs, results, left, scratch)
-        if task.angles.node.size > 0:
+        # A function for these five, which all else is inlined into, took a second to compile.
+        fill_work(block, task.variable, weights, designs, scratch)
+        solve_curves(
+            block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch
+        )
+        find_candidates(scratch.lanes, scratch.curves)
+        fill_extremes(block, task.variable, columns, weights, designs, scratch)
+        finish_block(block, here, task, designs, results, left, scratch)
+        if len(task.angles.node) > 0:
             fill_curves(block, task.variable, columns, weights, designs, scratch, fine)
             for lane in range(here):
                 if not left[block * LANES + lane]:

@@ -97,8 +97,10 @@ def fit_laws(
             enough = enough or is_proportional(designs.first[block, k], form)
             if lanes.state[0, k] == SOLVING and lanes.terms[0, k] == 0.0 and enough:
                 some, lanes.terms[0, k] = True, size
-                numbers = designs.first[block, k], designs.second[block, k], designs.gear[block, k]
-                one, _ = law_of(designs.speed[block, k], *numbers, form)
+                one, _ = law_of(
+                    designs.speed[block, k], designs.first[block, k], designs.second[block, k],
+                    designs.gear[block, k], form,
+                )  # fmt: skip
                 if lanes.free[0, k] == 0.0 and not slope_of(one)[1]:
                     lanes.state[0, k] = LEFT
                 for m in range(size):

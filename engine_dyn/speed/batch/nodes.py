@@ -54,7 +54,7 @@ def add_up_node(
     for kind in range(KINDS):
         for t in range(terms):
             mixed[kind, t] = 0.0
-    for piece in range(part.shape[0]):
+    for piece in range(len(part)):
         here = KINDS * (part[piece, which] * size + node)
         of_part = share[piece, which]
         for kind in range(KINDS):
@@ -92,7 +92,7 @@ def load_at_nodes(scratch: Scratch) -> None:
     weights, curves, peaks = scratch.table.weights, scratch.curves, scratch.peaks
     seen = peaks.seen
     for k in range(LANES):
-        coarse, place = peaks.node[0, k] // weights.shape[0], peaks.node[0, k] % weights.shape[0]
+        coarse, place = peaks.node[0, k] // len(weights), peaks.node[0, k] % len(weights)
         y = work = drive = 0.0
         for j in range(STENCIL):
             there = HALO + coarse + j - (STENCIL // 2 - 1)

@@ -70,7 +70,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves
     c, d, e = read(drive, HALO), read(drive, HALO + 1), read(drive, HALO + 2)
     y = 0.0 * decay
     write(load, HALO, y)
-    for i in range(missed.shape[0]):
+    for i in range(len(missed)):
         f = read(drive, HALO + i + 3)
         # Mean over the interval by six nodes, `MEAN_BY_PAIRS`, and first moment by four.
         sums = 802.0 * (c + d) - 93.0 * (b + e) + 11.0 * (a + f)
@@ -86,7 +86,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves
 def close_period(variable: bool, start: Any, decay: Any, curves: Curves) -> tuple[Any, Any]:
     """Add the start that makes y periodic, docs/solver.md (74), and find u; return its range."""
     high, low = 0.0 * start - 1e300, 0.0 * start + 1e300
-    for i in range(curves.missed.shape[0]):
+    for i in range(len(curves.missed)):
         y = read(curves.load, HALO + i) + start
         start = start * decay
         u = read(curves.work, HALO + i) - y
@@ -120,7 +120,7 @@ def fill_drive(
     centre, half = read(lanes.centre, 0), read(lanes.half, 0)
     gain = 1.0 / (mu * read(lanes.slope, 0))
     shift, change = (1.0 - mu) * gain, 0.0 * mu
-    for i in range(curves.missed.shape[0]):
+    for i in range(len(curves.missed)):
         force, _ = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
         old = read(drive, HALO + i)
         new = where(going, force * gain + shift + read(curves.load, HALO + i), old)
@@ -139,7 +139,7 @@ def add_missed(
     Over an interval r changes with X by F'/(s tau) - 1, which is smooth: docs/solver.md (73).
     """
     centre, half, slope = read(lanes.centre, 0), read(lanes.half, 0), read(lanes.slope, 0)
-    nodes = curves.missed.shape[0]
+    nodes = len(curves.missed)
     before = 0.0 * slope
     for i in range(nodes):
         _, steep = law_at((read(curves.u, HALO + i) - centre) * half, terms, law)
@@ -182,7 +182,7 @@ def lateness(curves: Curves) -> Any:
     The mean of X is 0; what it is over the coarse nodes is taken away again.
     """
     total = 0.0 * read(curves.u, HALO)
-    nodes = curves.missed.shape[0]
+    nodes = len(curves.missed)
     for i in range(nodes):
         slow = 1.0 / np.sqrt(1.0 + read(curves.u, HALO + i))
         total = total + (slow - 1.0 + 0.5 * read(curves.work, HALO + i))
@@ -226,7 +226,8 @@ def solve_curves(
     write(lanes.slope, 0, read(weights.slope, block))
     write(lanes.passes, 0, 1.0)
     drive = curves.work  # first, r is 0
-    timed, terms, mu = closure == CYCLE_TIME, 0, 0.0 * decay + 1.0
+    # `terms` is not known yet; from a 0 the compiler would make each function of it twice.
+    timed, terms, mu = closure == CYCLE_TIME, len(law), 0.0 * decay + 1.0
     going, change, last = decay > 0.0, 0.0 * decay, 0.0 * decay
     # Each function is called in one place, because the compiler copies it to each.
     for number in range(MOST_PASSES + 1):
@@ -248,9 +249,9 @@ def solve_curves(
             terms = begin_rest(block, linear, closure, form, designs, scratch)
             going = read(lanes.state, 0) > 0.0
             if terms == 0:
-                for i in range(curves.steep.shape[0]):
+                for i in range(len(curves.steep)):
                     write(curves.steep, i, 1.0)
-                for j in range(curves.drive.shape[0]):
+                for j in range(len(curves.drive)):
                     write(curves.drive, j, read(curves.work, j))
                 break
             add_missed(variable, terms, law, going, lanes, curves)

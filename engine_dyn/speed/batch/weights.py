@@ -8,6 +8,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import LAWS, Form, law_of, load_terms, slope_and_sign
+from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.batch.block import LEFT, SOLVING
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import where
@@ -52,7 +53,7 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     """Weights for coarse intervals of this width [rad], so many in a period."""
     if LAWS[form.kind].torque is None:
         slope, sign = np.empty(designs.kappa.size), np.empty(designs.kappa.size)
-        _of_table(designs, form, slope, sign)
+        _of_table(plain(designs), plain(form), slope, sign)
     else:
         slope, sign = slope_and_sign(designs.speed, designs.first, designs.second, form)
     with np.errstate(invalid="ignore"):

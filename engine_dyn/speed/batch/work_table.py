@@ -21,12 +21,12 @@ LIGHTEST = 0.4
 def add_columns(part: int, coarse: Rows, table: WorkTable, curve: Rows, missed: Rows) -> None:
     """Add the columns of a part, times `table.share` and the factors."""
     shared, share = table.shared, read(table.share, 0)
-    for t in range(shared.shape[0]):
+    for t in range(len(shared)):
         write(shared, t, share * read(table.factor, t))
-    for i in range(curve.shape[0]):
-        place = 2 * (part * curve.shape[0] + i)
+    for i in range(len(curve)):
+        place = 2 * (part * len(curve) + i)
         value, rough = read(curve, i), read(missed, i)
-        for t in range(shared.shape[0]):
+        for t in range(len(shared)):
             factor = read(shared, t)
             value = value + factor * coarse[place, t]
             rough = rough + factor * coarse[place + 1, t]
@@ -38,17 +38,17 @@ def add_columns(part: int, coarse: Rows, table: WorkTable, curve: Rows, missed: 
 def fill_work_table(block: int, columns: ColumnRows, designs: Designs, table: WorkTable) -> None:
     """Work tables of the designs of a block."""
     coarse, part, share, first = columns.coarse, designs.part, designs.share, block * LANES
-    for t in range(table.factor.shape[0]):
+    for t in range(len(table.factor)):
         for lane in range(LANES):
             table.factor[t, lane] = designs.factor[first + lane, t]
-    for i in range(table.gas.shape[0]):
+    for i in range(len(table.gas)):
         write(table.gas, i, 0.0)
         write(table.gas_missed, i, 0.0)
         write(table.square, i, 0.0)
         write(table.square_missed, i, 0.0)
     write(table.share, 0, 1.0)
     add_columns(SQUARE, coarse, table, table.square, table.square_missed)
-    for piece in range(part.shape[0]):
+    for piece in range(len(part)):
         # Designs that have a part in common follow each other; others get 0 of it.
         begin = 0
         while begin < LANES:
@@ -74,7 +74,7 @@ def fill_work(
     table, curves, state = scratch.table, scratch.curves, read(weights.state, block)
     gas, eta = read(designs.gas, block), read(designs.eta, block)
     lightest = 1.0 + 0.0 * eta
-    for i in range(table.gas.shape[0]):
+    for i in range(len(table.gas)):
         v = eta * read(table.square, i)
         write(curves.work, HALO + i, gas * read(table.gas, i) - v)
         write(

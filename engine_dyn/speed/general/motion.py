@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Law, is_power, law_of, slope_of
+from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
@@ -81,7 +82,7 @@ class Motion(NamedTuple):
 
 def make_motion(nodes: int) -> Motion:
     """Memory of one design."""
-    return Motion(*(np.zeros(nodes) for _ in Motion._fields))
+    return Motion(*(plain(np.zeros(nodes)) for _ in Motion._fields))
 
 
 @inlined
@@ -95,9 +96,9 @@ def part_of(piece: int, which: int, designs: Designs) -> tuple[int, float]:
 @inlined
 def add_row(curve: Floats, share: float, column: Floats, row: int, factor: Floats) -> None:
     """Add a share of one row of a part of `Columns.fine` to a curve."""
-    for j in range(curve.size):
+    for j in range(len(curve)):
         total = 0.0
-        for t in range(factor.size):
+        for t in range(len(factor)):
             total += factor[t] * column[j, row, t]
         curve[j] += share * total
 
@@ -109,7 +110,7 @@ def fill_motion(
     """Fill in w, w', tau and tau' at the nodes: docs/method.md (54)."""
     work = (motion.w, motion.dw, motion.w_missed)
     inertia = (motion.tau, motion.dtau, motion.tau_missed)
-    for j in range(motion.w.size):
+    for j in range(len(motion.w)):
         motion.w[j] = motion.dw[j] = motion.w_missed[j] = 0.0
         motion.tau[j], motion.dtau[j], motion.tau_missed[j] = 1.0, 0.0, 0.0
     for piece in range(designs.part.shape[0] + 1):
@@ -130,11 +131,13 @@ def begin_design(
     docs/method.md (51), and (67) for idle.
     """
     fill_motion(which, task.variable, columns, designs, motion)
-    numbers = designs.first[which], designs.second[which], designs.gear[which]
-    law, sign = law_of(designs.speed[which], *numbers, task.form)
+    law, sign = law_of(
+        designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],
+        task.form,
+    )  # fmt: skip
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
-    for j in range(motion.w.size):
+    for j in range(len(motion.w)):
         # Of the torque at nominal speed; with variable inertia, that of the masses is in tau.
         torque = motion.dw[j] - motion.dtau[j]
         high, low, least = max(high, torque), min(low, torque), min(least, motion.tau[j])

@@ -56,7 +56,7 @@ def closure_terms(
 @inlined
 def _start(motion: Motion) -> None:
     """Fill `motion.d` with the work and a level with which the mean of q is 1, and q above 0."""
-    w, tau, nodes = motion.w, motion.tau, motion.w.size
+    w, tau, nodes = motion.w, motion.tau, len(motion.w)
     total, slope, low = 0.0, 0.0, -math.inf
     for j in range(nodes):
         total += (1.0 + w[j]) / tau[j]
@@ -74,7 +74,7 @@ def _settle(width: float, design: Design, motion: Motion) -> None:
     The load opposes every deviation, so they converge from any start, and faster the stronger the
     load is. They end after a few cycles in any case: a weak load needs no better start.
     """
-    w, tau, d, nodes = motion.w, motion.tau, motion.d, motion.w.size
+    w, tau, d, nodes = motion.w, motion.tau, motion.d, len(motion.w)
     value, push = d[0], design.kappa * width
     for _ in range(12):
         begin = value
@@ -104,7 +104,7 @@ def _settle(width: float, design: Design, motion: Motion) -> None:
 @inlined
 def fill_force(design: Design, motion: Motion) -> None:
     """F and its slope at the nodes."""
-    for j in range(motion.d.size):
+    for j in range(len(motion.d)):
         q = (1.0 + motion.d[j]) / motion.tau[j]
         motion.force[j], motion.first[j] = load_terms(q, design.law)
 
@@ -120,7 +120,7 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
         motion.d, motion.w, motion.f, motion.df, motion.b, motion.db, motion.by_mu,
     )  # fmt: skip
     half, factor, strength = 0.5 * width, width * width / 12.0, design.kappa / mu
-    for j in range(d.size):
+    for j in range(len(d)):
         tau, first = motion.tau[j], motion.first[j]
         f[j] = -design.kappa * (motion.force[j] / mu - 1.0)
         rate = (motion.dw[j] + f[j] - (1.0 + d[j]) / tau * motion.dtau[j]) / tau
@@ -130,7 +130,7 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
         db[j] = -strength * first * motion.dtau[j] / (tau * tau)
         by_mu[j] = 0.0 if fixed else strength * motion.force[j] / mu
     motion.grow[0], motion.shift[0], motion.push[0] = 1.0, 0.0, 0.0
-    for j in range(d.size - 1):
+    for j in range(len(d) - 1):
         n = j + 1
         residual = d[n] - d[j] - (w[n] - w[j]) - half * (f[j] + f[n]) - factor * (df[j] - df[n])
         before = 1.0 - half * b[j] + factor * (b[j] * b[j] - db[j])
@@ -152,7 +152,7 @@ def _ends(
     """
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0
-    for j in range(motion.d.size):
+    for j in range(len(motion.d)):
         tau, force, first = motion.tau[j], motion.force[j], motion.first[j]
         grow, shift, push = motion.grow[j], motion.shift[j], motion.push[j]
         value, slope = closure_terms((1.0 + motion.d[j]) / tau, force, first, design.flat, closure)
@@ -171,12 +171,14 @@ def _ends(
 @inlined
 def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[int, float, float]:
     """Newton's steps from the start in `motion.d`, docs/solver.md (80) to (83), as of `newton`."""
-    d, tau, delta, nodes = motion.d, motion.tau, motion.shift, motion.w.size
+    d, tau, delta, nodes = motion.d, motion.tau, motion.shift, len(motion.w)
     fixed, mu, smallest = closure == POWER_MEAN, 1.0, 0.0
     for step in range(1, MOST_STEPS + 1):
         fill_force(design, motion)
         if step == 1 and not fixed:
-            mu = motion.force.mean()
+            mu = 0.0
+            for j in range(nodes):
+                mu += motion.force[j] / nodes
         _fill_recurrence(mu, fixed, width, design, motion)
         start, change_mu = _ends(mu, fixed, closure, design, motion)
         # The step is shortened so that no q changes by more than 2 max(q, 1/4), and mu stays above

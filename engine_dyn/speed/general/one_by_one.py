@@ -9,6 +9,7 @@ import numpy as np
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import FLOOR, POWER, covers, is_power, load_terms
+from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.general.motion import Design, Motion, begin_design, make_motion, opposes
 from engine_dyn.speed.general.newton import newton
@@ -40,6 +41,7 @@ def solve_one_by_one(
     Where Newton's method finds no solution, cycles are followed in time. `last` says that no more
     nodes are tried.
     """
+    task, columns, designs, results = map(plain, (task, columns, designs, results))
     motion = make_motion(columns.fine.shape[1])
     solve_designs(chosen, task, columns, designs, motion, results)
     outcomes = followed(task, last)
@@ -119,15 +121,15 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution.
     """
     most = largest(1.0, motion.w)
-    least = design.kappa * width * motion.w.size - largest(-1.0, motion.w)
+    least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)
     # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
     if most - least < 1.0:
         return False
     total = 0.0
-    for j in range(motion.w.size):
+    for j in range(len(motion.w)):
         q = max((motion.w[j] - least) / motion.tau[j], FLOOR)
         total += math.log(q) if design.flat else load_terms(q, design.law)[0] - 1.0
-    return total > CERTAIN * motion.w.size
+    return total > CERTAIN * len(motion.w)
 
 
 @inlined
@@ -141,7 +143,7 @@ def _write(
     if code == status.CONVERGED:
         high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, motion)
         gear, slope = design.law.nominal / design.nominal, 0.0
-        for j in range(motion.q.size):
+        for j in range(len(motion.q)):
             slope += motion.first[j] / motion.tau[j]
         if not (low > 0.0):
             code = status.STALLED

@@ -77,7 +77,7 @@ def slope_of(j: int, width: float, value: Floats, slope: Floats) -> Quartic:
 
     The quartic through four slopes whose integral is the rise of the values.
     """
-    nodes = value.size
+    nodes = len(value)
     after, far = (j + 1) % nodes, (j + 2) % nodes
     s0, s1 = width * slope[(j - 1) % nodes], width * slope[j]
     s2, s3 = width * slope[after], width * slope[far]

@@ -11,7 +11,7 @@ from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.newton import closure_terms, fill_force
-from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
+from engine_dyn.speed.work.maxima import cubic_in_middle, largest, max_between
 from engine_dyn.types import Floats
 
 __all__ = ["STRONG_LOAD", "speeds_of"]
@@ -28,7 +28,7 @@ def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, flo
     docs/solver.md (98) to (100), and how much it may miss.
     """
     q, tau = motion.q, motion.tau
-    n = (j + 1) % q.size
+    n = (j + 1) % len(q)
     left, right, d_left, d_right = q[j], q[n], width * motion.rate[j], width * motion.rate[n]
     turn_left, turn_right = width * motion.dtau[j], width * motion.dtau[n]
     energy = motion.w_missed[j] + cubic_in_middle(
@@ -50,13 +50,13 @@ def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
     Every interval is looked at in which a local maximum may be higher than the highest node.
     """
     q, rate, node = motion.q, motion.rate, 0
-    for j in range(q.size):
+    for j in range(len(q)):
         node = j if sign * q[j] > sign * q[node] else node
     highest = sign * q[node]
     # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
     best, miss = highest, width * abs(rate[node])
-    for j in range(q.size):
-        n = (j + 1) % q.size
+    for j in range(len(q)):
+        n = (j + 1) % len(q)
         up, down = sign * rate[j], sign * rate[n]
         if up >= 0.0 and down < 0.0 and sign * q[j] + width * up >= highest:
             value, missed = _peak(sign, j, width, motion)
@@ -73,14 +73,14 @@ def _mean(closure: int, design: Design, motion: Motion) -> tuple[float, float]:
     That is the relative difference of the means over even and odd nodes, of speed and closure.
     """
     q, total, speed, closed = motion.q, 0.0, 0.0, 0.0
-    for j in range(q.size):
+    for j in range(len(q)):
         sign = 1.0 if j % 2 == 0 else -1.0
         root = math.sqrt(q[j])
         value, _ = closure_terms(q[j], motion.force[j], motion.first[j], design.flat, closure)
         total += root
         speed += sign * root
         closed += sign * value
-    return total / q.size, abs(speed) / total + abs(closed) / q.size
+    return total / len(q), abs(speed) / total + abs(closed) / len(q)
 
 
 @inlined
@@ -92,7 +92,7 @@ def _load_missed(mu: float, width: float, design: Design, force: Floats) -> floa
     misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
     a stall differences are too small.
     """
-    n = force.size
+    n = len(force)
     largest = 0.0
     for j in range(n):
         third = force[j] - 3.0 * (force[(j - 1) % n] - force[(j - 2) % n]) - force[(j - 3) % n]
@@ -110,14 +110,14 @@ def _fill_solution(mu: float, missed: float, width: float, design: Design, motio
     """
     d, slope, tau = motion.d, motion.slope, motion.tau
     fill_force(design, motion)
-    for j in range(d.size):
+    for j in range(len(d)):
         if missed == 0.0:
             slope[j] = motion.dw[j] - design.kappa * (motion.force[j] / mu - 1.0)
         motion.q[j] = (1.0 + d[j]) / tau[j]
         motion.rate[j] = (slope[j] - motion.q[j] * motion.dtau[j]) / tau[j]
     if missed > 0.0:
-        for j in range(d.size):
-            n = (j + 1) % d.size
+        for j in range(len(d)):
+            n = (j + 1) % len(d)
             cubic = cubic_in_middle(d[j], d[n], width * slope[j], width * slope[n])
             motion.w_missed[j] = motion.between[j] - cubic
 
@@ -149,7 +149,7 @@ def speeds_of(
     if span > 0.0:
         error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
         error = (error + design.unsure / low) / span
-    elif motion.dw.any() or motion.dtau.any():
+    elif largest(1.0, motion.dw) > 0.0 or largest(1.0, motion.dtau) > 0.0:
         error = 1.0  # work is done, but the fluctuation is below rounding: 0 misses all of it
     error += unresolved
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)

@@ -55,8 +55,8 @@ def _pass_cycle(
     """
     push = design.kappa * width
     e, factor, missed = start, 1.0, 0.0
-    for j in range(motion.w.size):
-        after = (j + 1) % motion.w.size
+    for j in range(len(motion.w)):
+        after = (j + 1) % len(motion.w)
         interval = interval_of(j, width, motion)
         passed = pass_interval(e, interval, push, mu, tolerance, design.law)
         if not (passed.missed < math.inf):
@@ -139,9 +139,9 @@ def _found(
 def _late(motion: Motion) -> float:
     """Relative excess of the cycle's time over that at nominal speed, docs/method.md (66)."""
     total = 0.0
-    for j in range(motion.d.size):
+    for j in range(len(motion.d)):
         total += math.sqrt(motion.tau[j] / (1.0 + motion.d[j])) - 1.0
-    return total / motion.d.size
+    return total / len(motion.d)
 
 
 @inlined
@@ -162,7 +162,7 @@ def stable_cycle(
     # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
     # of the work and the load of a cycle, docs/solver.md (88): none begins `above`.
     range_of_work = largest(1.0, motion.w) + largest(-1.0, motion.w)
-    gain = range_of_work + abs(design.kappa) * width * motion.w.size
+    gain = range_of_work + abs(design.kappa) * width * len(motion.w)
     e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
     step, cycles = 0.05, 0
     for number in range(MOST_MU):

@@ -18,8 +18,8 @@ __all__ = ["cubic_in_middle", "largest", "max_between", "max_near"]
 def largest(sign: float, curve: Floats) -> float:
     """Largest sign * value; NumPy's own function takes half a second to compile."""
     found = -math.inf
-    for value in curve:
-        found = max(found, sign * value)
+    for j in range(len(curve)):
+        found = max(found, sign * curve[j])
     return found
 
 
