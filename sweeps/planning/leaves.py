@@ -49,7 +49,6 @@ FIRST_SET = MOST_CYLINDERS + 1
 
 def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     """Points of the dimensions that quantities add, in the units of files."""
-    counts = np.unique(scene.known["cylinders"].data)
     shaft = scene.engine.shaft
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
@@ -58,9 +57,9 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
-        "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
-        "piston": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
-        "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
+        "cylinder": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
@@ -78,9 +77,9 @@ def _cycles(scene: Scene) -> int:
     return scene.cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
 
 
-def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
+def _throws(scene: Scene) -> int:
     """Throws of the engine with most of them; none where their order is unknown."""
-    engines = scene.arrangements or [cylinders_of_count(scene, int(count)) for count in counts]
+    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
     return max(len(engine.along_shaft or ()) for engine in engines)
 
 
@@ -222,8 +221,7 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):
-        counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
-        return count, {n: cylinders_of_count(scene, n) for n in counts}
+        return count, {n: cylinders_of_count(scene, n) for n in scene.counts}
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
