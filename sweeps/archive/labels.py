@@ -10,12 +10,14 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.engine import Engine
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
@@ -393,21 +395,26 @@ def _about(plan: Plan) -> dict[str, Any]:
 
 def _about_engine(plan: Plan) -> dict[str, str]:
     """Attributes that say what the engine of a plan is."""
-    engine = plan.scene.engine
-    given = {
-        name: float(plan.leaves[name].data)
-        for name in PARAMETERS
-        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
+    leaves = plan.leaves
+    names = sorted(_TOLD.keys() & leaves.keys(), key=_TOLD.__getitem__)
+    given = {name: float(leaves[name].data) for name in names if not leaves[name].dims}
+    return {
+        **_of_engine(plan.scene.engine),
+        "parameters": json.dumps(given),
+        "arrangement": _arrangements(plan.scene),
+        "shaft": _shaft(plan.scene),
     }
+
+
+@lru_cache(maxsize=16)
+def _of_engine(engine: Engine) -> dict[str, str]:
+    """What every plan of an engine says of it."""
     return {
         "references": "; ".join(engine.sources),
         "engine": engine.name,
         "engine_title": engine.title,
         "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
         "engine_values": json.dumps(dict(engine.values)),
-        "parameters": json.dumps(given),
-        "arrangement": _arrangements(plan.scene),
-        "shaft": _shaft(plan.scene),
     }
 
 
@@ -443,6 +450,7 @@ def _shaft(scene: Scene) -> str:
     return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
 
 
+@lru_cache(maxsize=64)
 def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
     if own is None or own.arrangement is None:
@@ -471,4 +479,9 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-_MARCHING = ("passes", "start_speed", "start_angle")
+_TOLD = {
+    name: place
+    for place, name in enumerate(PARAMETERS)
+    if name not in ("passes", "start_speed", "start_angle")
+}
+"""Places of the parameters that archives tell, in their order."""
