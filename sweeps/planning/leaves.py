@@ -35,7 +35,7 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
-__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "points_of"]
+__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "mean_of", "points_of"]
 
 LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
@@ -142,6 +142,25 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         else:
             leaves[name] = Value(constants[name])
     return leaves
+
+
+def mean_of(scene: Scene, leaves: Mapping[str, Value], name: str) -> Any:
+    """A value, the mean where it varies [SI], by formulas of the graph alone.
+
+    Raises
+    ------
+    KeyError
+        Where it takes more than formulas, or what neither scene nor engine gives.
+    """
+    if name in leaves:
+        leaf = leaves[name]
+        if not leaf.dims:
+            return leaf.si
+        return np.ravel(leaf.data)[0] if name == "cylinder_set" else np.mean(leaf.si)
+    node = scene.node(name)
+    if node.make is None or node.kind == "stage":
+        raise KeyError(name)
+    return node.make(**{need: mean_of(scene, leaves, need) for need in node.needs})
 
 
 def _with_cycles(
