@@ -42,6 +42,13 @@ class Value(NamedTuple):
         return self.data if self.unit == 1.0 else self.data * self.unit
 
 
+def _single_values(given: Mapping[str, float]) -> dict[str, Value]:
+    return {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in given.items()}
+
+
+_DEFAULTS = _single_values(UNLESS_GIVEN)
+
+
 def known_values(
     values: GivenValues, words: Sequence[str], more: Mapping[str, float]
 ) -> dict[str, Value]:
@@ -56,8 +63,7 @@ def known_values(
     more : dict of float
         Single values that come from elsewhere: [solver], or the measured diagram.
     """
-    single = {**UNLESS_GIVEN, **_left_in_force(values, words, more)}
-    known = {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in single.items()}
+    known = {**_DEFAULTS, **_single_values(_left_in_force(values, words, more))}
     for key, (_, given, dims) in values.given.items():
         if key in PARAMETERS:
             data = np.asarray(given, dtype=np.float64)
