@@ -45,7 +45,9 @@ __all__ = [
     "Variable",
     "as_stored",
     "dataset_of",
+    "dataset_with_warnings",
     "describe",
+    "flags",
     "label",
     "to_file_units",
 ]
@@ -148,14 +150,14 @@ def describe(
     for name in plan.outputs:
         node, dims = plan.computed[name].node, plan.dims(name)
         if name == "status":
-            variables[name] = Variable(dims, _flags(node, status.MEANINGS), kind="i1")
+            variables[name] = Variable(dims, flags(node.long_name, status.MEANINGS), kind="i1")
         elif name.endswith(KIND):
-            variables[name] = Variable(dims, _flags(node, KINDS), kind="i1")
+            variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
             about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
             if node.meanings:
-                about = {**about, **_flags(node, node.meanings, kind)}
+                about = {**about, **flags(node.long_name, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     if scene.reference is not None:
         for name, column in scene.reference.columns.items():
@@ -237,6 +239,11 @@ def label(
         for name, v in labels.variables.items()
         if v.data is None
     }
+    return dataset_with_warnings(labels, data)
+
+
+def dataset_with_warnings(labels: Labels, data: Mapping[str, npt.NDArray[Any]]) -> xr.Dataset:
+    """Dataset of labels and of results in the units of files, which are looked at."""
     watch = labels.watch()
     for name, values in data.items():
         watch.look(name, (), values)
@@ -299,10 +306,10 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     return attributes
 
 
-def _flags(node: Node, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
+def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
     """Attributes of a variable whose numbers stand for words; `kind` is that of its numbers."""
     return {
-        "long_name": node.long_name,
+        "long_name": long_name,
         "units": "1",
         "flag_values": np.arange(len(meanings), dtype=kind),
         "flag_meanings": " ".join(meanings),
