@@ -25,7 +25,6 @@ from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.graph import (
     CONSTANTS,
     DIMENSIONS,
-    Variants,
 )
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.quantities.torsion import MODES
@@ -129,7 +128,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "double_acting": ends_of(engine.family),
         "counterweights": engine.counterweights,
         "mounts": engine.mounts,
-        "variant_of": Variants(scene.words),
+        "variant_of": scene.variants.__getitem__,
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, select
+from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, variants_of
 from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.scene.values import GivenValues
 
@@ -81,7 +81,8 @@ def _left_in_force(
     engine's.
     """
     own = {**values.engine.values, **more}
-    derived = {key for key in BY_CHOICE & own.keys() if select(key, *words).make is not None}
+    variants = variants_of(tuple(words))
+    derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
     return {
         key: value
         for key, value in own.items()
