@@ -19,7 +19,7 @@ from engine_dyn.types import Floats
 __all__ = ["Engine"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Engine:
     """One engine: values of parameters, its indicator diagrams and where both come from.
 

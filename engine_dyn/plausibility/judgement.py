@@ -189,7 +189,7 @@ def implausible(
     values = {n: v if isinstance(v, float | int) else _array(n, v) for n, v in values.items()}
     if diagram is not None:
         values.setdefault("period", diagram.period)
-        found += _of_diagram(diagram, driven, frozenset(silenced))
+        found += judged_diagrams((diagram,), driven=driven, silenced=frozenset(silenced))
     if "offset" in values:
         values["pin_offset"], values["crank_offset"] = values.pop("offset"), 0.0
     wrong: set[str] = set()
@@ -218,13 +218,6 @@ def _array(name: str, values: Any) -> Any:
 def _checks_of(names: frozenset[str]) -> tuple[Check, ...]:
     """Ranges of what is given, of which all needs are known; cached for searches."""
     return tuple(check for check in CHECKS if names.issuperset(check.needs))
-
-
-@lru_cache(maxsize=64)
-def _of_diagram(
-    diagram: Diagram, driven: bool, silenced: frozenset[str]
-) -> tuple[Implausible, ...]:
-    return tuple(judged_diagrams([diagram], driven=driven, silenced=silenced))
 
 
 def judged(
@@ -442,19 +435,20 @@ def _facts(diagram: Diagram) -> tuple[float, ...]:
     return diagram.peak, float(diagram.pressure.min()), angle, imep, rise
 
 
+@lru_cache(maxsize=64)
 def judged_diagrams(
-    diagrams: Sequence[Diagram], *, driven: bool, silenced: Collection[str] = (),
+    diagrams: tuple[Diagram, ...], *, driven: bool, silenced: frozenset[str] = frozenset(),
     written: float = 1.0,
-) -> list[Implausible]:  # fmt: skip
+) -> tuple[Implausible, ...]:  # fmt: skip
     """Compare indicator diagrams with what engines have: the worst of them, measure by measure.
 
     Parameters
     ----------
-    diagrams : sequence of Diagram
-        All that may be used.
+    diagrams : tuple of Diagram
+        All that may be used. Sessions ask for the same again and again: what is found is cached.
     driven : bool
         Whether they are of a driven machine, such as a compressor.
-    silenced : collection of str
+    silenced : frozenset of str
         Names of measures that are not looked at.
     written : float
         SI value of the unit in which their pressures are written.
@@ -481,7 +475,7 @@ def judged_diagrams(
         )  # fmt: skip
         if question:
             break  # the other measures are wrong for the same reason
-    return found
+    return tuple(found)
 
 
 def _question_of_diagram(check: Check, value: float, written: float) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from engine_dyn.quantities import (
@@ -55,7 +54,7 @@ __all__ = [
     "QUANTITIES",
     "UNLESS_GIVEN",
     "Variants",
-    "select",
+    "variants_of",
 ]
 
 _PARAMETERS: tuple[Node, ...] = (
@@ -119,7 +118,7 @@ _CONSTANTS = tuple(
         ("double_acting", "pressures of both ends of double-acting cylinders"),
         ("counterweights", "counterweights on the webs"),
         ("mounts", "mounts of the engine block"),
-        ("variant_of", "which variant of a node the scene has: `Variants`"),
+        ("variant_of", "which variant of a node the scene has"),
     )
 )
 
@@ -221,21 +220,23 @@ ALL_QUANTITIES: Mapping[str, Node] = MappingProxyType({**QUANTITIES, **CURVE_MEA
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 
 
-@functools.cache
-def select(name: str, *words: str) -> Node:
-    """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
-    for node in NODES[name]:
-        if all(word in words for word in node.when.split()):
-            return node
-    raise KeyError(f"no variant of {name!r} holds for {', '.join(words)}")
+class Variants(dict[str, Node]):
+    """The variants of nodes that hold for the words of a scene, by name: see `Node.when`.
+
+    They are looked up again and again; each is found when it is first asked for.
+    """
+
+    def __init__(self, words: tuple[str, ...]) -> None:
+        super().__init__()
+        self.words = words
+
+    def __missing__(self, name: str) -> Node:
+        for node in NODES[name]:
+            if all(word in self.words for word in node.when.split()):
+                self[name] = node
+                return node
+        raise KeyError(f"no variant of {name!r} holds for {', '.join(self.words)}")
 
 
-@dataclass(frozen=True)
-class Variants:
-    """The variants that hold for the words of one scene: `select` for nodes that look up others."""
-
-    words: tuple[str, ...]
-
-    def __call__(self, name: str) -> Node:
-        """Return the variant of this name."""
-        return select(name, *self.words)
+variants_of = functools.cache(Variants)
+"""The variants for some words: scenes with the same words share them."""

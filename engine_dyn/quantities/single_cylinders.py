@@ -94,6 +94,8 @@ def with_values(cylinders: Cylinders, values: Mapping[str, float]) -> Cylinders:
         One line that begins with the name: a cylinder that does not exist, or what
         `Cylinders.with_factors` and `Cylinders.firing_at` refuse.
     """
+    if not values:
+        return cylinders
     factors: dict[str, list[float]] = {}
     for key, value in values.items():
         what, number = OF_CYLINDER[key]

@@ -18,7 +18,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
-__all__ = ["AT_START", "NODES", "OF_TORQUE", "kernel_inputs", "without_cylinders"]
+__all__ = ["AT_START", "NODES", "OF_CYLINDERS", "OF_TORQUE", "kernel_inputs", "without_cylinders"]
 
 MOST_STEPS, SPEED_FOUND = 40, 1e-12
 """Most solutions of a search for the nominal speed, and its relative error."""

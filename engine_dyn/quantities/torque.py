@@ -11,19 +11,16 @@ from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node, hidden
-from engine_dyn.quantities.speed import OF_TORQUE, kernel_inputs, without_cylinders
+from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, without_cylinders
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 
 __all__ = ["NODES"]
 
 
-_EXTREMES = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
-    "double_radius", "reciprocating_mass", "speed", "cylinder_set", "cylinders_by_count", "family",
-    "tolerance",
-)  # fmt: skip
-"""What the extremes of the torque need, friction aside."""
+_OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
+_EXTREMES = tuple(n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque"))
+"""What the extremes of the torque need, and without friction."""
 
 _INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "torque_min"}
 """Extremes of the torque without friction, and what their kernel calls them."""
@@ -49,7 +46,6 @@ def _solution(when: str, *needs: str, make: Any = _torque_solution) -> Node:
     )  # fmt: skip
 
 
-_OF_CYLINDERS = (*_EXTREMES, *FRICTION_NAMES, "friction_torque")
 _GIVEN = (*OF_TORQUE, "speed", "tolerance")
 
 

@@ -10,12 +10,14 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.engine import Engine
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
@@ -43,7 +45,9 @@ __all__ = [
     "Variable",
     "as_stored",
     "dataset_of",
+    "dataset_with_warnings",
     "describe",
+    "flags",
     "label",
     "to_file_units",
 ]
@@ -146,14 +150,14 @@ def describe(
     for name in plan.outputs:
         node, dims = plan.computed[name].node, plan.dims(name)
         if name == "status":
-            variables[name] = Variable(dims, _flags(node, status.MEANINGS), kind="i1")
+            variables[name] = Variable(dims, flags(node.long_name, status.MEANINGS), kind="i1")
         elif name.endswith(KIND):
-            variables[name] = Variable(dims, _flags(node, KINDS), kind="i1")
+            variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
             about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
             if node.meanings:
-                about = {**about, **_flags(node, node.meanings, kind)}
+                about = {**about, **flags(node.long_name, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     if scene.reference is not None:
         for name, column in scene.reference.columns.items():
@@ -235,6 +239,11 @@ def label(
         for name, v in labels.variables.items()
         if v.data is None
     }
+    return dataset_with_warnings(labels, data)
+
+
+def dataset_with_warnings(labels: Labels, data: Mapping[str, npt.NDArray[Any]]) -> xr.Dataset:
+    """Dataset of labels and of results in the units of files, which are looked at."""
     watch = labels.watch()
     for name, values in data.items():
         watch.look(name, (), values)
@@ -297,10 +306,10 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     return attributes
 
 
-def _flags(node: Node, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
+def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
     """Attributes of a variable whose numbers stand for words; `kind` is that of its numbers."""
     return {
-        "long_name": node.long_name,
+        "long_name": long_name,
         "units": "1",
         "flag_values": np.arange(len(meanings), dtype=kind),
         "flag_meanings": " ".join(meanings),
@@ -393,21 +402,26 @@ def _about(plan: Plan) -> dict[str, Any]:
 
 def _about_engine(plan: Plan) -> dict[str, str]:
     """Attributes that say what the engine of a plan is."""
-    engine = plan.scene.engine
-    given = {
-        name: float(plan.leaves[name].data)
-        for name in PARAMETERS
-        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
+    leaves = plan.leaves
+    names = sorted(_TOLD.keys() & leaves.keys(), key=_TOLD.__getitem__)
+    given = {name: float(leaves[name].data) for name in names if not leaves[name].dims}
+    return {
+        **_of_engine(plan.scene.engine),
+        "parameters": json.dumps(given),
+        "arrangement": _arrangements(plan.scene),
+        "shaft": _shaft(plan.scene),
     }
+
+
+@lru_cache(maxsize=16)
+def _of_engine(engine: Engine) -> dict[str, str]:
+    """What every plan of an engine says of it."""
     return {
         "references": "; ".join(engine.sources),
         "engine": engine.name,
         "engine_title": engine.title,
         "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
         "engine_values": json.dumps(dict(engine.values)),
-        "parameters": json.dumps(given),
-        "arrangement": _arrangements(plan.scene),
-        "shaft": _shaft(plan.scene),
     }
 
 
@@ -443,6 +457,7 @@ def _shaft(scene: Scene) -> str:
     return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
 
 
+@lru_cache(maxsize=64)
 def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
     if own is None or own.arrangement is None:
@@ -471,4 +486,9 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-_MARCHING = ("passes", "start_speed", "start_angle")
+_TOLD = {
+    name: place
+    for place, name in enumerate(PARAMETERS)
+    if name not in ("passes", "start_speed", "start_angle")
+}
+"""Places of the parameters that archives tell, in their order."""

@@ -16,7 +16,7 @@ import platform
 import zlib
 from collections.abc import Collection, Iterator, Mapping
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, lru_cache
 from importlib import metadata
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash
+from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.pressure.diagram import Diagram
 from sweeps.catalogue import PACKAGE
 from sweeps.dimensions import LABELS
 from sweeps.errors import counted, one_line, printable
@@ -352,19 +354,28 @@ def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
     A path that the scene or one of its files gives as absolute keeps its name, under which it is
     looked up again.
     """
-    home = PurePath(scene.folder)
-    if home.is_relative_to(PACKAGE):
-        return home.relative_to(PACKAGE.parent).as_posix(), scene.files
-    texts = [json_text(scene.source).encode(errors="surrogateescape"), *scene.files.values()]
+    if _within(scene.folder, PACKAGE) is not None:
+        return PurePath(scene.folder).relative_to(PACKAGE.parent).as_posix(), scene.files
 
     def short(name: str) -> str:
-        path = PurePath(name)
-        if not path.is_relative_to(home):
-            return name
-        given = path.is_absolute() and any(os.fsencode(name) in text for text in texts)
-        return name if given else str(path.relative_to(home))
+        found = _within(name, scene.folder)
+        given = found is None or (os.path.isabs(name) and _is_given(name, scene))
+        return name if given else str(found)
 
     return "", {short(name): data for name, data in scene.files.items()}
+
+
+@lru_cache(maxsize=1024)
+def _within(path: str, folder: str | PurePath) -> str | None:
+    """Path from a folder on; None where it lies elsewhere."""
+    whole = PurePath(path)
+    return str(whole.relative_to(folder)) if whole.is_relative_to(folder) else None
+
+
+def _is_given(name: str, scene: Scene) -> bool:
+    """Whether a scene or one of its files names a file so."""
+    texts = [json_text(scene.source).encode(errors="surrogateescape"), *scene.files.values()]
+    return any(os.fsencode(name) in text for text in texts)
 
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
@@ -372,21 +383,17 @@ def _diagrams(scene: Scene) -> list[dict[str, Any]]:
 
     Of a diagram of the torque, of that [N m].
     """
-    curves = []
+    curves: list[Diagram | TorqueOverAngle] = []
     for one in scene.ordinary_scenes:
-        torque = one.engine.torque
-        diagrams = one.engine.family.diagrams if one.indicator is None else (one.indicator,)
-        curves += [(diagram.angle, diagram.pressure) for diagram in diagrams]
-        curves += [] if torque is None else [(torque.angle, torque.torque)]
-    return [
-        {
-            "points": len(angle),
-            "sha256": sha256(
-                np.asarray(angle, "<f8").tobytes() + np.asarray(values, "<f8").tobytes()
-            ),
-        }
-        for angle, values in curves
-    ]
+        curves += one.engine.family.diagrams if one.indicator is None else (one.indicator,)
+        curves += [] if one.engine.torque is None else [one.engine.torque]
+    return [{"points": len(curve.angle), "sha256": _hash_of_curve(curve)} for curve in curves]
+
+
+@lru_cache(maxsize=1024)
+def _hash_of_curve(curve: Diagram | TorqueOverAngle) -> str:
+    values = curve.pressure if isinstance(curve, Diagram) else curve.torque
+    return sha256(np.asarray((curve.angle, values), "<f8").tobytes())
 
 
 @cache

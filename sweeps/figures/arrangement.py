@@ -64,18 +64,14 @@ def firing_notes(one: Mapping[str, Any]) -> list[str]:
     return [f"firing order {'-'.join(str(i + 1) for i in order)}", intervals]
 
 
-def described(view: View) -> list[str]:
-    """Return the attribute that describes the arrangement, if the archive has one."""
-    return ["arrangement"] if arrangements_of(view, _several) else []
-
-
-def _several(one: Mapping[str, Any]) -> bool:
+def has_banks(one: Mapping[str, Any]) -> bool:
+    """Whether there are two cylinders or more on known throws and banks."""
     return "period" in one and len(one["throws"]) > 1
 
 
 def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a figure for each arrangement that the archive describes."""
-    for suffix, one in arrangements_of(study.view, _several).items():
+    for suffix, one in arrangements_of(study.view, has_banks).items():
         figure, (view, star) = new_sheet(1, 2, 3.3)
         _end_view(view, one)
         _firing_star(star, one)

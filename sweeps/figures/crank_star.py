@@ -26,7 +26,6 @@ from sweeps.figures.arrangement import (
 )
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
-from sweeps.figures.views import View
 from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
@@ -42,12 +41,8 @@ NEAR, FAR = "#d9d9d9", "#f2f2f2"
 """Throws towards the viewer, and away."""
 
 
-def star_names(view: View) -> list[str]:
-    """Return the attribute that describes the throws, if there are two or more cylinders."""
-    return ["arrangement"] if arrangements_of(view, _several) else []
-
-
-def _several(one: Mapping[str, Any]) -> bool:
+def has_throws(one: Mapping[str, Any]) -> bool:
+    """Whether there are two cylinders or more on known throws."""
     return len(one.get("throws", ())) > 1
 
 
@@ -59,7 +54,7 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
              "side view from the right of the star, throws to its left are lighter"]  # fmt: skip
     if fraction:
         notes.append(f"counterweights for the fraction {number_text(fraction)}")
-    for suffix, one in arrangements_of(study.view, _several).items():
+    for suffix, one in arrangements_of(study.view, has_throws).items():
         throws = _throws(one)
         long = PITCH * len({place for place, *_ in throws}) + 1.0
         widths = (max(long, 4.4), max(3.4, 0.33 * long))

@@ -19,17 +19,10 @@ from sweeps.figures.wording import file_label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["deviation_names", "deviations"]
+__all__ = ["deviations"]
 
 NORMAL, LIMIT, MISSED = 0.15, 0.75, "#c03a2b"
 """Lightness of normal cycles and of limits; colour of missed cycles."""
-
-
-def deviation_names(view: View) -> list[str]:
-    """All variables of deviations of cylinders; none of other archives."""
-    if not (view.has("imep_deviation_of_cycle") and view.has("missed_threshold")):
-        return []
-    return [str(name) for name in view.data.data_vars]
 
 
 def deviations(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["fitted_names", "fitted_speeds"]
+__all__ = ["fitted_speeds"]
 
 NORMAL = 1.96
 """Standard deviations to each side of a 95 % interval."""
@@ -50,13 +50,6 @@ DELTAS = (
 
 DARK = 0.55
 """Size of a correlation from which its number is written in white."""
-
-
-def fitted_names(view: View) -> list[str]:
-    """All variables of a fit to measured speeds; none of other archives."""
-    if not (view.has("omega_through_wheel") and view.has("residual") and view.has("value")):
-        return []
-    return [str(name) for name in view.data.data_vars]
 
 
 def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -41,11 +41,12 @@ figures alive and picks a backend for the whole process, which a library must no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, PUBLISHED, SHARE, UNCERTAIN
-from sweeps.figures.arrangement import arrangements, described
+from sweeps.figures.arrangement import arrangements, arrangements_of, has_banks
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.bearing_loads import (
     bearing_load_names,
@@ -54,22 +55,22 @@ from sweeps.figures.bearing_loads import (
     bearing_pressures,
 )
 from sweeps.figures.compared import compared, compared_names
-from sweeps.figures.crank_star import crank_stars, star_names
+from sweeps.figures.crank_star import crank_stars, has_throws
 from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
-from sweeps.figures.cylinder_deviations import deviation_names, deviations
+from sweeps.figures.cylinder_deviations import deviations
 from sweeps.figures.distributions import (
     distribution_names,
     distributions,
     statistics_names,
 )
 from sweeps.figures.firing_orders import firing_orders, order_names
-from sweeps.figures.fitted import fitted_names, fitted_speeds
+from sweeps.figures.fitted import fitted_speeds
 from sweeps.figures.friction import friction_components, friction_names
 from sweeps.figures.indicator import recorded_names, recording_sheet, work_diagrams, work_names
 from sweeps.figures.lines import band_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
-from sweeps.figures.measured import measured_names, measured_speeds
+from sweeps.figures.measured import measured_speeds
 from sweeps.figures.numbers import numbers, says_something
 from sweeps.figures.orders import orders
 from sweeps.figures.outcomes import outcome_names, outcomes_map
@@ -84,7 +85,7 @@ from sweeps.figures.parameter_bars import (
 from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
-from sweeps.figures.recorded_train import recorded_train, train_names
+from sweeps.figures.recorded_train import recorded_train
 from sweeps.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
 from sweeps.figures.shaft_response import (
     shaft_cycle_names,
@@ -96,7 +97,7 @@ from sweeps.figures.shaft_response import (
 )
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
-from sweeps.figures.strokes import stroke_names, strokes
+from sweeps.figures.strokes import has_strokes, strokes
 from sweeps.figures.study import Study
 from sweeps.figures.together import grouped_names, groups
 from sweeps.figures.torques import (
@@ -155,6 +156,20 @@ def _over_angle(*names: str) -> Callable[[View], list[str]]:
     return lambda view: [name for name in names if over_angle(view, name)]
 
 
+def _all_of(*names: str) -> Callable[[View], list[str]]:
+    """Take all variables of an archive that has these; none of others."""
+
+    def takes(view: View) -> list[str]:
+        return [str(name) for name in view.data.data_vars] if all(map(view.has, names)) else []
+
+    return takes
+
+
+def _described(usable: Callable[[Mapping[str, Any]], bool]) -> Callable[[View], list[str]]:
+    """Take the attribute that describes arrangements, where one of them can be drawn."""
+    return lambda view: ["arrangement"] if arrangements_of(view, usable) else []
+
+
 def _running(dimension: str | None) -> Callable[[View], list[str]]:
     """Take variables that run along a dimension, or along none."""
 
@@ -168,11 +183,11 @@ def _running(dimension: str | None) -> Callable[[View], list[str]]:
 
 KINDS = (
     Kind("arrangement", "crankshaft, banks and firing star",
-         "two cylinders or more", described, arrangements),
+         "two cylinders or more", _described(has_banks), arrangements),
     Kind("crank_star", "side view of the crankshaft and star of its throws",
-         "two cylinders or more", star_names, crank_stars),
+         "two cylinders or more", _described(has_throws), crank_stars),
     Kind("strokes", "strokes of all cylinders over the crank angle, in firing order",
-         "two cylinders or more", stroke_names, strokes),
+         "two cylinders or more", _described(has_strokes), strokes),
     Kind("kinematics", "travel, velocity and acceleration of the piston, angle of the rod",
          "position, velocity, acceleration or rod_angle", _over_angle(*KINEMATICS), kinematics),
     Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
@@ -199,18 +214,19 @@ KINDS = (
     Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
          "shaking_force or shaking_moment", vector_names, shaking),
     Kind("measured_speed", "measured speed beside the computed one",
-         "a comparison with a recording (engine-dyn measured)", measured_names, measured_speeds,
-         own_angle=True),
+         "a comparison with a recording (engine-dyn measured)",
+         _all_of("omega_measured", "omega_through_wheel"), measured_speeds, own_angle=True),
     Kind("fitted_speed", "fit to measured speeds: curves, residuals, predictions, correlations",
-         "a fit (engine-dyn identify)", fitted_names, fitted_speeds, own_angle=True),
+         "a fit (engine-dyn identify)", _all_of("omega_through_wheel", "residual", "value"),
+         fitted_speeds, own_angle=True),
     Kind("recorded_train",
          "train of recorded cycles: in sequence, train repeated, each cycle repeated",
-         "a train of recorded cycles (engine-dyn train)", train_names, recorded_train,
-         own_angle=True),
+         "a train of recorded cycles (engine-dyn train)", _all_of("omega_followed", "omega_closed"),
+         recorded_train, own_angle=True),
     Kind("cylinder_deviations",
          "imep deviation of each cylinder from the measured speed: misfires, weak cylinders",
-         "deviations of single cylinders (engine-dyn cylinders)", deviation_names, deviations,
-         own_angle=True),
+         "deviations of single cylinders (engine-dyn cylinders)",
+         _all_of("imep_deviation_of_cycle", "missed_threshold"), deviations, own_angle=True),
     Kind("firing_orders", "firing orders side by side, by every criterion",
          "ranked firing orders (engine-dyn firing-orders)", order_names, firing_orders),
     Kind("mechanism_forces", "forces of the crank mechanism in one panel",

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["measured_names", "measured_speeds"]
+__all__ = ["measured_speeds"]
 
 DELTAS = (
     Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured, raw", "o", MEASURED),
@@ -51,13 +51,6 @@ DELTAS_ALONE = (replace(DELTAS[2], text="measured"), DELTAS[3])
 """What is drawn of the deltas, and where no tooth errors were taken out."""
 
 DIFFERENCE = "Measured less computed (% of the mean)"
-
-
-def measured_names(view: View) -> list[str]:
-    """All variables of a comparison with measured speeds; none of other archives."""
-    if not (view.has("omega_measured") and view.has("omega_through_wheel")):
-        return []
-    return [str(name) for name in view.data.data_vars]
 
 
 def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -17,7 +17,7 @@ from sweeps.figures.views import View
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["recorded_train", "train_names"]
+__all__ = ["recorded_train"]
 
 DETAIL = 4
 """Cycles whose speed is drawn over the angle."""
@@ -31,13 +31,6 @@ TEXTS = {"followed": "cycles in sequence", "closed": "train repeated periodicall
          "repeated": "each cycle repeated periodically"}  # fmt: skip
 MOST_MARKS = 40
 """Cycles up to which each has a mark."""
-
-
-def train_names(view: View) -> list[str]:
-    """All variables of a followed train; none of other archives."""
-    if not (view.has("omega_followed") and view.has("omega_closed")):
-        return []
-    return [str(name) for name in view.data.data_vars]
 
 
 def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:

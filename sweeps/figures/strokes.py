@@ -37,19 +37,15 @@ DRIVEN = (("expansion, suction", EXCHANGE), ("compression, delivery", COMPRESSIO
 """Strokes from a cylinder's firing dead centre on; of a compressor, from its top dead centre."""
 
 
-def stroke_names(view: View) -> list[str]:
-    """Return the attribute that describes the cylinders, if there are two or more."""
-    return ["arrangement"] if arrangements_of(view, _several) else []
-
-
-def _several(one: Mapping[str, Any]) -> bool:
+def has_strokes(one: Mapping[str, Any]) -> bool:
+    """Whether two cylinders or more fire in a known cycle."""
     return len(one.get("firing_angles", ())) > 1 and one.get("period") in (360.0, 720.0)
 
 
 def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the strokes of all cylinders, the first to fire above; a figure for each engine."""
     view = study.view
-    for suffix, one in arrangements_of(view, _several).items():
+    for suffix, one in arrangements_of(view, has_strokes).items():
         firing = np.asarray(one["firing_angles"], dtype=float)
         order = np.argsort(firing, kind="stable")
         figure, (panel,) = new_sheet(1, 1, 0.7 + 0.26 * firing.size)

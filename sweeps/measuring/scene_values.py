@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.speed.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError
-from sweeps.planning.leaves import leaves_of
+from sweeps.planning.leaves import leaves_of, mean_of
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 
@@ -134,16 +133,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
 def values_of(scene: Scene, names: Iterable[str]) -> list[float]:
     """Parameters or quantities without dimensions [SI], the means of designs that differ."""
     leaves = leaves_of(scene, {})
-
-    def of(name: str) -> Any:
-        if name in leaves:
-            return np.mean(leaves[name].si) if leaves[name].dims else leaves[name].si
-        node = scene.node(name)
-        if node.make is None:
-            raise KeyError(name)
-        return node.make(**{need: of(need) for need in node.needs})
-
-    return [float(of(name)) for name in names]
+    return [float(mean_of(scene, leaves, name)) for name in names]
 
 
 def value_of(scene: Scene, name: str) -> float:

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT
 from engine_dyn.types import Booleans, Floats, Integers
-from sweeps.archive.labels import dataset_of, describe
-from sweeps.archive.warnings import ATTRIBUTE
+from sweeps.archive.labels import dataset_with_warnings, describe
 from sweeps.dimensions import DESIGN, GENERATION, RESTART
 from sweeps.optimising.space import Space
 from sweeps.optimising.task import Task
@@ -178,16 +177,12 @@ class Designs:
 
         plan = self.task.plan(self.columns(), len(self))
         labels = describe(plan, seconds=seconds)
-        watch = labels.watch()
-        data = {}
-        for name, variable in labels.variables.items():
-            if variable.data is None:
-                dims = plan.dims(name)
-                shape = tuple(plan.sizes[d] for d in dims)
-                data[name] = _joined([r.pop(name) for _, r in self._results], dims, shape)
-                watch.look(name, (), data[name])
-        dataset = dataset_of(labels, data)
-        dataset.attrs[ATTRIBUTE] = watch.text()
+        data = {
+            name: _joined([r.pop(name) for _, r in self._results], one.dims, labels.shape(name))
+            for name, one in labels.variables.items()
+            if one.data is None
+        }
+        dataset = dataset_with_warnings(labels, data)
         counts = [count for count, _, _ in self._marks]
         about = {
             RESTART: "restart of the search in which the design was computed, from 1",

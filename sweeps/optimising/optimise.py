@@ -13,6 +13,7 @@ import numpy as np
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.types import Booleans, Integers
+from sweeps.archive.labels import flags
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.checks import thread_count
 from sweeps.dimensions import DESIGN, FOUND, FULFILLING
@@ -273,19 +274,12 @@ class _Search:
             "computing": round(self.designs.computing, 3),
         }  # fmt: skip
         archive = self.designs.archive(seconds)
-        attributes = {
-            "long_name": "whether the design is a result of the search: the best one, or one on "
-            "the Pareto front",
-            "units": "1",
-            "flag_values": np.array([0, 1], dtype=np.int8),
-            "flag_meanings": "computed found",
-        }
-        fulfils = {
-            "long_name": "whether the design meets all conditions at every point",
-            "units": "1",
-            "flag_values": np.array([0, 1], dtype=np.int8),
-            "flag_meanings": "no yes",
-        }
+        attributes = flags(
+            "whether the design is a result of the search: the best one, or one on the Pareto "
+            "front",
+            ("computed", "found"),
+        )
+        fulfils = flags("whether the design meets all conditions at every point", ("no", "yes"))
         archive = archive.assign_coords(
             {
                 FOUND: xr.Variable((DESIGN,), found, attributes),

@@ -30,14 +30,12 @@ __all__ = [
     "aligned",
     "belongs",
     "block_count",
-    "block_lengths",
     "blocks",
     "check_memory",
     "divided",
     "index_of",
     "lengths_in_memory",
     "lengths_within",
-    "memory_bytes",
     "passing_bytes",
     "shape_in",
     "undivided",
@@ -73,18 +71,8 @@ def divided(plan: Plan) -> tuple[dict[str, int], int]:
     return lengths, plan.output_bytes + round(passing_bytes(plan, lengths))
 
 
-def block_lengths(plan: Plan) -> dict[str, int]:
-    """Axes that are divided, and the most positions of each in a block; empty where none is."""
-    return divided(plan)[0]
-
-
-def memory_bytes(plan: Plan) -> int:
-    """Bytes that exist at the same time at most: all outputs, and what a block is made from."""
-    return divided(plan)[1]
-
-
 def lengths_in_memory(plan: Plan) -> dict[str, int]:
-    """As `block_lengths`, of a plan that is computed into arrays.
+    """Axes that are divided, as by `divided`, of a plan that is computed into arrays.
 
     Raises
     ------
@@ -100,7 +88,7 @@ def lengths_in_memory(plan: Plan) -> dict[str, int]:
 
 
 def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
-    """As `block_lengths`; `limit` holds for all arrays of a block, those of its outputs too."""
+    """Lengths as of `divided`; `limit` holds for all arrays of a block, also of its outputs."""
     lengths = dict(plan.sizes)
     reduce = plan.scene.reduce
     whole = () if reduce is None else reduce.at_every  # designs are judged at all their values

@@ -18,7 +18,7 @@ from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import ARRANGEMENT, DESIGN, ENGINE, TORSION_STATUS
 from sweeps.errors import counted, size_text
-from sweeps.planning.blocks import block_count, block_lengths, memory_bytes
+from sweeps.planning.blocks import block_count, divided
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
@@ -75,11 +75,12 @@ def _room_and_time(plan: Plan) -> str:
     """What a plan takes; the seconds have one significant digit: 10, not 1e+01."""
     if plan.scene.reduce is not None:
         return _of_reduced(plan)
-    pieces = block_count(plan, block_lengths(plan))
+    lengths, memory = divided(plan)
+    pieces = block_count(plan, lengths)
     in_blocks = f" in {pieces} blocks" if pieces > 1 else ""
     return (
         f"archive about {size_text(plan.output_bytes)} uncompressed, memory for all of it at once "
-        f"about {size_text(memory_bytes(plan))}{in_blocks}, time about "
+        f"about {size_text(memory)}{in_blocks}, time about "
         f"{float(f'{seconds(plan):.1g}'):.12g} s (plus compilation on the first run of this kind)"
     )
 

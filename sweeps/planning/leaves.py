@@ -25,7 +25,6 @@ from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.graph import (
     CONSTANTS,
     DIMENSIONS,
-    Variants,
 )
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.quantities.torsion import MODES
@@ -35,7 +34,7 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
-__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "points_of"]
+__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "mean_of", "points_of"]
 
 LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
@@ -49,7 +48,6 @@ FIRST_SET = MOST_CYLINDERS + 1
 
 def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     """Points of the dimensions that quantities add, in the units of files."""
-    counts = np.unique(scene.known["cylinders"].data)
     shaft = scene.engine.shaft
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
@@ -58,9 +56,9 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
-        "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
-        "piston": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
-        "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
+        "cylinder": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
@@ -78,9 +76,9 @@ def _cycles(scene: Scene) -> int:
     return scene.cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
 
 
-def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
+def _throws(scene: Scene) -> int:
     """Throws of the engine with most of them; none where their order is unknown."""
-    engines = scene.arrangements or [cylinders_of_count(scene, int(count)) for count in counts]
+    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
     return max(len(engine.along_shaft or ()) for engine in engines)
 
 
@@ -130,7 +128,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "double_acting": ends_of(engine.family),
         "counterweights": engine.counterweights,
         "mounts": engine.mounts,
-        "variant_of": Variants(scene.words),
+        "variant_of": scene.variants.__getitem__,
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:
@@ -143,6 +141,25 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         else:
             leaves[name] = Value(constants[name])
     return leaves
+
+
+def mean_of(scene: Scene, leaves: Mapping[str, Value], name: str) -> Any:
+    """A value, the mean where it varies [SI], by formulas of the graph alone.
+
+    Raises
+    ------
+    KeyError
+        Where it takes more than formulas, or what neither scene nor engine gives.
+    """
+    if name in leaves:
+        leaf = leaves[name]
+        if not leaf.dims:
+            return leaf.si
+        return np.ravel(leaf.data)[0] if name == "cylinder_set" else np.mean(leaf.si)
+    node = scene.node(name)
+    if node.make is None or node.kind == "stage":
+        raise KeyError(name)
+    return node.make(**{need: mean_of(scene, leaves, need) for need in node.needs})
 
 
 def _with_cycles(
@@ -222,8 +239,7 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):
-        counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
-        return count, {n: cylinders_of_count(scene, n) for n in counts}
+        return count, {n: cylinders_of_count(scene, n) for n in scene.counts}
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))

@@ -171,7 +171,8 @@ class _Given:
                 ends = np.array([leaf.data.min(), leaf.data.max()]) * leaf.unit
                 self._ends[name] = ends.reshape(2, *(1,) * self._axes)
                 self._axes += 1
-        return not np.any(outside(check, self._measured(check, self._ends)))
+        bad = outside(check, self._measured(check, self._ends))
+        return not (bad.any() if isinstance(bad, np.ndarray) else bad)
 
     def base(self, names: Iterable[str]) -> dict[str, Any]:
         """Numbers and columns, in the units of files, shaped to broadcast over the scene's axes."""
@@ -230,7 +231,7 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     if isinstance(family, CycleTable):
         return []
     measured = scene.indicator is not None
-    diagrams = [scene.indicator] if scene.indicator is not None else scene.engine.family.diagrams
+    diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.family.diagrams
     ends = ends_of(scene.engine.family)
     if ends is not None:  # the effective pressure is that of no gas
         diagrams = (ends.head_end, ends.crank_end)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from engine_dyn.torsion.rigid import elastic_over_rigid
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.units import RPM
+from sweeps.planning.leaves import mean_of
 from sweeps.planning.plan import Plan
 from sweeps.reading.silenced_warnings import RECIPROCATING_SHARE, RIGID_SHAFT
 from sweeps.scene.cylinders import cylinders_of_count
@@ -38,11 +37,11 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     of_rigid = "speed_solution" in plan.computed and RIGID_SHAFT not in off
     if shaft is None or not (of_share or of_rigid):
         return []
-    values = {key: _mean_of(plan, key) for key in scene.shaft_keys}
+    values = {key: mean_of(scene, plan.leaves, key) for key in scene.shaft_keys}
     throws = len(shaft.throws)
     lines = []
     try:
-        moving = _mean_of(plan, "mean_reciprocating_inertia") / throws
+        moving = mean_of(scene, plan.leaves, "mean_reciprocating_inertia") / throws
     except KeyError:  # the engine has no masses, and no quantity that needs them
         moving = 0.0
     own = shaft.inertias(values, np.full(throws, moving))
@@ -86,16 +85,3 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
         f"{frequency:.4g} Hz, moves the flywheel {ratio[at, which]:.3g} times as much as with a "
         "rigid shaft, which delta and omega assume; delta_elastic is that of the elastic shaft"
     ]
-
-
-def _mean_of(plan: Plan, name: str) -> Any:
-    """A value, the mean where it varies [SI], by formulas of the graph alone."""
-    leaf = plan.leaves.get(name)
-    if leaf is not None:
-        if not isinstance(leaf.data, np.ndarray | np.number):
-            return leaf.data  # a constant
-        return np.ravel(leaf.si)[0] if name == "cylinder_set" else np.mean(leaf.si)
-    node = plan.scene.node(name)
-    if node.make is None or node.kind == "stage":
-        raise KeyError(name)
-    return node.make(**{need: _mean_of(plan, need) for need in node.needs})

@@ -14,10 +14,9 @@ for every value that the sources do not give; `[[source]]` with the citations.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -113,6 +112,7 @@ TORQUE = "torque"
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 
 
+@cache
 def catalogue() -> dict[str, Path]:
     """Engines that come with the package: name and file."""
     return {path.stem: path for path in sorted(ENGINES.glob("*.toml"))}
@@ -139,10 +139,11 @@ def load_engine(
         For an unknown name, a file that is no engine, values outside their range, missing values.
     """
     text = str(name_or_path)
-    own = ENGINES / f"{text}.toml"
+    known = catalogue()
+    own = known[text] if text in known else ENGINES / f"{text}.toml"
     if kept(own):
         return _read_engine(own, f"engine {text}")
-    if f"{text}.toml" in os.listdir(ENGINES):
+    if text in known:
         engine, files = _of_catalogue(own, own.stat().st_mtime_ns)
         add_files_read(files)
         return engine

@@ -19,7 +19,6 @@ from sweeps.reading.regular_files import MOST_TEXT, reading, regular_bytes
 __all__ = [
     "file_bytes",
     "add_files_read",
-    "keep_instead",
     "kept",
     "kept_files",
     "kept_name",
@@ -55,7 +54,7 @@ def kept_files(
     like this. `home` is the folder of the scene. What `instead` holds is read from there although
     other files are read from the disk.
     """
-    objects = {_name(path): data for path, data in (instead or {}).items()}
+    objects = {kept_name(path): data for path, data in (instead or {}).items()}
     collected = _Kept(dict(given or {}), given is not None, home, objects)
     token = _FILES.set(collected)
     try:
@@ -67,7 +66,7 @@ def kept_files(
 def kept(path: Path) -> bool | None:
     """Whether a file is among those given; None where files are read from the disk."""
     collected = _FILES.get()
-    return None if collected is None or not collected.closed else _name(path) in collected.files
+    return None if collected is None or not collected.closed else kept_name(path) in collected.files
 
 
 def add_files_read(files: Mapping[str, bytes]) -> None:
@@ -75,16 +74,6 @@ def add_files_read(files: Mapping[str, bytes]) -> None:
     collected = _FILES.get()
     if collected is not None:
         collected.files.update(files)
-
-
-def keep_instead(path: Path, data: bytes) -> None:
-    """Keep other bytes of a file than its own: what a scene needs of a recording."""
-    add_files_read({_name(path): data})
-
-
-def kept_name(path: Path) -> str:
-    """Name under which a file is kept."""
-    return _name(path)
 
 
 def referred(base: Path, text: str, where: str) -> Path:
@@ -118,7 +107,7 @@ def referred(base: Path, text: str, where: str) -> Path:
     return path
 
 
-def _name(path: Path) -> str:
+def kept_name(path: Path) -> str:
     """Name under which a file is kept; files of the package by their place in it."""
     if path.is_relative_to(PACKAGE):
         return path.relative_to(PACKAGE.parent).as_posix()
@@ -129,7 +118,7 @@ def _bytes(path: Path, most: int = MOST_TEXT) -> bytes:
     collected = _FILES.get()
     if collected is None:
         return regular_bytes(path, most)
-    name = _name(path)
+    name = kept_name(path)
     if collected.closed:
         if name not in collected.files:
             raise FileNotFoundError(name)
@@ -153,8 +142,8 @@ def file_bytes(path: Path, most: int) -> bytes:
     collected = _FILES.get()
     if collected is not None and collected.closed:
         return _bytes(path)
-    if collected is not None and _name(path) in collected.instead:
-        return collected.instead[_name(path)]
+    if collected is not None and kept_name(path) in collected.instead:
+        return collected.instead[kept_name(path)]
     return regular_bytes(path, most)
 
 

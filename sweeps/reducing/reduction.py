@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
-from sweeps.archive.labels import Labels, Variable, as_stored, describe
+from sweeps.archive.labels import Labels, Variable, as_stored, dataset_of, describe
 from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.dimensions import DESIGN, LABELS, PARAMETER, RANK, REDUCTION, STATE, STATUS
 from sweeps.errors import SceneError, counted
@@ -221,8 +221,6 @@ class Reduction:
 
     def dataset(self, seconds: float | None = None) -> xr.Dataset:
         """All that was asked for, with labels, units and provenance."""
-        import xarray as xr
-
         variables: dict[str, Variable] = {}
         coordinates: dict[str, Variable] = {}
         for name in {*self.left, *self.asked.at_every}:
@@ -243,11 +241,7 @@ class Reduction:
             ("state_byte",), {"long_name": "what merging needs", "units": "1"},
             np.frombuffer(_packed(self.state()), np.int8),
         )  # fmt: skip
-        found = xr.Dataset(
-            {n: (v.dims, v.data, dict(v.attributes)) for n, v in variables.items()},
-            {n: (v.dims, v.data, dict(v.attributes)) for n, v in coordinates.items()},
-            dict(self.labels.attributes),
-        )
+        found = dataset_of(replace(self.labels, variables=variables, coordinates=coordinates), {})
         for one in found.variables.values():
             one.encoding["_FillValue"] = None
         found.attrs |= {

@@ -126,10 +126,10 @@ def _axis(key: str, raw: Any, name: str) -> Floats:
             "optionally spacing = 'log'; a single value belongs in [set]"
         )
     check_range(values, where, node)
-    unique, counts = np.unique(values, return_counts=True)
-    if len(unique) < len(values):
-        twice = float(unique[counts > 1][0])
-        raise SceneError(f"{where}: duplicate value {twice:.12g}; axis values must be unique")
+    ordered = np.sort(values)
+    twice = ordered[1:][ordered[1:] == ordered[:-1]]
+    if twice.size:
+        raise SceneError(f"{where}: duplicate value {twice[0]:.12g}; axis values must be unique")
     return values
 
 

@@ -23,8 +23,8 @@ from sweeps.reading.indicator_files import (
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.reading.laboratory.recording import MOST_BYTES, SUFFIXES, read_recording
 from sweeps.reading.referred_files import (
+    add_files_read,
     file_bytes,
-    keep_instead,
     kept,
     kept_name,
     read_text,
@@ -107,7 +107,7 @@ def read_indicator_table(
         recording = read_recording(path, where, table)
         found = imported(recording, path.name, table, engine.period, engine)
         text = found.text(cycles=cycles)
-        keep_instead(path, text.encode())
+        add_files_read({kept_name(path): text.encode()})  # of a recording, what a scene needs
         diagram, notes = indicator_of_text(text, where, engine.period), _header(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
     return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, select
+from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, variants_of
 from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.scene.values import GivenValues
 
@@ -42,6 +42,13 @@ class Value(NamedTuple):
         return self.data if self.unit == 1.0 else self.data * self.unit
 
 
+def _single_values(given: Mapping[str, float]) -> dict[str, Value]:
+    return {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in given.items()}
+
+
+_DEFAULTS = _single_values(UNLESS_GIVEN)
+
+
 def known_values(
     values: GivenValues, words: Sequence[str], more: Mapping[str, float]
 ) -> dict[str, Value]:
@@ -56,8 +63,7 @@ def known_values(
     more : dict of float
         Single values that come from elsewhere: [solver], or the measured diagram.
     """
-    single = {**UNLESS_GIVEN, **_left_in_force(values, words, more)}
-    known = {k: Value(np.float64(v), (), PARAMETERS[k].si) for k, v in single.items()}
+    known = {**_DEFAULTS, **_single_values(_left_in_force(values, words, more))}
     for key, (_, given, dims) in values.given.items():
         if key in PARAMETERS:
             data = np.asarray(given, dtype=np.float64)
@@ -75,7 +81,8 @@ def _left_in_force(
     engine's.
     """
     own = {**values.engine.values, **more}
-    derived = {key for key in BY_CHOICE & own.keys() if select(key, *words).make is not None}
+    variants = variants_of(tuple(words))
+    derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
     return {
         key: value
         for key, value in own.items()

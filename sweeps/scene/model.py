@@ -17,7 +17,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
-from engine_dyn.quantities.graph import select
+from engine_dyn.quantities.graph import Variants, variants_of
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats, Integers
@@ -213,6 +213,11 @@ class Scene(GivenValues):
         )  # fmt: skip
 
     @cached_property
+    def variants(self) -> Variants:
+        """Variants of nodes that the scene has."""
+        return variants_of(self.words)
+
+    @cached_property
     def known(self) -> dict[str, Value]:
         """Values in SI units that nothing has to compute: given ones, and neutral ones."""
         more = {key: getattr(self, key) for key in (RATIO, *SOLVER_COLUMNS)}
@@ -226,7 +231,7 @@ class Scene(GivenValues):
 
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
-        found = select(name, *self.words)
+        found = self.variants[name]
         if not found.of_shaft:
             return found
         of_shaft = [k for k in self.shaft_keys if k.rpartition("_")[0] in found.of_shaft]

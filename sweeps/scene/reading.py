@@ -255,7 +255,8 @@ def scene_of(
         if given.reference is not None:
             published = read_reference(given.reference.file, scene, base, name)
             scene = replace(scene, reference=published)
-    return replace(scene, reduce=read_reduce(given.reduce, scene, name))
+    reduce = read_reduce(given.reduce, scene, name)
+    return scene if reduce is None else replace(scene, reduce=reduce)
 
 
 @contextmanager

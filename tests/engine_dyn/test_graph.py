@@ -15,7 +15,7 @@ from engine_dyn.quantities.graph import (
     NODES,
     NUMBERED,
     PARAMETERS,
-    select,
+    variants_of,
 )
 from engine_dyn.quantities.node import Node, check_needs
 from engine_dyn.quantities.parameters import CYCLE_KEYS
@@ -73,7 +73,7 @@ def test_words_of_a_scene_select_one_variant(name: str) -> None:
             continue
         found = [node for node in NODES[name] if set(node.when.split()) <= set(words)]
         assert len(found) == 1, words
-        assert select(name, *words) is found[0]
+        assert variants_of(words)[name] is found[0]
 
 
 def test_every_unit_is_read_by_udunits() -> None:

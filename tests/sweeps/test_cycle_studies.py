@@ -10,7 +10,7 @@ import pytest
 import sweeps
 from engine_dyn.pressure.cycle_table import CycleTable
 from sweeps.planning import blocks
-from sweeps.planning.blocks import block_lengths
+from sweeps.planning.blocks import divided
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import in_memory
@@ -67,13 +67,13 @@ def test_bits_of_a_design(monkeypatch: pytest.MonkeyPatch, loads: bool) -> None:
     scene = study(150, names if loads else (*QUANTITIES, "delta_error"), loads=loads)
     whole = sweeps.run(scene)
     assert (whole["status"] == 0).all()
-    assert not block_lengths(make_plan(read_scene(scene)))
+    assert not divided(make_plan(read_scene(scene)))[0]
     permuted = np.random.default_rng(1).permutation(150)
     for places in ([17], [3, 99, 120, 149], permuted):
         assert_same(sweeps.run(some_of(scene, places)), whole, places)
     assert_same(sweeps.run(scene, threads=1), whole, slice(None))
     small_blocks(monkeypatch)
-    assert block_lengths(make_plan(read_scene(scene)))["design"] <= 75
+    assert divided(make_plan(read_scene(scene)))[0]["design"] <= 75
     assert_same(sweeps.run(scene), whole, slice(None))
 
 
@@ -81,7 +81,7 @@ def test_any_number_of_cycles_in_blocks(tmp_path: Path, monkeypatch: pytest.Monk
     """More than 1024 were refused. The archive has the bits of a run in memory, and of shards."""
     scene = study(1500)
     plan = make_plan(read_scene(scene))
-    assert 100 < block_lengths(plan)["design"] < 1000
+    assert 100 < divided(plan)[0]["design"] < 1000
     whole = in_memory.run(scene)
     assert (whole["status"] == 0).all()
     done = stream(scene, tmp_path / "x.nc", memory=100e6)
@@ -98,7 +98,7 @@ def test_few_rows_are_kept_in_a_long_study() -> None:
     plan = make_plan(read_scene(study(1500, ("imep", "peak_pressure"))))
     table = plan.leaves["family"].data
     assert isinstance(table, CycleTable)
-    lengths = block_lengths(plan)
+    lengths = divided(plan)[0]
     length = lengths["design"]
     computation = in_memory.Computation(plan, lengths)
     for block in blocks.blocks(plan, lengths):

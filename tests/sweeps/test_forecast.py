@@ -12,7 +12,7 @@ import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.planning import forecast
-from sweeps.planning.blocks import memory_bytes
+from sweeps.planning.blocks import divided
 from sweeps.planning.forecast import (
     diagram_count,
     seconds,
@@ -127,12 +127,12 @@ def test_blocks_and_memory_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     inertia = {**long, "start": 1.0, "stop": 2.0}
     plan = plan_of("delta", axes={"inertia": inertia, "speed": long})
     assert "blocks" not in text(plan)
-    assert memory_bytes(plan) < 1.01 * plan.output_bytes
+    assert divided(plan)[1] < 1.01 * plan.output_bytes
     stroke = {**long, "start": 0.15, "stop": 0.2}
     plan = plan_of("delta", axes={"stroke": stroke, "speed": long})
     monkeypatch.setattr(forecast, "seconds", lambda _: 12.3)
     assert " blocks, time about 10 s (plus " in text(plan)
-    assert memory_bytes(plan) < plan.output_bytes + 150e6
+    assert divided(plan)[1] < plan.output_bytes + 150e6
 
 
 def test_time_grows_with_work() -> None:
