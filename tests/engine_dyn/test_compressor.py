@@ -1,12 +1,10 @@
 """The modelled compressor: an independent integration, the ideal cycle, what is refused."""
 
 import dataclasses
-import itertools
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from engine_dyn import status
 from engine_dyn.geometry.arrangement import TWO_STROKE
@@ -14,6 +12,7 @@ from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle, tabulate
 from engine_dyn.pressure.diagram import Diagram
+from tests.support.cycles import between_lines
 
 DEGREE = np.pi / 180.0
 BAR = 1e5
@@ -36,65 +35,6 @@ def si(model: CompressorCycle) -> dict[str, Any]:
     return dataclasses.asdict(model)
 
 
-def smooth_step(u: float) -> float:
-    t = min(max(u, 0.0), 1.0)
-    return t**3 * (10.0 + t * (6.0 * t - 15.0))
-
-
-def opening(model: CompressorCycle, volume: float) -> float:
-    """Angle of a volume by bisection, 0..pi."""
-    low, high = 0.0, np.pi
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if model.volume(middle) < volume else (low, middle)
-    return 0.5 * (low + high)
-
-
-def independent(model: CompressorCycle, start: float, marks: Any) -> tuple[Any, float]:
-    """Pressure at marks from 0 to 2 pi, and at its end, by a general integrator."""
-    ratio = model.delivery_pressure / model.suction_pressure
-    c, ramp = model.clearance_ratio, model.valve_ramp
-    suction = opening(model, c * ratio ** (1.0 / model.expansion_exponent))
-    delivery = 2.0 * np.pi - opening(
-        model, (1.0 + c) * ratio ** (-1.0 / model.compression_exponent)
-    )
-
-    def right(phi: float, y: Any) -> Any:
-        lam = model.crank_ratio
-        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
-        volume = c + 0.5 * (1.0 - np.cos(phi) + (1.0 - root) / lam)
-        speed = np.sin(phi) * (1.0 + lam * np.cos(phi) / root)
-        inward = smooth_step((phi - suction) / ramp) * smooth_step((np.pi - phi) / ramp)
-        outward = smooth_step((phi - delivery) / ramp) * smooth_step((2 * np.pi - phi) / ramp)
-        before = 0.5 * (suction + np.pi) < phi < 0.5 * (delivery + 2.0 * np.pi)
-        n = model.compression_exponent if before else model.expansion_exponent
-        gas = -n * y[0] * 0.5 * speed / volume * (1.0 - inward - outward)
-        gas += (
-            inward
-            * (model.suction_pressure - model.suction_loss * speed**2 - y[0])
-            / (model.valve_lag)
-        )
-        gas += (
-            outward
-            * (model.delivery_pressure + model.delivery_loss * speed**2 - y[0])
-            / (model.valve_lag)
-        )
-        return [gas]
-
-    edges = [0.0, suction, suction + ramp, np.pi - ramp, np.pi, delivery, delivery + ramp,
-             2.0 * np.pi - ramp, 2.0 * np.pi]  # fmt: skip
-    y, found = np.array([start]), []
-    for low, high in itertools.pairwise(edges):
-        here = marks[(marks >= low) & (marks < high)]
-        run = solve_ivp(
-            right, (low, high), y, method="DOP853", rtol=3e-13, atol=1e-7, max_step=DEGREE,
-            t_eval=np.append(here, high),
-        )  # fmt: skip
-        y = run.y[:, -1]
-        found.append(run.y[0, :-1])
-    return np.concatenate(found), float(y[0])
-
-
 @pytest.mark.parametrize(
     "changes",
     [{}, {"delivery_pressure": 3.0, "valve_ramp": 25.0}, {"suction_pressure": 8.0,
@@ -104,12 +44,21 @@ def test_against_a_general_integrator(changes: dict[str, float]) -> None:
     model = cycle(**changes)
     angle, pressure = model.points(1.0)
     place = np.argmin(np.abs(angle))
-    marks = np.arange(360) * DEGREE
-    expected, last = independent(model, float(pressure[place]), marks)
+    ratio = model.crank_ratio
+
+    def swept(phi: float) -> tuple[Any, Any]:
+        root = np.sqrt(1.0 - (ratio * np.sin(phi)) ** 2)
+        travel = 1.0 - np.cos(phi) + (1.0 - root) / ratio
+        return 0.5 * travel, 0.5 * np.sin(phi) * (1.0 + ratio * np.cos(phi) / root)
+
+    start = float(pressure[place])
+    expected, last = between_lines(
+        model, model.clearance_ratio, swept, start, np.arange(360) * DEGREE
+    )
     np.testing.assert_allclose(
         np.roll(pressure, -place), expected, rtol=0.0, atol=1e-9 * pressure.max()
     )
-    assert last == pytest.approx(float(pressure[place]), rel=1e-9)
+    assert last == pytest.approx(start, rel=1e-9)
 
 
 def work(model: CompressorCycle) -> float:

@@ -2,12 +2,10 @@
 the force of both ends, the reversal of rod loads, and what is refused."""
 
 import dataclasses
-import itertools
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from engine_dyn.forces.rod_loads import rod_load_extremes
 from engine_dyn.geometry.arrangement import TWO_STROKE
@@ -17,6 +15,7 @@ from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle, end
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored
 from engine_dyn.units import BAR, DEGREE
+from tests.support.cycles import between_lines
 
 USUAL: dict[str, float] = {
     "clearance_ratio": 0.12, "crank_end_clearance_ratio": 0.15, "piston_rod_diameter": 0.09,
@@ -41,73 +40,27 @@ def travel(phi: Any, ratio: float) -> Any:
     return 1.0 - np.cos(phi) + (1.0 - np.sqrt(1.0 - (ratio * np.sin(phi)) ** 2)) / ratio
 
 
-def crank_end_volume(psi: Any, model: DoubleActingCycle) -> Any:
-    """Over the swept volume, at angles after bottom dead centre."""
-    return model.crank_end_clearance_ratio + 0.5 * (2.0 - travel(psi + np.pi, model.crank_ratio))
-
-
-def opening(model: DoubleActingCycle, volume: float) -> float:
-    """Angle after bottom dead centre at which the crank end has a volume, by bisection."""
-    low, high = 0.0, np.pi
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        below = crank_end_volume(middle, model) < volume
-        low, high = (middle, high) if below else (low, middle)
-    return 0.5 * (low + high)
-
-
-def smooth_step(u: float) -> float:
-    t = min(max(u, 0.0), 1.0)
-    return t**3 * (10.0 + t * (6.0 * t - 15.0))
-
-
-def crank_end_by_general_integrator(model: DoubleActingCycle, marks: Any) -> Any:
-    """Pressure at angles after bottom dead centre, after two turns from an arbitrary start."""
-    ratio = model.delivery_pressure / model.suction_pressure
-    c, ramp, lag = model.crank_end_clearance_ratio, model.valve_ramp, model.valve_lag
-    suction = opening(model, c * ratio ** (1.0 / model.expansion_exponent))
-    delivery = 2.0 * np.pi - opening(
-        model, (1.0 + c) * ratio ** (-1.0 / model.compression_exponent)
-    )
-
-    def right(psi: float, y: Any) -> Any:
-        phi, lam = psi + np.pi, model.crank_ratio
-        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
-        speed = -np.sin(phi) * (1.0 + lam * np.cos(phi) / root)  # away from the crank
-        inward = smooth_step((psi - suction) / ramp) * smooth_step((np.pi - psi) / ramp)
-        outward = smooth_step((psi - delivery) / ramp) * smooth_step((2 * np.pi - psi) / ramp)
-        closed = 0.5 * (suction + np.pi) < psi < 0.5 * (delivery + 2.0 * np.pi)
-        n = model.compression_exponent if closed else model.expansion_exponent
-        low = model.suction_pressure - model.suction_loss * speed**2
-        high = model.delivery_pressure + model.delivery_loss * speed**2
-        gas = -n * y[0] * 0.5 * speed / crank_end_volume(psi, model) * (1.0 - inward - outward)
-        return [gas + (inward * (low - y[0]) + outward * (high - y[0])) / lag]
-
-    edges = [0.0, suction, suction + ramp, np.pi - ramp, np.pi, delivery, delivery + ramp,
-             2.0 * np.pi - ramp, 2.0 * np.pi]  # fmt: skip
-    y = np.array([model.delivery_pressure])
-    for _ in range(2):  # the line's pressure makes it forget its start
-        found = []
-        for low, high in itertools.pairwise(edges):
-            here = marks[(marks >= low) & (marks < high)]
-            run = solve_ivp(
-                right, (low, high), y, method="DOP853", rtol=3e-13, atol=1e-7,
-                max_step=2.0 * DEGREE, t_eval=np.append(here, high),
-            )  # fmt: skip
-            y = run.y[:, -1]
-            found.append(run.y[0, :-1])
-    return np.concatenate(found)
-
-
 @pytest.mark.parametrize("changes", [{}, {"crank_ratio": 0.4, "valve_lag": 1.0}])
 def test_the_crank_end_against_a_general_integrator(changes: dict[str, float]) -> None:
     model = cycle(**changes)
-    diagram = model.diagram(1.0).crank_end
-    marks = np.arange(360) * DEGREE
-    expected = crank_end_by_general_integrator(model, marks)
+    ratio = model.crank_ratio
+
+    def swept(psi: float) -> tuple[Any, Any]:
+        """At angles after bottom dead centre; away from the crank."""
+        phi = psi + np.pi
+        root = np.sqrt(1.0 - (ratio * np.sin(phi)) ** 2)
+        speed = -np.sin(phi) * (1.0 + ratio * np.cos(phi) / root)
+        return 0.5 * (2.0 - travel(phi, ratio)), 0.5 * speed
+
+    marks, pressure = np.arange(360) * DEGREE, model.delivery_pressure
+    for _ in range(2):  # the line's pressure makes it forget its start
+        expected, pressure = between_lines(
+            model, model.crank_end_clearance_ratio, swept, pressure, marks
+        )
     np.testing.assert_allclose(
-        diagram(marks + np.pi), expected, rtol=0.0, atol=1e-9 * expected.max()
-    )
+        model.diagram(1.0).crank_end(marks + np.pi), expected, rtol=0.0,
+        atol=1e-9 * expected.max(),
+    )  # fmt: skip
 
 
 def test_the_ends_are_not_each_other_half_a_turn_later() -> None:

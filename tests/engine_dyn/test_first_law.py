@@ -14,17 +14,12 @@ from engine_dyn import status
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
 from oracle.textbook_cycles import finite_release
-from tests.support.cycles import CASES, PORTS, SPARK, WALL, built, case
+from tests.support.cycles import CASES, PORTS, SPARK, WALL, built, case, smooth_step
 
 pytestmark = pytest.mark.quick
 
 DEGREE = np.pi / 180.0
 BAR = 1e5
-
-
-def smooth_step(u: float) -> float:
-    t = min(max(u, 0.0), 1.0)
-    return t**3 * (10.0 + t * (6.0 * t - 15.0))
 
 
 class Equation:
