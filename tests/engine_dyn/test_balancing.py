@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from engine_dyn.forces import balance
 from engine_dyn.forces.balance import RunningGear, running_gear
-from engine_dyn.geometry import kinematic_series, masses
+from engine_dyn.geometry import masses
 from engine_dyn.geometry.arrangement import FOUR_STROKE, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
@@ -102,15 +102,6 @@ def test_forces_are_those_of_masses_on_their_paths(here: Cylinders, offset: floa
     ):  # fmt: skip
         total = sum(of_order(n, PHI) for n in range(1, 31))
         np.testing.assert_allclose(total, curve, atol=1e-12 * UNIT)
-
-
-def test_harmonics_of_the_acceleration_are_the_closed_form_of_the_series() -> None:
-    whole = np.arange(1.0, 41.0)
-    for ratio in (0.05, 0.3, 0.7, 0.9):
-        np.testing.assert_allclose(
-            balance.acceleration_harmonics(whole, ratio),
-            kinematic_series.acceleration_coefficients(whole, ratio), atol=1e-13,
-        )  # fmt: skip
 
 
 def amplitude(found: RunningGear, order: float) -> tuple[float, float]:

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 from engine_dyn import status
-from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import velocity
-from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle, tabulate
-from engine_dyn.pressure.diagram import Diagram
 from tests.support.cycles import between_lines
 
 DEGREE = np.pi / 180.0
@@ -78,15 +75,6 @@ def test_the_limit_is_the_ideal_cycle(ratio: float) -> None:
     volumetric_efficiency = 1.0 - 0.06 * (ratio ** (1.0 / n) - 1.0)
     ideal = n / (n - 1.0) * BAR * volumetric_efficiency * (ratio ** ((n - 1.0) / n) - 1.0)
     assert -work(model) == pytest.approx(ideal, rel=1e-2)
-
-
-def test_half_degree_is_fine_enough_for_the_spline() -> None:
-    model = cycle()
-    angle, pressure = model.points(0.1)
-    coarse, p = model.points(0.5)
-    spline = Diagram(coarse, p, periodic_spline_slopes(coarse, p, TWO_STROKE), TWO_STROKE)
-    for curve in (spline, model.diagram()):
-        np.testing.assert_allclose(curve(angle), pressure, rtol=0.0, atol=1e-6 * pressure.max())
 
 
 def test_a_batch_is_its_cycles_and_leaves_out_the_impossible() -> None:

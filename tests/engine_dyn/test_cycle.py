@@ -15,6 +15,7 @@ from scipy.integrate import quad, solve_ivp
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
+from tests.support.cycles import smooth_step
 
 ROOT = Path(__file__).resolve().parents[2]
 # Scripts import each other by their bare names, as when they are run.
@@ -39,11 +40,6 @@ def cycle(**changes):
     """A cycle from values in file units."""
     values = {**USUAL, **changes}
     return DieselCycle(**{name: value * FILE_UNITS[name][1] for name, value in values.items()})
-
-
-def smooth_step(u):
-    t = np.clip(u, 0.0, 1.0)
-    return t**3 * (10.0 + t * (6.0 * t - 15.0))
 
 
 def equation(model):
@@ -120,13 +116,6 @@ def test_energy_balance_of_the_closed_cycle():
     heat = model.heat * float(model.burnt_fraction(end) - model.burnt_fraction(start))
     assert inner[1] - inner[0] + work == pytest.approx(heat, rel=1e-7)
     assert heat == pytest.approx(14.0 * BAR, rel=1e-6)
-
-
-def test_half_degree_is_fine_enough_for_the_spline():
-    model = cycle()
-    angle, pressure = model.points(0.125)
-    curve = diagram_from_points(*model.points(0.5))
-    np.testing.assert_allclose(curve(angle), pressure, rtol=3e-5)
 
 
 @pytest.mark.parametrize(

@@ -119,18 +119,6 @@ def test_the_general_solver_agrees() -> None:
         assert batch.delta == pytest.approx(general.delta, rel=1e-7)
 
 
-def test_where_a_pattern_begins_says_nothing() -> None:
-    given = {
-        "bore": BORE, "stroke": STROKE, "crank_ratio": RATIO, "reciprocating_mass": 0.8,
-        "inertia": INERTIA, "speed": SPEED, "cylinders": 4,
-    }  # fmt: skip
-    first, *others = (
-        periodic_speed(DIAGRAM, **given, firing_pattern=pattern).delta
-        for pattern in ([1, 1, 0, 1, 0, 0, 0], [1, 0, 1, 0, 0, 0, 1], [0, 0, 0, 1, 1, 0, 1])
-    )
-    assert others == pytest.approx([first, first], rel=1e-9)
-
-
 @pytest.mark.parametrize(
     "pattern", [(1.0, 1.0, 0.0), (1.0, 0.6, SEALED), (1.0, 0.0, 1.0, 1.0, 0.0)]
 )

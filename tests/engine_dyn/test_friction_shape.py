@@ -44,16 +44,10 @@ def exact_mean(curve: Any, period: float) -> float:
 def test_the_mean_is_one(fired: Diagram, only: str) -> None:
     """Whatever the shares, the cycle mean is 1 and the work is that of the mean torque."""
     changes = {} if only == "all" else {**dict.fromkeys(SHARES, 0.0), only: 1.0}
-    one = shape(**changes)
-    mean = exact_mean(lambda phi: one(phi, 0.28, fired, BAR), FOUR_STROKE)
-    assert mean == pytest.approx(1.0, abs=1e-9)
-
-
-def test_a_two_stroke_has_its_own_mean() -> None:
-    curve = case("ports, woschni").diagram()
-    one = shape()
-    mean = exact_mean(lambda phi: one(phi, 0.45, curve, BAR), TWO_STROKE)
-    assert mean == pytest.approx(1.0, abs=1e-9)
+    one, ports = shape(**changes), case("ports, woschni").diagram()
+    for curve, ratio, period in ((fired, 0.28, FOUR_STROKE), (ports, 0.45, TWO_STROKE)):
+        mean = exact_mean(lambda phi, r=ratio, c=curve: one(phi, r, c, BAR), period)
+        assert mean == pytest.approx(1.0, abs=1e-9)
 
 
 def test_closed_forms_without_gas_and_with_a_long_rod() -> None:
