@@ -194,41 +194,6 @@ def test_driven_by_a_motor_against_the_independent_solver(name: str, load: bool)
 
 
 @compiled
-@pytest.mark.parametrize("model", ["constant", "variable"])
-def test_a_straight_driver_is_a_load_with_exponent_one(model: str) -> None:
-    """f c (omega_s - omega) = -(a + k omega) with a = -f c omega_s and k = f c, exactly."""
-    design = replace(
-        design_and_problem("alpha 1, constant, 3 cyl, power_mean", motored=True)[0],
-        inertia_model=model,
-    )
-    synchronous, rate = 1.2 * design.omega_n, 3.0
-    speeds = np.array([0.5, 1.5]) * design.omega_n
-    curve = torque_over_speed(speeds, rate * (synchronous - speeds), driver=True)
-    driven = solved(design, driven=DrivenMachine(driver_over_speed=curve))
-    offset = -driven.driver_factor * rate * synchronous
-    same = solved(design, load_offset=offset, load_exponent=1.0)
-    assert same.load_coefficient == pytest.approx(driven.driver_factor * rate, rel=1e-9)
-    assert driven.delta == pytest.approx(same.delta, rel=1e-8)
-    assert driven.omega_mean == pytest.approx(same.omega_mean, rel=1e-10)
-
-
-@compiled
-@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
-def test_no_load_over_angle_changes_nothing_and_a_constant_one_is_the_offset(
-    exponent: float,
-) -> None:
-    design = replace(design_of("alpha 2, constant, 6 cyl, power_mean"), load_exponent=exponent)
-    flat = torque_over_angle(ANGLES, np.full(ANGLES.size, 20.0))
-    for over, scale, offset in (
-        (torque_over_angle(ANGLES, lobes(50.0)), 0.0, 0.0), (flat, 1.5, 30.0),
-    ):  # fmt: skip
-        found = solved(design, driven=DrivenMachine(over), load_scale=scale)
-        same = solved(design, load_offset=offset)  # in lanes
-        assert found.delta == pytest.approx(same.delta, rel=1e-7)
-        assert found.load_coefficient == pytest.approx(same.load_coefficient, rel=1e-12)
-
-
-@compiled
 @pytest.mark.parametrize("gear", [0.5, 1.0, 1.5, 3.0])
 def test_the_part_of_the_cycle_follows_from_engine_and_load(gear: float) -> None:
     """Solved by period or as unequal cylinders, which have none but the cycle."""
@@ -238,22 +203,6 @@ def test_the_part_of_the_cycle_follows_from_engine_and_load(gear: float) -> None
     found = solved(design, **keys)
     same = solved(design, mass_factor=(1.0,) * 5 + (1.0 + 1e-13,), **keys)
     assert found.delta == pytest.approx(same.delta, rel=1e-9)
-
-
-@compiled
-def test_methods_end_at_the_periodic_solution() -> None:
-    design = design_and_problem("alpha 2, constant, 1 cyl, power_mean", motored=True)[0]
-    over = torque_over_angle(ANGLES, lobes(20.0))
-    keys: dict[str, Any] = {
-        "driven": DrivenMachine(over, motor=True), "synchronous_speed": 1.05 * design.omega_n,
-        "breakdown_slip": 0.2,
-    }  # fmt: skip
-    found = solved(design, **keys)
-    newton = solved(design, method="newton", **keys)
-    assert found.status == newton.status == status.CONVERGED
-    assert newton.delta == pytest.approx(found.delta, rel=1e-8)
-    with pytest.raises(ValueError, match="thesis"):
-        solved(design, method="thesis", **keys)
 
 
 def motor(design: Design, synchronous: float, slip: float, **more: Any) -> int:
@@ -448,6 +397,7 @@ def test_bad_curves_are_refused(make: Any, message: str) -> None:
         ({"load_square": np.inf}, "load_square = inf"),
         ({"load_linear": 1.0, "load_exponent": 2.0}, "load_exponent: not allowed together"),
         ({"load_linear": 1.0, "method": "thesis"}, "supports only the load law"),
+        ({"driven": DrivenMachine(motor=True), "method": "thesis"}, "thesis"),
         ({"load_square": 1.0, "driven": DrivenMachine(load_over_speed=STRAIGHT)},
          "not allowed together with a driver or a table over speed"),
         ({"driven": DrivenMachine(motor=True)}, "synchronous_speed: missing"),

@@ -251,15 +251,6 @@ def test_curves_over_the_crank_angle_of_a_motor(family: Family, model: str) -> N
     assert np.nanmax(np.abs(difference)) < 1e-5
 
 
-@pytest.mark.parametrize(("exponent", "name"), [(1.0, "load_linear"), (2.0, "load_square")])
-def test_one_part_of_the_load_is_a_power(family: Family, exponent: float, name: str) -> None:
-    inputs = designs(family, 2) | {"inertia_model": "variable"}
-    power = solve(inputs, exponent=exponent)
-    found = solve(inputs, driven=DrivenMachine(load_law="linear_square"), **{name: 0.3})
-    for speed in SPEEDS:
-        np.testing.assert_allclose(found[speed], power[speed], rtol=2e-8)
-
-
 @pytest.mark.quick
 @pytest.mark.parametrize("method", ["auto", "newton"])
 def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
