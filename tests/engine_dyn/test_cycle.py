@@ -1,10 +1,6 @@
 """The modelled diesel cycle, and the diagrams of the NTUA engine made with it."""
 
-import importlib
-import sys
 import tomllib
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +12,9 @@ from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
 from tests.support.cycles import smooth_step
+from tests.support.tools import ROOT, tool
 
-ROOT = Path(__file__).resolve().parents[2]
-# Scripts import each other by their bare names, as when they are run.
-sys.path.insert(0, str(ROOT / "tools"))
-calibrate_ntua: Any = importlib.import_module("calibrate_ntua")
+calibrate_ntua = tool("calibrate_ntua")
 
 DEGREE = np.pi / 180.0
 BAR = 1e5
