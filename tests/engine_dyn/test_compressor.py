@@ -18,6 +18,7 @@ from engine_dyn.pressure.double_acting import DoubleActingCycle, ends_of
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored
 from engine_dyn.units import BAR, DEGREE
+from oracle import solution
 from tests.support.cycles import between_lines
 
 VALVES: dict[str, float] = {
@@ -51,10 +52,8 @@ def double(**changes: float) -> DoubleActingCycle:
 
 
 def swept(phi: Any, ratio: float) -> tuple[Any, Any]:
-    """Travel of the piston from top dead centre over the stroke, and its slope, written out."""
-    root = np.sqrt(1.0 - (ratio * np.sin(phi)) ** 2)
-    travel = 1.0 - np.cos(phi) + (1.0 - root) / ratio
-    return 0.5 * travel, 0.5 * np.sin(phi) * (1.0 + ratio * np.cos(phi) / root)
+    """Travel of the piston from top dead centre over the stroke, and its slope."""
+    return 0.5 * solution.position(phi, ratio), 0.5 * solution.velocity(phi, ratio)
 
 
 @pytest.mark.parametrize(

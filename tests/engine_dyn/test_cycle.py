@@ -11,6 +11,7 @@ from scipy.integrate import quad, solve_ivp
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
+from oracle import solution
 from tests.support.cycles import smooth_step
 from tests.support.tools import ROOT, tool
 
@@ -41,11 +42,9 @@ def equation(model):
 
     def volume(phi):
         rod, beside = 1.0 / model.crank_ratio, model.offset_ratio
-        highest = np.sqrt((rod + 1.0) ** 2 - beside**2)
-        stroke = highest - np.sqrt((rod - 1.0) ** 2 - beside**2)
-        theta = phi + np.arcsin(beside / (rod + 1.0))
-        height = np.cos(theta) + np.sqrt(rod**2 - (np.sin(theta) - beside) ** 2)
-        return 1.0 / (model.compression_ratio - 1.0) + (highest - height) / stroke
+        stroke = np.sqrt((rod + 1.0) ** 2 - beside**2) - np.sqrt((rod - 1.0) ** 2 - beside**2)
+        travel = solution.position(phi, model.crank_ratio, beside)
+        return 1.0 / (model.compression_ratio - 1.0) + travel / stroke
 
     def burnt(phi):
         total = 0.0

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from engine_dyn import status
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
+from oracle import solution
 from oracle.textbook_cycles import finite_release
 from tests.support.cycles import CASES, PORTS, SPARK, WALL, built, case, smooth_step
 
@@ -37,15 +38,12 @@ class Equation:
         self.end = self.closing + m.period
 
     def geometry(self, phi: float) -> tuple[float, float]:
-        # Over the crank radius: the rod, the offset of the pin's line, the pin's height.
         rod, beside = 1.0 / self.m.crank_ratio, self.m.offset_ratio
-        highest = np.sqrt((rod + 1.0) ** 2 - beside**2)
-        stroke = highest - np.sqrt((rod - 1.0) ** 2 - beside**2)
-        theta = phi + np.arcsin(beside / (rod + 1.0))
-        side = np.sin(theta) - beside
-        root = np.sqrt(rod**2 - side**2)
-        travel = (highest - np.cos(theta) - root) / stroke
-        slope = (np.sin(theta) + side * np.cos(theta) / root) / stroke
+        stroke = np.sqrt((rod + 1.0) ** 2 - beside**2) - np.sqrt((rod - 1.0) ** 2 - beside**2)
+        travel, slope = (
+            float(motion(phi, self.m.crank_ratio, beside)) / stroke
+            for motion in (solution.position, solution.velocity)
+        )
         return 1.0 / (self.m.compression_ratio - 1.0) + travel, slope
 
     def heat_rate(self, phi: float) -> float:

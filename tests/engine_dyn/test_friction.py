@@ -14,6 +14,7 @@ from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.loads.friction_components import VALVE_TRAINS
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, RPM
+from oracle.solution import velocity
 from tests.support.cycles import case
 
 pytestmark = pytest.mark.quick
@@ -182,9 +183,7 @@ def test_closed_forms_without_gas_and_with_a_long_rod() -> None:
 def test_branches_of_the_stribeck_curve(fired: Diagram) -> None:
     """Coefficient of friction: constant, falling with speed, growing with sqrt(speed/load)."""
     phi = np.linspace(0.05, 3.0, 200)
-    speed = np.abs(np.sin(phi)) * (
-        1.0 + 0.28 * np.cos(phi) / np.sqrt(1.0 - (0.28 * np.sin(phi)) ** 2)
-    )
+    speed = np.abs(velocity(phi, 0.28))
     load = 1.5 * BAR + fired(phi) - BAR
     coefficient = {}
     for name in ("boundary", "mixed", "hydrodynamic"):
