@@ -230,24 +230,6 @@ def test_kernels_are_the_curves_of_any_gear(text: str) -> None:
         assert best[at, 0] == pytest.approx(np.clip(exact, 0.0, 1.0), abs=1e-9)
 
 
-def test_every_design_of_an_array_is_itself() -> None:
-    counts, speeds = np.array([1, 4, 6])[:, None, None], np.array([80.0, 120.0])[:, None]
-    turning = -MASS * np.array([0.0, 0.5])
-    by_count = {n: even_cylinders(n, FOUR_STROKE) for n in (1, 4, 6)}
-    whole = RunningGear(
-        RATIO, RADIUS, MASS, speeds, by_count, counts, turning_mass=turning, spacing=SPACING
-    )
-    largest, levers = whole.force_max(), whole.moment_max()
-    assert largest.shape == levers.shape == (3, 2, 2)
-    for place in np.ndindex(3, 2, 2):
-        alone = running_gear(
-            by_count[int(counts[place[0], 0, 0])], RATIO, RADIUS, MASS, speeds[place[1], 0],
-            turning_mass=turning[place[2]], spacing=SPACING,
-        )  # fmt: skip
-        assert largest[place] == alone.force_max()
-        assert levers[place] == alone.moment_max()
-
-
 @pytest.mark.parametrize("norm", ["rms", "peak"])
 @pytest.mark.parametrize("across", [1.0, 2.0])
 def test_best_fraction(norm: str, across: float) -> None:

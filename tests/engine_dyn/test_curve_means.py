@@ -31,15 +31,3 @@ def test_a_constant_and_a_lost_curve() -> None:
     assert curve_mean(-2.5) == -2.5
     assert root_mean_square(np.full((3, 1), -2.0)).tolist() == [2.0, 2.0, 2.0]
     assert np.isnan(root_mean_square([[1.0, np.nan], [1.0, 1.0]])).tolist() == [True, False]
-
-
-def test_a_row_has_the_same_bits_in_every_shape() -> None:
-    rows = np.random.default_rng(1).normal(size=(57, 720))
-    for function in (root_mean_square, curve_mean):
-        expected = function(rows)
-        one_by_one = np.array([function(row) for row in rows])
-        pieces = np.concatenate([function(rows[i : i + 5]) for i in range(0, 57, 5)])
-        across = function(np.asfortranarray(rows))
-        deep = function(rows[:, None, :])[:, 0]
-        for found in (one_by_one, pieces, across, deep):
-            assert np.array_equal(found, expected)
