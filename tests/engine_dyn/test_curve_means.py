@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from engine_dyn.quantities.curve_means import curve_mean, root_mean_square
 
@@ -15,15 +14,6 @@ def test_of_a_sum_of_waves_it_is_parseval() -> None:
     curve = 3.0 + 2.0 * np.cos(ANGLE) - 5.0 * np.sin(1.5 * ANGLE + 0.3)
     assert root_mean_square(curve) == pytest.approx(math.sqrt(9.0 + 2.0 + 12.5), rel=1e-14)
     assert curve_mean(curve) == pytest.approx(3.0, rel=1e-13)
-
-
-def test_of_a_smooth_periodic_curve_it_is_the_integral() -> None:
-    def curve(angle: float) -> float:
-        return math.exp(2.0 * math.cos(angle)) - math.sin(0.5 * angle)
-
-    square = quad(lambda x: curve(x) ** 2, 0.0, 4.0 * math.pi, epsrel=1e-13)[0] / (4.0 * math.pi)
-    found = root_mean_square([curve(x) for x in ANGLE])
-    assert found == pytest.approx(math.sqrt(square), rel=1e-12)
 
 
 def test_a_constant_and_a_lost_curve() -> None:

@@ -8,11 +8,7 @@ import pytest
 from engine_dyn.geometry.arrangement import Arrangement, customary_order
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.geometry.firing_orders import (
-    CUSTOMARY_ORDERS,
-    IN_LINE_ORDERS,
-    TWO_STROKE_IN_LINE_ORDERS,
     in_line_order_by_rule,
-    two_stroke_in_line_order_by_rule,
 )
 from engine_dyn.geometry.layouts import arrangement_from_text, radial, vee, w_engine
 
@@ -27,17 +23,6 @@ def in_degrees(values: object) -> list[float]:
 
 def throws_of(engine: Arrangement) -> list[float]:
     return in_degrees([throw.angle for throw in engine.throws])
-
-
-def test_rules_give_orders_of_practice() -> None:
-    for count in (1, 2, 5, 7):
-        assert in_line_order_by_rule(count) == CUSTOMARY_ORDERS[count]
-    assert in_line_order_by_rule(6) in [known.order for known in IN_LINE_ORDERS[6]]
-    assert two_stroke_in_line_order_by_rule(7) == (1, 7, 2, 5, 4, 3, 6)
-    # mirror images of the orders known of engines that turn the other way
-    for count in (4, 5):
-        first, *rest = TWO_STROKE_IN_LINE_ORDERS[count][0].order
-        assert two_stroke_in_line_order_by_rule(count) == (first, *reversed(rest))
 
 
 @pytest.mark.parametrize("period", [CYCLE, TURN])
