@@ -109,8 +109,6 @@ def test_texts(text: str, order: tuple[int, ...]) -> None:
     ("text", "message"),
     [
         ("", "must be one of 'in-line N'"),
-        ("straight 6", "must be one of 'in-line N'"),
-        ("in-line", "must be one of 'in-line N'"),
         ("in-line x", "'x' must be a number of cylinders"),
         ("in-line 100", "cylinders = 100: must be a whole number from 1 to 99"),
         ("in-line 13", "must be given: cylinders 1 to 13, such as 1-2-4-6-8-10-12-13-11-9-7"),
@@ -121,7 +119,6 @@ def test_texts(text: str, order: tuple[int, ...]) -> None:
         ("radial 9 twin-row", "'twin-row' is not understood; allowed here: two-row"),
         ("V6", "the bank angle is missing, such as 'V6 90'"),
         ("V7 60", "cylinders = 7: must be an even number; a table of throws, banks and cyl"),
-        ("V5", "cylinders = 5: must be an even number; a table of throws, banks and cylinders"),
         ("VR6", "the bank angle is missing, such as 'VR6 15'"),
         ("VR2 15", "VR: cylinders = 2: must be a whole number from 3 to 99"),
         ("VR6 60", "VR6: bank angle = 60 degree: must be above 0 and at most 45"),

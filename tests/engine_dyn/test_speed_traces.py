@@ -18,6 +18,7 @@ pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
+SPEEDS = ("delta", "omega_max", "omega_min", "omega_mean")
 SCALARS = tuple(name for name in SCALAR_NAMES if name != "delta_error")
 # Angles that are nodes of the finer solutions, beyond one cycle and not in order.
 ANGLES = np.random.default_rng(3).permutation(np.pi / 72.0 * np.arange(-144, 288))
@@ -29,7 +30,7 @@ def inputs(cylinders: int = 1, **changes: Any) -> dict[str, Any]:
     return {**inputs_of(design, family_of(design, 1.0)), "inertia": INERTIA, **changes}
 
 
-@pytest.mark.parametrize("cylinders", [1, 4, 7])
+@pytest.mark.parametrize("cylinders", [1, 4, 7, 11])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
 @pytest.mark.parametrize("model", INERTIA_MODELS)
 def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: str) -> None:
@@ -37,10 +38,12 @@ def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: 
         design_of(NAME), cylinders=cylinders, load_exponent=exponent, inertia_model=model
     )
     found = dispatch.solve(
-        wanted=CURVES, crank_angle=ANGLES, **inputs_of(design, family_of(design, 0.25))
+        wanted=(*SPEEDS, *CURVES), crank_angle=ANGLES, **inputs_of(design, family_of(design, 0.25))
     )
     exact = solution.solve(design)
     assert int(found["status"]) == CONVERGED
+    for name in SPEEDS:
+        assert float(found[name]) == pytest.approx(getattr(exact, name), rel=1e-7), name
     np.testing.assert_allclose(found["omega"], exact.omega(ANGLES), rtol=1e-8)
     rates = slope(lambda phi: 0.5 * exact.omega(phi) ** 2, ANGLES, 2e-3)
     np.testing.assert_allclose(
