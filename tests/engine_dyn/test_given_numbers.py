@@ -152,8 +152,3 @@ def test_other_calls_refuse_likewise(diagram: engine_dyn.Diagram, name: str) -> 
     for value in (*NO_NUMBERS.values(), *([np.nan] if finite else [])):
         with pytest.raises(ValueError, match=word or r"\S"):
             call(diagram, value)
-
-
-def test_pressures_in_bar() -> None:
-    with pytest.raises(ValueError, match=r"largest pressure is 0\.0006.* must be in pascal"):
-        engine_dyn.diagram_from_points(_angles(), _pressures() / 1e5)

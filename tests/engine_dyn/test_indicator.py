@@ -164,6 +164,8 @@ def steep():
         ((uniform(1.0), 100.0 * hump(uniform(1.0))), ["500 bar", "kilopascal"]),
         ((uniform(1.0), 14.5 * hump(uniform(1.0))), ["500 bar", "psi"]),
         ((uniform(1.0), 1e5 * hump(uniform(1.0))), ["500 bar", "pascal"]),
+        ((uniform(1.0), 0.1 * hump(uniform(1.0))), ["megapascal"]),
+        ((uniform(1.0), 1e-5 * hump(uniform(1.0))), ["largest pressure is 0.0006", "in pascal"]),
         ((uniform(1.0), hump(uniform(1.0), peak=600.0)), ["600 bar at 8 degrees", "500 bar"]),
         (rolled(360), ["peak", "at -352 degrees", "-30..60", "shifted by 360 degrees"]),
         (rolled(180), ["peak", "at 188 degrees", "shifted by 180 degrees"]),
