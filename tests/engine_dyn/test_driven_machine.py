@@ -397,7 +397,11 @@ def test_bad_curves_are_refused(make: Any, message: str) -> None:
         ({"load_square": np.inf}, "load_square = inf"),
         ({"load_linear": 1.0, "load_exponent": 2.0}, "load_exponent: not allowed together"),
         ({"load_linear": 1.0, "method": "thesis"}, "supports only the load law"),
-        ({"driven": DrivenMachine(motor=True), "method": "thesis"}, "thesis"),
+        (
+            {"driven": DrivenMachine(motor=True), "synchronous_speed": 1.0, "breakdown_slip": 0.2,
+             "method": "thesis"},
+            "thesis",
+        ),
         ({"load_square": 1.0, "driven": DrivenMachine(load_over_speed=STRAIGHT)},
          "not allowed together with a driver or a table over speed"),
         ({"driven": DrivenMachine(motor=True)}, "synchronous_speed: missing"),
