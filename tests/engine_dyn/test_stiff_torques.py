@@ -11,7 +11,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from engine_dyn import diagram_from_points, periodic_speed, status
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_speed
-from engine_dyn.speed.general import one_by_one
+from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
+from engine_dyn.speed.general import one_by_one, radau
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff
 from oracle.solution import Design
@@ -183,6 +184,20 @@ def test_curves_over_the_angle_of_a_stiff_design() -> None:
         )  # fmt: skip
         end = in_time.after(part, float(found.omega[i] / NOMINAL) ** 2)
         assert math.sqrt(end) * NOMINAL == pytest.approx(found.omega[i + 1], rel=1e-7)
+
+
+@pytest.mark.parametrize("push", [1e-3, 1.0, 1e3, 1e7])
+def test_an_interval_of_a_linear_law(push: float) -> None:
+    """e' = c - push (e - 1) over one interval: e = 1 + c/push + (e_0 - 1 - c/push) exp(-push)."""
+    c, start = 0.3, 1.7
+    interval = radau.Interval((c, 0.0, 0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0, 0.0, 0.0))
+    proportional, _ = law_of(80.0, 0.0, 1.0, 1.0, Form(LINEAR_SQUARE, 1.0, False, np.zeros((3, 0))))
+    passed = radau.pass_interval(start, interval, push, 1.0, 1e-13, proportional)
+    steady = 1.0 + c / push
+    assert passed.missed < math.inf
+    assert passed.end == pytest.approx(steady + (start - steady) * math.exp(-push), rel=1e-10)
+    # What the factor is in a stiff interval does not matter, as long as it is small.
+    assert passed.factor == pytest.approx(math.exp(-push), rel=1e-9, abs=1e-2)
 
 
 @compiled
