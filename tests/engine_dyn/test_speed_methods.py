@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine_dyn.loads.laws import POWER, Form, law_of
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.general.motion import Design, make_motion
+from engine_dyn.speed.general.newton import newton
+from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import (
     CONVERGED,
@@ -26,6 +30,56 @@ compiled = pytest.mark.compiled
 
 CYCLE = 4.0 * np.pi
 SINGLE = "alpha 2, constant, 1 cyl, power_mean"
+
+
+def smooth(nodes: int, variable: bool = False) -> tuple[Any, ...]:
+    """Return w, w', tau, tau' at the nodes of a period of 2 pi."""
+    phi = np.arange(nodes) * (2.0 * np.pi / nodes)
+    w = 0.5 * np.sin(phi) + 0.1 * np.cos(2.0 * phi)
+    dw = 0.5 * np.cos(phi) - 0.2 * np.sin(2.0 * phi)
+    tau = 1.0 + variable * 0.2 * np.cos(phi)
+    return w, dw, tau, -variable * 0.2 * np.sin(phi)
+
+
+def by_newton(
+    nodes: int, half: float, closure: int = POWER_MEAN, kappa: float = 2.0, variable: bool = False
+) -> tuple[int, float, Any]:
+    """Return steps, mu and q at the nodes."""
+    w, dw, tau, dtau = smooth(nodes, variable)
+    motion = make_motion(nodes)
+    for array, values in zip(motion[:4], (w, dw, tau, dtau), strict=True):
+        array[:] = values
+    law, _ = law_of(1.0, 2.0 * half, 0.0, 1.0, Form(POWER, 1.0, False, np.zeros((3, 0))))
+    design = Design(0.0, kappa, law, half, half == 0.0, 1.0)
+    steps, mu, _ = newton(closure, 2.0 * np.pi / nodes, design, motion)
+    return steps, mu, (1.0 + motion.d) / tau
+
+
+@pytest.mark.parametrize("variable", [False, True])
+@pytest.mark.parametrize("closure", [POWER_MEAN, CYCLE_TIME])
+@pytest.mark.parametrize("half", [0.25, 1.0, 1.5])
+def test_two_point_formula_is_of_fourth_order(half: float, closure: int, variable: bool) -> None:
+    steps, mu, exact = by_newton(192, half, closure, variable=variable)
+    assert steps > 0
+    misses = []
+    for nodes in (12, 24, 48):
+        _, coarse_mu, coarse = by_newton(nodes, half, closure, variable=variable)
+        misses.append(np.abs(coarse - exact[:: 192 // nodes]).max() + abs(coarse_mu - mu))
+    # Halving the step divides the miss by 16, at least once the shape is resolved.
+    assert misses[0] / misses[1] > 8.0
+    assert misses[1] / misses[2] > 13.0
+
+
+@compiled
+@pytest.mark.parametrize("kappa", [1e-6, 0.01, 1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("half", [0.15, 0.5, 1.0, 2.0, 6.0])
+def test_newton_finds_it_from_weak_to_overwhelming_loads(half: float, kappa: float) -> None:
+    for closure in (POWER_MEAN, CYCLE_TIME):
+        steps, _, q = by_newton(512, half, closure, kappa)
+        assert steps > 0
+        assert q.min() > 0.0
+        closed = np.mean(q**half) if closure == POWER_MEAN else np.mean(q**-0.5)
+        assert closed == pytest.approx(1.0, abs=1e-10)
 
 
 @compiled
