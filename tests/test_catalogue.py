@@ -1,7 +1,5 @@
 """Engines of the catalogue: values, arrangements, published power, and each runs over speed."""
 
-import importlib
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -14,11 +12,9 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_range, number
 from sweeps.reading.engine_files import catalogue, load_engine
 from tests.support.scenes import computed
+from tests.support.tools import tool
 
-ROOT = Path(__file__).parents[1]
-
-sys.path.insert(0, str(ROOT / "tools"))
-calibration: Any = importlib.import_module("calibrate_catalogue")
+calibration = tool("calibrate_catalogue")
 FITTED = calibration.RATED
 DRIVEN = calibration.TAKEN
 
@@ -128,7 +124,7 @@ def test_every_assumed_number_is_named_with_its_reason(path: Path) -> None:
 
 
 def test_the_digitised_diagram_is_smoothed_within_its_error() -> None:
-    smoothing: Any = importlib.import_module("smooth_digitised")
+    smoothing = tool("smooth_digitised")
     angle, pressure = smoothing.digitised()
     smoothed, error = smoothing.smoothed_points(angle, pressure)
     text = smoothing.SMOOTHED.read_text(encoding="utf-8")

@@ -1,21 +1,18 @@
 """docs/data_sheet.md: its five commands, typed as a new user would, and what it says of them."""
 
-import importlib
 import re
-import sys
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from tests.support.tools import ROOT, tool
+
 DOCUMENT = (ROOT / "docs" / "data_sheet.md").read_text("utf-8")
 CALIBRATED = (ROOT / "docs" / "data_sheet" / "calibrate.txt").read_text("utf-8").rstrip()
 """All that `calibrate` prints; the page has it without the assumed values."""
 
-sys.path.insert(0, str(ROOT / "tools"))
-tool: Any = importlib.import_module("data_sheet")
+tool = tool("data_sheet")
 
 
 def numbers(text: str) -> list[float]:

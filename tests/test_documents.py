@@ -1,9 +1,7 @@
 """README and docs: current, runnable, and true where they state numbers."""
 
 import csv
-import importlib
 import re
-import sys
 import tomllib
 from itertools import pairwise
 from pathlib import Path
@@ -26,8 +24,8 @@ from sweeps.running import into_archive
 from sweeps.running.options import Options
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
+from tests.support.tools import ROOT, tool
 
-ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCS = ROOT / "docs"
 ROWS = {
@@ -41,14 +39,12 @@ DOCUMENTS = {
 """Pages of the site by their path below docs, such as `tutorials/first_scene.md`."""
 PAGES = {"README.md": README, **DOCUMENTS}
 
-# Scripts import each other by their bare names, as when they are run.
-sys.path.insert(0, str(ROOT / "tools"))
-other_sources: Any = importlib.import_module("other_sources")
-pages: Any = importlib.import_module("pages")
-reliability: Any = importlib.import_module("reliability")
-reference_tables: Any = importlib.import_module("reference_tables")
-thesis_study: Any = importlib.import_module("thesis_study")
-validation: Any = importlib.import_module("validation")
+other_sources = tool("other_sources")
+pages = tool("pages")
+reliability = tool("reliability")
+reference_tables = tool("reference_tables")
+thesis_study = tool("thesis_study")
+validation = tool("validation")
 
 
 def blocks(language: str, page: str) -> list[str]:

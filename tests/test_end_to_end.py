@@ -9,57 +9,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import sweeps
 from oracle import golden
 from oracle.designs import HeldOut, held_out
-
-ENGINE = """
-name = "held_out"
-title = "Held-out design"
-cycle = "four-stroke"
-[values]
-bore = {bore!r}
-stroke = {stroke!r}
-crank_ratio = {crank_ratio!r}
-reciprocating_mass = {reciprocating_mass!r}
-inertia = {inertia!r}
-speed = {speed_rpm!r}
-cylinders = {cylinders}
-load = 100
-load_exponent = {load_exponent!r}
-load_offset = {load_offset!r}
-crankcase_pressure = {crankcase!r}
-friction_constant = {friction!r}
-friction_peak_pressure = 0.0
-friction_mean_piston_speed = 0.0
-[[diagram]]
-load = 100
-kind = "points"
-file = "pressure.csv"
-"""
+from tests.support.scenes import computed, toml
 
 QUANTITIES = ["delta", "omega_max", "omega_min", "omega_mean", "torque_mean", "load_coefficient"]
+SAME = ("bore", "stroke", "crank_ratio", "reciprocating_mass", "inertia", "cylinders",
+        "load_exponent", "load_offset")  # fmt: skip
+POINTS = {"load": 100, "kind": "points", "file": "pressure.csv"}
 
 
-def scene_of(item: HeldOut, folder: Path) -> dict[str, object]:
-    design = item.design
-    degrees, bar = item.table(0.5)
-    rows = "\n".join(f"{a!r},{p!r}" for a, p in zip(degrees.tolist(), bar.tolist(), strict=True))
-    (folder / "pressure.csv").write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
-    values = {
-        name: getattr(design, name)
-        for name in ("bore", "stroke", "crank_ratio", "reciprocating_mass", "inertia", "speed_rpm",
-                     "cylinders", "load_exponent", "load_offset")
+def engine_of(item: HeldOut, folder: Path) -> str:
+    """An engine file and its diagram, as a user would write them."""
+    design, path = item.design, folder / "engine.toml"
+    np.savetxt(folder / "pressure.csv", np.column_stack(item.table(0.5)), "%.17g", ",",
+               header="crank_angle_deg,pressure_bar", comments="")  # fmt: skip
+    values = {name: getattr(design, name) for name in SAME} | {
+        "speed": design.speed_rpm, "load": 100, "friction_constant": design.fmep / 1e5,
+        "crankcase_pressure": design.crankcase_pressure / 1e5,
+        "friction_peak_pressure": 0.0, "friction_mean_piston_speed": 0.0,
     }  # fmt: skip
-    text = ENGINE.format(
-        **values, crankcase=design.crankcase_pressure / 1e5, friction=design.fmep / 1e5
-    )
-    (folder / "engine.toml").write_text(text)
-    return {
-        "engine": str(folder / "engine.toml"),
-        "solver": {"inertia_model": design.inertia_model, "closure": design.closure},
-        "output": {"quantities": QUANTITIES},
-    }
+    given = {"name": "held_out", "title": "Held-out design", "cycle": "four-stroke",
+             "values": values, "diagram": [POINTS]}  # fmt: skip
+    path.write_text("".join(f"{key} = {toml(value)}\n" for key, value in given.items()))
+    return str(path)
 
 
 CASES = [item for item in held_out() if not item.exact]
@@ -69,7 +42,8 @@ CASES = [item for item in held_out() if not item.exact]
 def test_scene_agrees_with_independent_solution(item: HeldOut, tmp_path: Path) -> None:
     """Limits of issue "end to end": 1e-5 in delta and the extremes, 1e-7 and 2e-6 in the means."""
     known = golden.read()[item.name]
-    result = sweeps.run(scene_of(item, tmp_path))
+    solver = {"inertia_model": item.design.inertia_model, "closure": item.design.closure}
+    result = computed(QUANTITIES, engine_of(item, tmp_path), solver=solver)
     words = result["status"].attrs["flag_meanings"].split()
     assert words[int(result["status"])] == known["status"]
     assert float(result["torque_mean"]) == pytest.approx(known["torque_mean"], rel=2e-6)

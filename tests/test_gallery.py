@@ -1,17 +1,13 @@
 """The gallery: every kind of figure, drawn by the commands that stand beside it."""
 
-import importlib
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from sweeps.figures.kinds import KINDS
+from tests.support.tools import tool
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tools"))
-gallery: Any = importlib.import_module("gallery")
+gallery = tool("gallery")
 
 ENTRIES = gallery.GALLERY
 DRAWN = [entry for entry in ENTRIES if "made_by" not in entry]

@@ -1,4 +1,4 @@
-"""docs/how_to and README: scenes, commands and Python run, and print what the page shows."""
+"""docs/how_to, docs/notebook.md and README: what they have runs, and prints what the page shows."""
 
 import re
 import shlex
@@ -107,3 +107,25 @@ def test_the_index_names_every_page() -> None:
     assert sorted(listed) == sorted(set(PAGES) - {"index"})
     (tree,) = re.findall(r"^```{toctree}\n:hidden:\n\n(.*?)^```", PAGES["index"], re.S | re.M)
     assert sorted(tree.split()) == sorted(listed)
+
+
+@pytest.mark.compiled
+def test_the_notebook_prints_what_its_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    blocks = re.findall(
+        r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?",
+        (FOLDER.parent / "notebook.md").read_text("utf-8"),
+        re.DOTALL,
+    )
+    assert len(blocks) >= 8
+    space: dict[str, object] = {}
+    for code, told in blocks:
+        exec(code, space)
+        printed = "\n".join(line.rstrip() for line in capsys.readouterr().out.splitlines())
+        assert printed.rstrip("\n") == told.rstrip("\n")
+    for name in ("torque.png", "mine.png"):
+        assert (tmp_path / name).stat().st_size > 10_000
+    plt.close("all")

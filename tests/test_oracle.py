@@ -33,17 +33,10 @@ def harmonic(exponent: float, closure: str, amplitude: float, friction: float = 
     inertia = SWING / (amplitude * omega_n**2)
     return Design(
         pressure=lambda phi: 1e5 + SWING / half_area_radius * np.sin(phi),
-        bore=bore,
-        stroke=stroke,
-        crank_ratio=LONG_ROD,
-        reciprocating_mass=0.0,
-        inertia=inertia,
-        speed_rpm=rpm,
-        load_exponent=exponent,
-        friction_torque=friction,
-        crankcase_pressure=1e5,
+        bore=bore, stroke=stroke, crank_ratio=LONG_ROD, reciprocating_mass=0.0, inertia=inertia,
+        speed_rpm=rpm, load_exponent=exponent, friction_torque=friction, crankcase_pressure=1e5,
         closure=closure,
-    )
+    )  # fmt: skip
 
 
 def test_quadratic_load_on_a_harmonic_torque() -> None:
@@ -98,18 +91,10 @@ def test_constant_load_stalls_beyond_twice_the_square_of_the_speed() -> None:
 def coasting(model: str, exponent: float = 2.0, cylinders: int = 1) -> Design:
     """Engine without gas force, friction and load."""
     return Design(
-        pressure=lambda phi: 1e5 * np.ones_like(phi),
-        bore=0.1,
-        stroke=0.12,
-        crank_ratio=0.3,
-        reciprocating_mass=2.0,
-        inertia=0.05,
-        speed_rpm=1500.0,
-        cylinders=cylinders,
-        load_exponent=exponent,
-        crankcase_pressure=1e5,
-        inertia_model=model,
-    )
+        pressure=lambda phi: 1e5 * np.ones_like(phi), bore=0.1, stroke=0.12, crank_ratio=0.3,
+        reciprocating_mass=2.0, inertia=0.05, speed_rpm=1500.0, cylinders=cylinders,
+        load_exponent=exponent, crankcase_pressure=1e5, inertia_model=model,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("model", ["constant", "variable"])
@@ -174,17 +159,10 @@ def manufactured(exponent: float, varying: bool, closure: str) -> Problem:
 
     values = torque(phi)
     return Problem(
-        torque=torque,
-        torque_mean=float(np.mean(values)),
-        torque_range=float(np.ptp(values)),
-        inertia=inertia,
-        inertia_ratio=ratio,
-        inertia_slope=ratio_slope,
-        omega_n=MADE_SPEED * nominal,
-        load_exponent=exponent,
-        load_offset=offset,
-        closure=closure,
-    )
+        torque=torque, torque_mean=float(np.mean(values)), torque_range=float(np.ptp(values)),
+        inertia=inertia, inertia_ratio=ratio, inertia_slope=ratio_slope,
+        omega_n=MADE_SPEED * nominal, load_exponent=exponent, load_offset=offset, closure=closure,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("exponent", designs.EXPONENTS)

@@ -1,11 +1,8 @@
 """Tables of the reference: what is not a mere copy of the code's own tables."""
 
-import importlib
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,10 +10,10 @@ from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.tools import tool
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
-pages: Any = importlib.import_module("pages")
-reference_tables: Any = importlib.import_module("reference_tables")
+pages = tool("pages")
+reference_tables = tool("reference_tables")
 
 
 @pytest.mark.parametrize("name", ["rakopoulos", "rakopoulos_two_stroke", "four_cylinder",

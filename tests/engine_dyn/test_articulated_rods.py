@@ -117,16 +117,6 @@ def test_inertia_force_is_that_of_points(case: str) -> None:
     assert np.abs(second - both).max() < 1e-9 * np.abs(expected).max()
 
 
-def test_a_second_order_force_is_left_that_plain_radials_do_not_have() -> None:
-    motion = RATIO, RADIUS, MASS, SPEED, COUNT
-    plain = cylinders_of(arrangement_from_text("radial 9"))
-    unit = MASS * RADIUS * SPEED**2
-    none = articulated.inertia_force_of_order(2, THETA, *motion, {COUNT: plain}, 0.0)
-    left = articulated.inertia_force_of_order(2, THETA, *motion, {COUNT: engine()}, 0.0)
-    assert np.abs(none).max() < 1e-10 * unit
-    assert np.abs(left).max() > 0.1 * unit
-
-
 # --- gas -----------------------------------------------------------------------------------------
 
 
@@ -137,17 +127,6 @@ def test_gas_torque_is_the_virtual_work_on_the_pistons(case: str) -> None:
     phi = np.arange(2 * STEPS) * (math.tau / STEPS)
     found = torque.gas_torque(phi, train(made(case)), BORE, gas)
     assert np.abs(found - expected).max() < 1e-6 * np.ptp(expected)
-
-
-def test_each_cylinder_does_the_work_of_its_volume() -> None:
-    """Equal diagrams over the volume: work goes as the stroke, whatever the rods."""
-    gas, phi = torque.GasPressure(diagram(), 0.0, 1.0, 0.0), np.arange(2880) * (math.pi / 720)
-    works = [
-        np.mean(gas.difference(phi, member, train(engine())) * member.velocity(phi, RATIO, E))
-        / member.stroke(RATIO, E)
-        for member in engine().members
-    ]
-    assert works == pytest.approx([works[0]] * COUNT, rel=1e-7)
 
 
 def test_orders_are_those_of_the_curves() -> None:

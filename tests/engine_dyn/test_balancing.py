@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from engine_dyn.forces import balance
 from engine_dyn.forces.balance import RunningGear, running_gear
-from engine_dyn.geometry import kinematic_series, masses
+from engine_dyn.geometry import masses
 from engine_dyn.geometry.arrangement import FOUR_STROKE, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
@@ -102,15 +102,6 @@ def test_forces_are_those_of_masses_on_their_paths(here: Cylinders, offset: floa
     ):  # fmt: skip
         total = sum(of_order(n, PHI) for n in range(1, 31))
         np.testing.assert_allclose(total, curve, atol=1e-12 * UNIT)
-
-
-def test_harmonics_of_the_acceleration_are_the_closed_form_of_the_series() -> None:
-    whole = np.arange(1.0, 41.0)
-    for ratio in (0.05, 0.3, 0.7, 0.9):
-        np.testing.assert_allclose(
-            balance.acceleration_harmonics(whole, ratio),
-            kinematic_series.acceleration_coefficients(whole, ratio), atol=1e-13,
-        )  # fmt: skip
 
 
 def amplitude(found: RunningGear, order: float) -> tuple[float, float]:
@@ -237,24 +228,6 @@ def test_kernels_are_the_curves_of_any_gear(text: str) -> None:
             continue
         exact = -(without * added.conj()).real.mean() / (np.abs(added) ** 2).mean()
         assert best[at, 0] == pytest.approx(np.clip(exact, 0.0, 1.0), abs=1e-9)
-
-
-def test_every_design_of_an_array_is_itself() -> None:
-    counts, speeds = np.array([1, 4, 6])[:, None, None], np.array([80.0, 120.0])[:, None]
-    turning = -MASS * np.array([0.0, 0.5])
-    by_count = {n: even_cylinders(n, FOUR_STROKE) for n in (1, 4, 6)}
-    whole = RunningGear(
-        RATIO, RADIUS, MASS, speeds, by_count, counts, turning_mass=turning, spacing=SPACING
-    )
-    largest, levers = whole.force_max(), whole.moment_max()
-    assert largest.shape == levers.shape == (3, 2, 2)
-    for place in np.ndindex(3, 2, 2):
-        alone = running_gear(
-            by_count[int(counts[place[0], 0, 0])], RATIO, RADIUS, MASS, speeds[place[1], 0],
-            turning_mass=turning[place[2]], spacing=SPACING,
-        )  # fmt: skip
-        assert largest[place] == alone.force_max()
-        assert levers[place] == alone.moment_max()
 
 
 @pytest.mark.parametrize("norm", ["rms", "peak"])

@@ -265,21 +265,3 @@ def test_designs_share_tables(family: Family, monkeypatch: pytest.MonkeyPatch) -
     pieces = bearings.extremes(*arguments, journals)
     for field in ("peak", "mean", "angle"):
         assert np.array_equal(pieces[field], whole[field], equal_nan=True)
-
-
-@pytest.mark.parametrize("load", list(bearings.LOADS))
-def test_designs_of_their_own_crank_ratios_are_themselves(load: str, family: Family) -> None:
-    """Tables that are made together are bit for bit those made alone."""
-    by_count = {1: even_cylinders(1, PERIOD), 3: even_cylinders(3, PERIOD)}
-    rng = np.random.default_rng(3)
-    ratio, offset = rng.uniform(0.2, 0.4, 9), rng.uniform(-0.2, 0.2, 9)
-    count, mass = rng.choice([1, 3], 9), rng.uniform(1e3, 3e3, 9)
-    factors = bearings.Factors(AREA, 1e5 * AREA, mass, 2.0 * mass)
-    arguments = (family, 0.0, factors, count, by_count, PERIOD, 2)
-    whole = bearings.extremes(load, ratio, offset, *arguments)
-    for i in range(9):
-        own = bearings.Factors(AREA, 1e5 * AREA, mass[i], 2.0 * mass[i])
-        alone = bearings.extremes(
-            load, ratio[i], offset[i], family, 0.0, own, count[i], by_count, PERIOD, 2
-        )
-        assert alone == whole[i]

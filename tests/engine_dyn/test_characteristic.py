@@ -73,22 +73,3 @@ def test_load_for_torque() -> None:
         np.testing.assert_array_equal(alone, found[row])
     assert load_for_torque(lambda load, _: load * 0.0 + 7.0, [100.0], 7.0) == 100.0
     assert np.isnan(load_for_torque(lambda load, _: load * 0.0 + 7.0, [100.0], 8.0))
-
-
-def test_only_elements_without_an_answer_are_asked_for() -> None:
-    """Some are straight lines, done at once; and steps that the torque does not see end early."""
-    bend = np.array([0.0, 0.0, 0.2])
-    asked: list[int] = []
-
-    def torque(load: np.ndarray, which: np.ndarray) -> np.ndarray:
-        asked.append(which.size)
-        seen = np.rint(load / 1e-6) * 1e-6
-        return seen + bend[which] * seen**2
-
-    wanted = np.array([30.0, 55.5, 700.0])
-    found = load_for_torque(torque, [0.0, 100.0], wanted, 1e-6)
-    assert found[:2] == pytest.approx([30.0, 55.5], abs=1e-9)
-    assert found[2] + 0.2 * found[2] ** 2 == pytest.approx(700.0, abs=1e-4)
-    assert asked[:3] == [3, 3, 3]
-    assert asked[3:] == [1] * (len(asked) - 3)
-    assert len(asked) < 25

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from engine_dyn.quantities.curve_means import curve_mean, root_mean_square
 
@@ -17,29 +16,8 @@ def test_of_a_sum_of_waves_it_is_parseval() -> None:
     assert curve_mean(curve) == pytest.approx(3.0, rel=1e-13)
 
 
-def test_of_a_smooth_periodic_curve_it_is_the_integral() -> None:
-    def curve(angle: float) -> float:
-        return math.exp(2.0 * math.cos(angle)) - math.sin(0.5 * angle)
-
-    square = quad(lambda x: curve(x) ** 2, 0.0, 4.0 * math.pi, epsrel=1e-13)[0] / (4.0 * math.pi)
-    found = root_mean_square([curve(x) for x in ANGLE])
-    assert found == pytest.approx(math.sqrt(square), rel=1e-12)
-
-
 def test_a_constant_and_a_lost_curve() -> None:
     assert root_mean_square(-2.5) == 2.5
     assert curve_mean(-2.5) == -2.5
     assert root_mean_square(np.full((3, 1), -2.0)).tolist() == [2.0, 2.0, 2.0]
     assert np.isnan(root_mean_square([[1.0, np.nan], [1.0, 1.0]])).tolist() == [True, False]
-
-
-def test_a_row_has_the_same_bits_in_every_shape() -> None:
-    rows = np.random.default_rng(1).normal(size=(57, 720))
-    for function in (root_mean_square, curve_mean):
-        expected = function(rows)
-        one_by_one = np.array([function(row) for row in rows])
-        pieces = np.concatenate([function(rows[i : i + 5]) for i in range(0, 57, 5)])
-        across = function(np.asfortranarray(rows))
-        deep = function(rows[:, None, :])[:, 0]
-        for found in (one_by_one, pieces, across, deep):
-            assert np.array_equal(found, expected)

@@ -1,5 +1,6 @@
 """Numbers that callers give: nothing is dropped or changed in silence."""
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -80,6 +81,9 @@ ENGINE: dict[str, Any] = {
     "start_angle": 0.0, "breakdown_torque": 1.0,
 }  # fmt: skip
 
+MOTIONS = (
+    engine_dyn.position, engine_dyn.velocity, engine_dyn.acceleration, engine_dyn.rod_angle,
+)  # fmt: skip
 OF_CYLINDERS = ("firing_angles", "pressure_factor", "mass_factor", "radius_factor")
 OPTIONAL = ("passes", "start_speed", "synchronous_speed", "breakdown_slip", "crank_angle")
 
@@ -91,18 +95,6 @@ def test_periodic_speed_refuses_what_is_no_number(diagram: engine_dyn.Diagram, n
             continue  # the default
         with pytest.raises(ValueError, match=name):
             engine_dyn.periodic_speed(diagram, **{**ENGINE, name: value})
-
-
-def test_energy_swing_and_required_inertia_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
-    kept = ("bore", "stroke", "crank_ratio", "reciprocating_mass", "speed")
-    engine = {name: ENGINE[name] for name in kept}
-    for name in (*engine, "tolerance", "crankcase_pressure", "load_phase"):
-        for value in (*NO_NUMBERS.values(), np.nan):
-            with pytest.raises(ValueError, match=name):
-                energy_swing(diagram, **{**engine, name: value})
-    for value in (*NO_NUMBERS.values(), np.nan):
-        with pytest.raises(ValueError, match="wanted_delta"):
-            required_inertia(diagram, value, **engine)
 
 
 @pytest.mark.parametrize(
@@ -125,40 +117,38 @@ def test_a_diagram_that_is_none_is_told_in_one_line() -> None:
         engine_dyn.periodic_speed(3, **ENGINE)  # type: ignore[arg-type]
 
 
-def test_curves_and_tables_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
-    turn = np.radians(np.arange(0.0, 360.0, 2.0))
-    over_angle = torque_over_angle(turn, np.sin(turn) + 2.0)
-    over_speed = torque_over_speed([0.0, 100.0], [1.0, 2.0])
-    calls = (
-        engine_dyn.position, engine_dyn.velocity, engine_dyn.acceleration, engine_dyn.rod_angle,
-    )  # fmt: skip
-    for value in NO_NUMBERS.values():
-        for call in calls:
-            with pytest.raises(ValueError, match="phi"):
-                call(value, 0.25)
-            with pytest.raises(ValueError, match="crank_ratio"):
-                call(0.0, value)
-        for curve, name in (
-            (diagram, "phi"), (diagram.derivative, "phi"), (over_angle, "theta"),
-            (over_speed, "omega"),
-        ):  # fmt: skip
-            with pytest.raises(ValueError, match=name):
-                curve(value)
-        for make in (
-            lambda v: engine_dyn.diagram_from_points(v, _pressures()),
-            lambda v: engine_dyn.diagram_from_points(_angles(), v),
-            lambda v: torque_over_angle(turn, v),
-            lambda v: torque_over_speed(v, [1.0, 2.0]),
-            lambda v: FrictionShape(v, 0.1, 0.1, 0.1, 1e5),
-            lambda v: FrictionShape(0.1, 0.1, 0.1, 0.1, v),
-            lambda v: triangular_torque(v, 100.0, 0.01),
-            lambda v: ring_mass(v, 1.0, 0.5),
-            lambda v: engine_dyn.family_from_diagrams(v, [diagram]),
-        ):
-            with pytest.raises(ValueError, match=r"\S"):
-                make(value)
+TURN = np.radians(np.arange(0.0, 360.0, 2.0))
+SIZES = {name: ENGINE[name] for name in ("bore", "stroke", "crank_ratio", "reciprocating_mass",
+                                         "speed")}  # fmt: skip
+SHAPE = (0.1, 0.1, 0.1, 0.1, 1e5)
+CALLS: dict[str, tuple[str, Callable[[engine_dyn.Diagram, Any], Any]]] = {
+    **{f"{call.__name__}, angle": ("phi", lambda _, v, call=call: call(v, 0.25))
+       for call in MOTIONS},
+    **{f"{call.__name__}, ratio": ("crank_ratio", lambda _, v, call=call: call(0.0, v))
+       for call in MOTIONS},
+    **{f"energy swing, {key}": (
+        key, lambda d, v, key=key: energy_swing(d, **{**SIZES, key: v})
+    ) for key in (*SIZES, "tolerance", "crankcase_pressure", "load_phase")},
+    "required inertia": ("wanted_delta", lambda d, v: required_inertia(d, v, **SIZES)),
+    "diagram": ("phi", lambda d, v: d(v)), "slope": ("phi", lambda d, v: d.derivative(v)),
+    "over angle": ("theta", lambda _, v: torque_over_angle(TURN, np.sin(TURN) + 2.0)(v)),
+    "over speed": ("omega", lambda _, v: torque_over_speed([0.0, 100.0], [1.0, 2.0])(v)),
+    "angles": ("", lambda _, v: engine_dyn.diagram_from_points(v, _pressures())),
+    "pressures": ("", lambda _, v: engine_dyn.diagram_from_points(_angles(), v)),
+    "torques": ("", lambda _, v: torque_over_angle(TURN, v)),
+    "speeds": ("", lambda _, v: torque_over_speed(v, [1.0, 2.0])),
+    "a share": ("", lambda _, v: FrictionShape(v, *SHAPE[1:])),
+    "ring pressure": ("", lambda _, v: FrictionShape(*SHAPE[:-1], v)),
+    "power": ("", lambda _, v: triangular_torque(v, 100.0, 0.01)),
+    "mass": ("", lambda _, v: ring_mass(v, 1.0, 0.5)),
+    "loads": ("", lambda d, v: engine_dyn.family_from_diagrams(v, [d])),
+}  # fmt: skip
 
 
-def test_pressures_in_bar() -> None:
-    with pytest.raises(ValueError, match=r"largest pressure is 0\.0006.* must be in pascal"):
-        engine_dyn.diagram_from_points(_angles(), _pressures() / 1e5)
+@pytest.mark.parametrize("name", CALLS)
+def test_other_calls_refuse_likewise(diagram: engine_dyn.Diagram, name: str) -> None:
+    word, call = CALLS[name]
+    finite = name.startswith(("energy swing", "required inertia"))
+    for value in (*NO_NUMBERS.values(), *([np.nan] if finite else [])):
+        with pytest.raises(ValueError, match=word or r"\S"):
+            call(diagram, value)

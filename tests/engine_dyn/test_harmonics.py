@@ -10,6 +10,7 @@ from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from oracle.designs import Design
 from tests.support.held_out import design_of, family_of
@@ -43,9 +44,21 @@ def engine_of(text: str, **factors: Any) -> dict[int, Cylinders]:
     return {len(made.members): made}
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.25, -0.4])
-@pytest.mark.parametrize("ratio", [0.2, 0.5])
-def test_gas_harmonics_are_the_transform(family: Family, ratio: float, offset: float) -> None:
+@pytest.mark.parametrize("even", [True, False])
+@pytest.mark.parametrize(
+    ("ratio", "offset"),
+    [(1e-6, 0.0), (0.2, 0.0), (0.2, 0.25), (0.5, 0.0), (0.5, -0.4), (0.4, 0.5), (0.8, 0.0),
+     (0.99, 0.0), (0.62, 0.6)],
+)  # fmt: skip
+def test_gas_harmonics_are_the_transform(
+    family: Family, ratio: float, offset: float, even: bool
+) -> None:
+    """Of diagrams with even and uneven knots, and velocities of few and of many waves."""
+    if not even:
+        whole = family.row(0)
+        kept = np.sort(np.random.default_rng(1).permutation(whole.angle.size)[:400])
+        uneven = diagram_from_points(whole.angle[kept], whole.pressure[kept], PERIOD)
+        family = family_from_diagrams([0.0], [uneven])
     found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD)
     pressure = torque.pressure(PHI, family, 0.0)
     wanted = transform(pressure * slider_crank.velocity(PHI, ratio, offset))
@@ -64,13 +77,18 @@ def test_high_orders_of_the_gas(family: Family) -> None:
 
 @pytest.mark.parametrize("highest", [0.4, 0.95])
 def test_designs_of_many_crank_ratios_are_those_alone(family: Family, highest: float) -> None:
-    """Bit for bit, with and without an offset, on any number of threads."""
+    """Bit for bit, with and without an offset, in any row, on any number of threads."""
+    whole = family.row(0)
+    rows = family_from_diagrams([10.0, 90.0], [whole, whole.scaled(1.5)])
     ratio = np.linspace(0.01, highest, 700)[:, None]
     offset = np.where(np.arange(700) % 3 == 0, 0.02, 0.0)[:, None]
-    found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD, threads=2)
+    place = np.linspace(0.0, rows.row_count - 1.0, 700)[:, None]
+    found = harmonics.gas_harmonics(ORDERS, ratio, offset, place, rows, PERIOD, threads=3)
     assert found.shape == (ratio.size, ORDERS.size)
     for i in (0, 50, 51, -1):
-        alone = harmonics.gas_harmonics(ORDERS, ratio[i, 0], offset[i, 0], 0.0, family, PERIOD)
+        alone = harmonics.gas_harmonics(
+            ORDERS, ratio[i, 0], offset[i, 0], place[i, 0], rows, PERIOD
+        )
         assert (found[i] == alone).all()
 
 

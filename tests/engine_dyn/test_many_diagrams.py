@@ -6,7 +6,7 @@ import pytest
 from engine_dyn.forces.torque import pressure
 from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
-from engine_dyn.pressure.motored import peak_with_factor, pressures_of_rows, row_with_factor
+from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
 from engine_dyn.types import Floats
 from sweeps.reading.engine_files import load_engine
 
@@ -77,15 +77,6 @@ def test_values_at_common_angles(family: Family) -> None:
     values_at(diagrams, phi, slopes, slopes=True)
     np.testing.assert_array_equal(found, [diagram(phi) for diagram in diagrams])
     np.testing.assert_array_equal(slopes, [diagram.derivative(phi) for diagram in diagrams])
-
-
-def test_pressures_of_many_rows_are_those_of_each(family: Family) -> None:
-    rows, phi = np.arange(20, 20 + 8), np.linspace(-6.0, 6.0, 721)
-    for factor in (1.0, 0.0, 0.7):
-        together = pressures_of_rows(family, rows, phi, factor)
-        for place, row in enumerate(rows):
-            alone = pressures_of_rows(family, np.array([row]), phi, factor)
-            np.testing.assert_array_equal(together[place], alone[0])
 
 
 @pytest.mark.parametrize("own_angles", [False, True])

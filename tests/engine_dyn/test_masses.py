@@ -32,14 +32,18 @@ def test_masses_of_the_thesis(rod: float, printed: float) -> None:
     assert masses.rotating_mass(1.0, 6.33, 0.094, 0.35) == pytest.approx(5.63, abs=0.005)
 
 
-@pytest.mark.parametrize("ratio", [1e-6, 0.1, 0.25, 0.5, 0.8, 0.95])
-def test_mean_square_velocity(ratio: float) -> None:
+@pytest.mark.parametrize(
+    ("ratio", "offset"),
+    [*((ratio, 0.0) for ratio in (1e-6, 0.1, 0.25, 0.5, 0.8, 0.95, 0.99)), (0.33, -0.3),
+     (0.4, 0.5), (0.62, 0.6)],
+)  # fmt: skip
+def test_mean_square_velocity(ratio: float, offset: float) -> None:
     def square(phi: float) -> float:
-        return float(solution.velocity(phi, ratio)) ** 2
+        return float(solution.velocity(phi, ratio, offset)) ** 2
 
-    exact = quad(square, 0.0, np.pi, epsabs=0.0, epsrel=1e-13, limit=500)[0] / np.pi
+    exact = quad(square, 0.0, 2.0 * np.pi, epsabs=0.0, epsrel=1e-13, limit=500)[0] / (2.0 * np.pi)
     # The other formula of the velocity loses the digits of 1/lambda squared.
-    assert masses.mean_square_velocity(ratio) == pytest.approx(exact, rel=1e-12)
+    assert masses.mean_square_velocity(ratio, offset) == pytest.approx(exact, rel=1e-12)
 
 
 def test_engine_inertia_is_twice_the_kinetic_energy_at_unit_speed() -> None:

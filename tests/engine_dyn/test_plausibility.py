@@ -9,6 +9,7 @@ import pytest
 
 import engine_dyn
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.speed.api import energy_swing
 
 ENGINE: dict[str, Any] = {
     "bore": 0.14, "stroke": 0.18, "crank_ratio": 9 / 35, "reciprocating_mass": 6.67,
@@ -105,20 +106,9 @@ def test_silenced_measures_are_not_told() -> None:
     assert engine_dyn.implausible(bore=140.0, silenced=["bore"]) == ()
 
 
-@pytest.mark.parametrize("value", [-1.0, -32.8, -1e-300])
-def test_friction_that_drives_is_refused(diagram: Diagram, value: float) -> None:
-    for function in (engine_dyn.periodic_speed, _energy_swing):
-        with pytest.raises(ValueError, match=r"friction_torque = -.*driver.*negative load_offset"):
-            function(diagram, **{**ENGINE, "friction_torque": value})
-
-
-def _energy_swing(diagram: Diagram, **given: float) -> float:
-    from engine_dyn.speed.api import energy_swing
-
-    del given["inertia"]
-    return energy_swing(diagram, **given)
-
-
-def test_megapascal_are_refused(diagram: Diagram) -> None:
-    with pytest.raises(ValueError, match="megapascal"):
-        diagram_from_points(diagram.angle, 0.1 * diagram.pressure)
+def test_friction_that_drives_is_refused(diagram: Diagram) -> None:
+    sizes = {key: value for key, value in ENGINE.items() if key != "inertia"}
+    for value in (-32.8, -1e-300):
+        for function, given in ((engine_dyn.periodic_speed, ENGINE), (energy_swing, sizes)):
+            with pytest.raises(ValueError, match=r"friction_torque = -.*driver.*negative load_off"):
+                function(diagram, **{**given, "friction_torque": value})

@@ -10,6 +10,7 @@ from scipy.integrate import quad
 
 from engine_dyn.geometry.slider_crank import dead_centres, velocity
 from engine_dyn.pressure.pump import FILE_UNITS, PumpCycle
+from oracle.solution import position
 
 DEGREE = math.pi / 180.0
 BAR = 1e5
@@ -24,18 +25,6 @@ def cycle(**changes: float) -> PumpCycle:
     """A pump from values in file units."""
     values = {**USUAL, **changes}
     return PumpCycle(**{name: value * FILE_UNITS[name][1] for name, value in values.items()})
-
-
-def pin(phi: float, ratio: float, offset: float) -> float:
-    """Travel of the piston from its top over the crank radius, from the triangle of rod and crank.
-
-    phi = 0 is top dead centre, where crank and rod are in line.
-    """
-    rod = 1.0 / ratio
-    theta = phi + math.asin(offset / (rod + 1.0))
-    return math.sqrt((rod + 1.0) ** 2 - offset**2) - (
-        math.cos(theta) + math.sqrt(rod**2 - (math.sin(theta) - offset) ** 2)
-    )
 
 
 def indicated(model: PumpCycle) -> float:
@@ -61,16 +50,22 @@ def test_work_of_a_turn_without_losses(offset: float, ramp: float) -> None:
     """
     model = cycle(offset_ratio=offset, valve_ramp=ramp, suction_loss=0.0, delivery_loss=0.0)
     bottom = float(dead_centres(0.2, offset).bottom)
-    stroke = pin(bottom, 0.2, offset)
+    stroke = position(bottom, 0.2, offset)
     ideal = -28.0 * BAR * stroke
-    lost = pin(ramp * DEGREE, 0.2, offset) + stroke - pin(bottom + ramp * DEGREE, 0.2, offset)
+    lost = (
+        position(ramp * DEGREE, 0.2, offset)
+        + stroke
+        - position(bottom + ramp * DEGREE, 0.2, offset)
+    )
     work = indicated(model)
     assert ideal < work < ideal + 28.0 * BAR * lost
 
     # By parts, with the step's own slope: the piston's way is weighted with how the level changes.
     def late(start: float) -> float:
         def weighted(t: float) -> float:
-            way = abs(pin(start + t * ramp * DEGREE, 0.2, offset) - pin(start, 0.2, offset))
+            way = abs(
+                position(start + t * ramp * DEGREE, 0.2, offset) - position(start, 0.2, offset)
+            )
             return 30.0 * (t * (1.0 - t)) ** 2 * way
 
         return quad(weighted, 0.0, 1.0, epsrel=1e-13)[0]

@@ -9,12 +9,14 @@ hundredfold margin: largest differences found (2026-11) are 3e-9 in delta, 2e-9 
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import MEANINGS, has_numbers
 from oracle import golden
+from oracle.designs import SmoothPressure
 from tests.support.held_out import design_of, family_of, items, solved, torque_inputs_of
 
 pytestmark = [pytest.mark.compiled, pytest.mark.quick]
@@ -70,44 +72,39 @@ def test_coarser_points_cost_what_a_cubic_spline_costs(step: float) -> None:
     assert half < max(coarse / 8.0, 1e-9)
 
 
-@pytest.mark.parametrize(
-    ("name", "delta", "smallest"),
-    # Solved by oracle/solution.py; strong loads on very light flywheels, where Newton's
-    # method once diverged and called them stalled.
-    [
-        ("cubic", 0.395208317373375, 0.7994625456662973),
-        ("high", 0.2718796373068459, 0.860435217722),
-    ],
-)
-def test_strong_loads_and_light_flywheels(name: str, delta: float, smallest: float) -> None:
-    from oracle.designs import SmoothPressure
+STRONG: dict[str, tuple[tuple[float, ...], dict[str, Any], float, float]] = {
+    "cubic": (
+        (1.0410084168057645, 0.9938128949152902, 13.356817836777815, 1.3190373217817688,
+         28.780983483397492, 0.21009657455133127, 134, 9.365072256525085, 0.8414266210287239, 25),
+        {"bore": 0.09684819872723134, "stroke": 0.1000051910897629,
+         "crank_ratio": 0.28068734229148634, "reciprocating_mass": 1.420569341810248,
+         "inertia": 0.0016245395550889743, "speed_rpm": 1798.217366232829, "cylinders": 12,
+         "load_exponent": 4, "load_offset": 0.0, "friction_torque": 40.88979548343846,
+         "crankcase_pressure": 103686.23934921266, "inertia_model": "constant"},
+        0.395208317373375, 0.7994625456662973,
+    ),
+    "high": (
+        (0.9769091465993976, 0.9572539334192026, 14.126264908607354, 1.3496842503387034,
+         52.64452832812425, 0.24679067232328364, 190, 4.037260504393423, 0.9408985380706849, 29),
+        {"bore": 0.08866345724610729, "stroke": 0.0848409564538059,
+         "crank_ratio": 0.21258153575164818, "reciprocating_mass": 1.0486276971036173,
+         "inertia": 0.020792203625106614, "speed_rpm": 1649.1583430309042, "cylinders": 5,
+         "load_exponent": 12, "load_offset": -158.27915169176134,
+         "friction_torque": 16.807096009408266, "crankcase_pressure": 99646.42797612134,
+         "inertia_model": "variable"},
+        0.2718796373068459, 0.860435217722,
+    ),
+}  # fmt: skip
+"""Strong loads on very light flywheels, where Newton's method once diverged and called them
+stalled: pressure, design, and delta and the smallest speed of oracle/solution.py."""
 
-    if name == "cubic":
-        pressure = SmoothPressure(
-            1.0410084168057645, 0.9938128949152902, 13.356817836777815, 1.3190373217817688,
-            28.780983483397492, 0.21009657455133127, 134, 9.365072256525085, 0.8414266210287239, 25,
-        )  # fmt: skip
-        design = replace(
-            design_of(CASES[0]), pressure=pressure, bore=0.09684819872723134,
-            stroke=0.1000051910897629, crank_ratio=0.28068734229148634,
-            reciprocating_mass=1.420569341810248, inertia=0.0016245395550889743,
-            speed_rpm=1798.217366232829, cylinders=12, load_exponent=4, load_offset=0.0,
-            friction_torque=40.88979548343846, crankcase_pressure=103686.23934921266,
-            inertia_model="constant", closure="cycle_time",
-        )  # fmt: skip
-    else:
-        pressure = SmoothPressure(
-            0.9769091465993976, 0.9572539334192026, 14.126264908607354, 1.3496842503387034,
-            52.64452832812425, 0.24679067232328364, 190, 4.037260504393423, 0.9408985380706849, 29,
-        )  # fmt: skip
-        design = replace(
-            design_of(CASES[0]), pressure=pressure, bore=0.08866345724610729,
-            stroke=0.0848409564538059, crank_ratio=0.21258153575164818,
-            reciprocating_mass=1.0486276971036173, inertia=0.020792203625106614,
-            speed_rpm=1649.1583430309042, cylinders=5, load_exponent=12,
-            load_offset=-158.27915169176134, friction_torque=16.807096009408266,
-            crankcase_pressure=99646.42797612134, inertia_model="variable", closure="cycle_time",
-        )  # fmt: skip
+
+@pytest.mark.parametrize("name", STRONG)
+def test_strong_loads_and_light_flywheels(name: str) -> None:
+    pressure, values, delta, smallest = STRONG[name]
+    design = replace(
+        design_of(CASES[0]), pressure=SmoothPressure(*pressure), closure="cycle_time", **values
+    )
     found = solved(design)
     assert MEANINGS[found.status] == "converged"
     assert found.delta == pytest.approx(delta, rel=1e-6)

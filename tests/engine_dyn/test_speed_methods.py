@@ -12,9 +12,7 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.general.motion import Design, make_motion
 from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.thesis import Cycle, Law, step_cycles
 from engine_dyn.speed.torque import torque_extremes
-from engine_dyn.speed.work.maxima import max_between
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -82,44 +80,6 @@ def test_newton_finds_it_from_weak_to_overwhelming_loads(half: float, kappa: flo
         assert q.min() > 0.0
         closed = np.mean(q**half) if closure == POWER_MEAN else np.mean(q**-0.5)
         assert closed == pytest.approx(1.0, abs=1e-10)
-
-
-def test_extreme_of_a_cubic_is_exact_and_of_a_sine_of_fifth_order() -> None:
-    def sine(h: float, shift: float) -> float:
-        a, b = math.pi / 2 - shift * h, math.pi / 2 + (1 - shift) * h
-        middle = math.sin(0.5 * (a + b)) - (
-            0.5 * (math.sin(a) + math.sin(b)) + 0.125 * h * (math.cos(a) - math.cos(b))
-        )
-        value, _ = max_between(math.sin(a), math.sin(b), h * math.cos(a), h * math.cos(b), middle)
-        return abs(value - 1.0)
-
-    worst = [max(sine(h, s) for s in np.linspace(0.05, 0.95, 19)) for h in (0.4, 0.2, 0.1)]
-    assert worst[0] / worst[1] > 30.0 and worst[1] / worst[2] > 30.0
-    # t - t^2 on [0, 1]: maximum 1/4 at 1/2
-    assert max_between(0.0, 0.0, 1.0, -1.0, 0.0) == pytest.approx((0.25, 0.0))
-
-
-@pytest.mark.parametrize("alpha", [0.0, 1.0, 1.6, 2.0])
-def test_euler_is_of_first_order(alpha: float) -> None:
-    """One pass of the thesis's method against a step 64 times as fine."""
-
-    def end_of_pass(samples: int) -> float:
-        phi = np.arange(samples) * (CYCLE / samples)
-        torque = 60.0 + 500.0 * np.sin(phi) + 300.0 * np.cos(2.5 * phi)
-        trace = np.empty(samples)
-        cycle = Cycle(torque, np.full(samples, 2.0), np.zeros(samples))
-        done, code, top, bottom, mean = step_cycles(
-            cycle, Law(20.0, 40.0 / 125.0**alpha, alpha), CYCLE / samples, 125.0, 0, 1, trace,
-            np.empty(samples),
-        )  # fmt: skip
-        assert (done, code) == (1, PASSES_DONE)
-        assert bottom == trace.min() and top == trace.max()
-        return mean
-
-    exact = end_of_pass(720 * 64)
-    misses = [abs(end_of_pass(n) - exact) for n in (360, 720, 1440)]
-    assert misses[0] / misses[1] == pytest.approx(2.0, abs=0.1)
-    assert misses[1] / misses[2] == pytest.approx(2.0, abs=0.1)
 
 
 @compiled
@@ -302,14 +262,6 @@ def test_vanishing_inertia_is_invalid(method: str) -> None:
     assert solved(design, method=method, closure="power_mean").status == INVALID_INPUT
     constant = replace(design, inertia_model="constant")
     assert solved(constant, method=method).status != INVALID_INPUT
-
-
-@compiled
-@pytest.mark.parametrize("exponent", [1e-12, 0.5, 1.0, 1.9999, 3.0])
-def test_closed_at_other_exponents_is_invalid(exponent: float) -> None:
-    assert solved(design_of(SINGLE), method="closed", load_exponent=exponent).status == (
-        INVALID_INPUT
-    )
 
 
 @compiled

@@ -8,17 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.pressure.diagram import diagram_from_points
-from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
-from oracle import golden, solution
-from oracle.designs import table
+from oracle import golden
 from oracle.solution import Design
-from tests.support.held_out import BAR, design_of, family_of, inputs_of, items
+from tests.support.held_out import design_of, family_of, inputs_of, items
+from tests.support.sampled_designs import three_loads
 
 pytestmark = pytest.mark.compiled
 
@@ -35,18 +33,9 @@ def design() -> Design:
 
 
 @pytest.fixture(scope="module")
-def family(design: Design) -> Family:
-    """Three diagrams, for a product with rows."""
-    degrees, bar = table(design.pressure)
-    return family_from_diagrams(
-        [10.0, 11.0, 13.0],
-        [diagram_from_points(np.radians(degrees), f * bar * BAR) for f in (0.9, 1.0, 1.3)],
-    )
-
-
-@pytest.fixture(scope="module")
-def inputs(design: Design, family: Family) -> dict[str, Any]:
-    return inputs_of(design, family)
+def inputs(design: Design) -> dict[str, Any]:
+    """With three diagrams, for a product with rows."""
+    return inputs_of(design, three_loads())
 
 
 SCALARS = tuple(name for name in SCALAR_NAMES if name != "iterations")
@@ -188,53 +177,6 @@ def test_broadcasting_and_scalars(inputs: dict[str, Any]) -> None:
     assert float(only["omega_max"]) == pytest.approx(float(one["omega_max"]), rel=1e-8)
     # Nothing but the status.
     assert set(dispatch.solve(wanted=(), **inputs)) == {"status"}
-
-
-@pytest.mark.parametrize("model", ["constant", "variable"])
-@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
-@pytest.mark.parametrize("count", [1, 3, 7])
-def test_energy_balance_of_the_trace(
-    design: Design, inputs: dict[str, Any], count: int, exponent: float, model: str
-) -> None:
-    """d(Theta(phi) omega^2/2)/dphi is gas less friction less load, with torques of the oracle."""
-    engine = replace(design, cylinders=count, load_exponent=exponent, inertia_model=model)
-    inputs = inputs_of(engine, family_of(engine))
-    # A fine spectral grid: the speed has no kinks.
-    phi = np.arange(2880) * (CYCLE / 2880)
-    found = dispatch.solve(wanted=("load_factor", *CURVES), crank_angle=phi, **inputs)
-    omega = found["omega"]
-    surplus = inputs["mean_torque"] - inputs["offset"]
-    load = inputs["offset"] + surplus * (omega / engine.omega_n) ** exponent * found["load_factor"]
-    problem, _ = solution.problem_of(engine)
-    theta = engine.inertia * problem.inertia_ratio(phi)
-    torque = problem.torque(phi)
-    order = np.fft.rfftfreq(phi.size, 1.0 / phi.size) * 2.0 * np.pi / CYCLE
-    energy = 0.5 * theta * omega**2
-    slope = np.fft.irfft(1j * order * np.fft.rfft(energy), phi.size)
-    scale = np.ptp(torque)
-    # Differentiation magnifies what the cubic between nodes misses.
-    np.testing.assert_allclose(slope, torque - load, atol=2e-4 * scale)
-    # Between any two angles the kinetic energy grows by the work, to the tolerance.
-    rest = np.fft.rfft(torque - load)
-    assert abs(rest[0]) <= 1e-9 * scale * phi.size
-    work = np.fft.irfft(np.append(0.0, rest[1:] / (1j * order[1:])), phi.size)
-    rise = energy - work
-    assert np.ptp(rise) <= 1e-6 * np.ptp(energy)
-    # The angular acceleration is that of the speed.
-    speed_slope = np.fft.irfft(1j * order * np.fft.rfft(0.5 * omega**2), phi.size)
-    np.testing.assert_allclose(
-        found["angular_acceleration"], speed_slope, atol=2e-4 * np.abs(speed_slope).max()
-    )
-
-
-@pytest.mark.parametrize(("count", "model"), [(7, "constant"), (11, "variable")])
-def test_counts_that_do_not_divide_the_cycle(count: int, model: str) -> None:
-    """Against the oracle, solved here."""
-    design = replace(design_of(NAME), cylinders=count, inertia_model=model)
-    exact = solution.solve(design)
-    found = dispatch.solve(wanted=SCALAR_NAMES, **inputs_of(design, family_of(design)))
-    for name in ("delta", "omega_max", "omega_min", "omega_mean"):
-        assert float(found[name]) == pytest.approx(getattr(exact, name), rel=1e-7)
 
 
 @pytest.mark.parametrize("name", [n for n in items() if n.startswith(("strong", "all but"))])

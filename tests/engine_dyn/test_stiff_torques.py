@@ -15,6 +15,7 @@ from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
 from engine_dyn.speed.general import one_by_one, radau
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff
+from oracle.solution import Design
 from tests.support.held_out import design_of, solved
 
 compiled = pytest.mark.compiled
@@ -65,33 +66,24 @@ def kloss(x: Any, breakdown: float = BREAKDOWN) -> tuple[Any, Any]:
 def equation(inertia: float, torque: Any, variable: bool = False, mu: float = 1.0) -> Stiff:
     """docs/method.md (53) from the points of the pressure and a torque over omega/omega_n."""
     phi, p = points()
+    curve = CubicSpline(phi, np.append(p[:-1], p[0]), bc_type="periodic")
+    problem, _ = solution.problem_of(Design(
+        lambda at: curve(np.mod(at + CYCLE / 2.0, CYCLE) - CYCLE / 2.0), bore=BORE, stroke=STROKE,
+        crank_ratio=RATIO, reciprocating_mass=MASS, inertia=inertia, speed_rpm=1500.0,
+        friction_torque=FRICTION, crankcase_pressure=101325.0,
+        inertia_model="variable" if variable else "constant",
+    ))  # fmt: skip
     at = np.linspace(0.0, CYCLE, 14401)
-    v, b = solution.velocity(at, RATIO), solution.acceleration(at, RATIO)
-    closed = np.append(p[:-1], p[0])
-    curve = CubicSpline(phi, closed, bc_type="periodic")
-    radius = 0.5 * STROKE
-    gas = curve(np.mod(at + CYCLE / 2.0, CYCLE) - CYCLE / 2.0) - 101325.0
-    rest = gas * math.pi / 4.0 * BORE**2 * radius * v - FRICTION
-    if not variable:
-        rest = rest - MASS * radius**2 * NOMINAL**2 * v * b
-    rest[-1] = rest[0]
-    mean = float(rest[:-1].mean())
     energy = 0.5 * inertia * NOMINAL**2
-    rate = CubicSpline(at, (rest - mean) / energy, bc_type="periodic")
+    rate = CubicSpline(at, (problem.torque(at) - problem.torque_mean) / energy)
 
     def law(q: Any) -> tuple[Any, Any]:
         x = np.sqrt(np.maximum(q, 1e-9))
         value, slope = torque(x)
         return value / torque(1.0)[0], slope / torque(1.0)[0] * 0.5 / x
 
-    made = Stiff(lambda a: rate(np.mod(a, CYCLE)), mean / energy, law, CYCLE, mu=mu)
-    if not variable:
-        return made
-    square = v * v
-    square[-1] = square[0]
-    tau = 1.0 + MASS * radius**2 / inertia * (square - square[:-1].mean())
-    theta = CubicSpline(at, tau, bc_type="periodic")
-    return replace(made, theta=lambda a: theta(np.mod(a, CYCLE)))
+    made = Stiff(lambda a: rate(np.mod(a, CYCLE)), problem.torque_mean / energy, law, CYCLE, mu=mu)
+    return replace(made, theta=problem.inertia_ratio) if variable else made
 
 
 def agree(found: Any, cycle: Cycle) -> None:

@@ -115,20 +115,6 @@ def test_shaking_forces_are_those_of_points(text: str) -> None:
         )
 
 
-def test_the_other_side_is_that_of_an_engine_of_its_own() -> None:
-    """Without sides the offset is that of all cylinders; without an offset they are nothing."""
-    made = arrangement_from_text("VR6 15")
-    plain = Arrangement(made.period, made.throws, made.banks, made.cylinders, name=made.name)
-    both, one = cylinders_of(made), cylinders_of(plain)
-    train = [CrankTrain(RATIO, 2 * RADIUS, 6, FOUR_STROKE, E, {6: c}) for c in (both, one)]
-    apart = torque.inertia_torque(TURN, train[0], MASS, SPEED)
-    assert np.abs(apart - torque.inertia_torque(TURN, train[1], MASS, SPEED)).max() > 1.0
-    none = [one._replace(offset=0.0) for one in train]
-    assert torque.inertia_torque(TURN, none[0], MASS, SPEED) == pytest.approx(
-        torque.inertia_torque(TURN, none[1], MASS, SPEED), abs=1e-9
-    )
-
-
 @pytest.mark.parametrize(
     ("sides", "message"),
     [

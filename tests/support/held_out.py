@@ -41,28 +41,21 @@ def family_of(design: Design, step_degree: float = 0.5) -> Family:
     return family_from_diagrams([0.0], [diagram_of(design, step_degree)])
 
 
+KEYWORDS = (
+    "bore", "stroke", "crank_ratio", "reciprocating_mass", "inertia", "speed", "cylinders",
+    "load_exponent", "load_offset", "friction_torque", "crankcase_pressure", "inertia_model",
+    "closure", "offset", "firing_angles", "pressure_factor", "mass_factor", "radius_factor",
+)  # fmt: skip
+NAMES = {
+    "speed": "omega_n", "pressure_factor": "pressure_factors", "mass_factor": "mass_factors",
+    "radius_factor": "radius_factors",
+}  # fmt: skip
+"""Of the oracle's design, where they are others."""
+
+
 def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> PeriodicSpeed:
     """One design through `periodic_speed`; `changes` are its keywords."""
-    values: dict[str, Any] = {
-        "bore": design.bore,
-        "stroke": design.stroke,
-        "crank_ratio": design.crank_ratio,
-        "reciprocating_mass": design.reciprocating_mass,
-        "inertia": design.inertia,
-        "speed": design.omega_n,
-        "cylinders": design.cylinders,
-        "load_exponent": design.load_exponent,
-        "load_offset": design.load_offset,
-        "friction_torque": design.friction_torque,
-        "crankcase_pressure": design.crankcase_pressure,
-        "inertia_model": design.inertia_model,
-        "closure": design.closure,
-        "offset": design.offset,
-        "firing_angles": design.firing_angles,
-        "pressure_factor": design.pressure_factors,
-        "mass_factor": design.mass_factors,
-        "radius_factor": design.radius_factors,
-    }
+    values: dict[str, Any] = {name: getattr(design, NAMES.get(name, name)) for name in KEYWORDS}
     if design.friction_shares is not None:
         values["friction_shape"] = FrictionShape(*design.friction_shares, design.ring_pressure)
     return periodic_speed(diagram_of(design, step_degree), **{**values, **changes})
@@ -73,24 +66,15 @@ def inputs_of(design: Design, family: Family) -> dict[str, Any]:
     mean_gas = float(mean_gas_torque(design.crank_ratio, 0.0, family))
     lever = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke
     return {
-        "family": family,
-        "crank_ratio": design.crank_ratio,
-        "row": 0.0,
-        "scale": 1.0,
-        "crankcase_pressure": design.crankcase_pressure,
-        "bore": design.bore,
-        "double_radius": design.stroke,
-        "mass": design.reciprocating_mass,
-        "speed": design.omega_n,
-        "inertia": design.inertia,
-        "exponent": design.load_exponent,
-        "offset": design.load_offset,
+        "family": family, "crank_ratio": design.crank_ratio, "row": 0.0, "scale": 1.0,
+        "crankcase_pressure": design.crankcase_pressure, "bore": design.bore,
+        "double_radius": design.stroke, "mass": design.reciprocating_mass,
+        "speed": design.omega_n, "inertia": design.inertia, "exponent": design.load_exponent,
+        "offset": design.load_offset, "friction_torque": design.friction_torque,
         "mean_torque": design.cylinders * lever * mean_gas - design.friction_torque,
-        "friction_torque": design.friction_torque,
-        "cylinders": design.cylinders,
-        "inertia_model": design.inertia_model,
+        "cylinders": design.cylinders, "inertia_model": design.inertia_model,
         "closure": design.closure,
-    }
+    }  # fmt: skip
 
 
 def torque_inputs_of(design: Design, family: Family) -> dict[str, Any]:

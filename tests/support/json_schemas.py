@@ -1,6 +1,8 @@
 """Whether values fit a JSON schema: the words of draft 2020-12 that this project uses."""
 
+import operator
 import re
+from collections.abc import Callable
 from typing import Any
 
 TYPES: dict[str, Any] = {
@@ -8,11 +10,27 @@ TYPES: dict[str, Any] = {
     "boolean": bool,
 }  # fmt: skip
 
-KNOWN = {
+CHECKS: dict[str, tuple[Any, Callable[[Any, Any], Any]]] = {
+    "enum": (object, lambda value, allowed: value in allowed),
+    "const": (object, operator.eq),
+    "required": (dict, lambda value, keys: all(key in value for key in keys)),
+    "minProperties": (dict, lambda value, least: len(value) >= least),
+    "minItems": (list, lambda value, least: len(value) >= least),
+    "maxItems": (list, lambda value, most: len(value) <= most),
+    "uniqueItems": (list, lambda value, on: not on or len(set(map(str, value))) == len(value)),
+    "minLength": (str, lambda value, least: len(value) >= least),
+    "pattern": (str, lambda value, pattern: re.search(pattern, value)),
+    "minimum": ((int, float), operator.ge),
+    "maximum": ((int, float), operator.le),
+    "exclusiveMinimum": ((int, float), operator.gt),
+    "exclusiveMaximum": ((int, float), operator.lt),
+    "multipleOf": ((int, float), lambda value, of: value % of == 0),
+}
+"""Words, the values that they judge, and how."""
+
+KNOWN = {*CHECKS} | {
     "$schema", "$defs", "$ref", "title", "description", "default", "type", "properties",
-    "additionalProperties", "required", "minProperties", "items", "minItems", "maxItems",
-    "uniqueItems", "enum", "const", "anyOf", "oneOf", "minimum", "maximum", "exclusiveMinimum",
-    "exclusiveMaximum", "multipleOf", "minLength", "pattern",
+    "additionalProperties", "items", "anyOf", "oneOf",
 }  # fmt: skip
 
 
@@ -21,49 +39,27 @@ def fits(value: Any, schema: Any, definitions: dict[str, Any]) -> bool:
     if isinstance(schema, bool):
         return schema
     assert set(schema) <= KNOWN, set(schema) - KNOWN
-    if "$ref" in schema:
-        target = definitions[schema["$ref"].removeprefix("#/$defs/")]
-        if not fits(value, target, definitions):
-            return False
+
+    def all_fit(*pairs: tuple[Any, Any]) -> bool:
+        return all(fits(one, own, definitions) for one, own in pairs)
+
+    if "$ref" in schema and not all_fit((value, definitions[schema["$ref"][len("#/$defs/") :]])):
+        return False
     kind = schema.get("type")
-    if kind and not isinstance(value, TYPES[kind]):
+    if kind and (
+        not isinstance(value, TYPES[kind]) or (isinstance(value, bool) and kind != "boolean")
+    ):
         return False
-    if kind and isinstance(value, bool) and kind != "boolean":
+    for word, (judged, check) in CHECKS.items():
+        if word in schema and isinstance(value, judged) and not check(value, schema[word]):
+            return False
+    if "anyOf" in schema and not any(all_fit((value, one)) for one in schema["anyOf"]):
         return False
-    if "enum" in schema and value not in schema["enum"]:
-        return False
-    if "const" in schema and value != schema["const"]:
-        return False
-    if "anyOf" in schema and not any(fits(value, item, definitions) for item in schema["anyOf"]):
-        return False
-    if "oneOf" in schema and sum(fits(value, item, definitions) for item in schema["oneOf"]) != 1:
+    if "oneOf" in schema and sum(all_fit((value, one)) for one in schema["oneOf"]) != 1:
         return False
     if isinstance(value, dict):
-        properties = schema.get("properties", {})
-        others = schema.get("additionalProperties", True)
-        return (
-            all(key in value for key in schema.get("required", ()))
-            and len(value) >= schema.get("minProperties", 0)
-            and all(
-                fits(item, properties.get(key, others), definitions) for key, item in value.items()
-            )
-        )
+        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
+        return all_fit(*((one, properties.get(key, others)) for key, one in value.items()))
     if isinstance(value, list):
-        return (
-            schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value))
-            and all(fits(item, schema.get("items", True), definitions) for item in value)
-            and not (schema.get("uniqueItems") and len(set(map(str, value))) < len(value))
-        )
-    if isinstance(value, bool):
-        return True
-    if isinstance(value, str):
-        return len(value) >= schema.get("minLength", 0) and bool(
-            re.search(schema.get("pattern", ""), value)
-        )
-    return (
-        value >= schema.get("minimum", value)
-        and value <= schema.get("maximum", value)
-        and not value <= schema.get("exclusiveMinimum", value - 1)
-        and not value >= schema.get("exclusiveMaximum", value + 1)
-        and value % schema.get("multipleOf", value or 1) == 0
-    )
+        return all_fit(*((one, schema.get("items", True)) for one in value))
+    return True

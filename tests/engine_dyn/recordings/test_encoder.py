@@ -20,27 +20,6 @@ def signal_of(text: str = "60-2", *, turns: int = TURNS, edge: float = 1e-4, sta
     return wheel, times, pulses(times, INTERVAL, samples, edge)
 
 
-@pytest.mark.parametrize("edge", ["rising", "falling"])
-@pytest.mark.parametrize("threshold", [-0.4, 0.0, 0.7])
-def test_crossings_of_a_sine_are_those_of_its_formula(edge: str, threshold: float) -> None:
-    """Cubic through four samples: its error is at most 9/16/24 h^4 of the fourth derivative."""
-    step = 0.2
-    found = crossings(np.sin(step * np.arange(2000) + 0.3), threshold, 0.05, edge)
-    first = np.arcsin(threshold) if edge == "rising" else np.pi - np.arcsin(threshold)
-    count = np.arange(70)
-    exact = (first + 2 * np.pi * count - 0.3) / step
-    exact = exact[(exact > found.time[0] - 5) & (exact < found.time[-1] + 5)]
-    slope = step * np.sqrt(1.0 - threshold**2)
-    allowed = 1.1 * 9.0 / 16.0 / 24.0 * step**4 / slope
-    assert found.time.size == exact.size
-    assert np.max(np.abs(found.time - exact)) < allowed
-
-
-def test_a_step_passes_in_the_middle() -> None:
-    steps = np.tile([0.0, 0.0, 0.0, 5.0, 5.0, 5.0], 9)
-    assert np.allclose(crossings(steps, 2.5, 1.0).time % 6.0, 2.5)
-
-
 def test_ripple_within_the_band_counts_once() -> None:
     at = np.linspace(0.0, 20.0 * np.pi, 40_000)
     noisy = np.sin(at) + 0.05 * np.random.default_rng(1).standard_normal(at.size)

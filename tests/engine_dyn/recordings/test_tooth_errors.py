@@ -1,10 +1,7 @@
 """Errors of teeth: what can be told from the speed, and what can not."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from engine_dyn.recordings.measured_speed import (
     cycles_of_turns,
@@ -17,7 +14,6 @@ from engine_dyn.recordings.teeth import find_turns
 from engine_dyn.recordings.tooth_errors import (
     coasting_speed,
     orders_without_wheel,
-    speed_between,
     speed_through_wheel,
     tooth_errors,
 )
@@ -35,14 +31,6 @@ ANGLE = -2.0 * np.pi + CYCLE / 720 * np.arange(720)
 def raw_cycles(engine: TurningEngine = ENGINE, cycles: int = 5, gap: float = GAP) -> np.ndarray:
     times = tooth_times(engine, WHEEL.width, 2 * cycles, gap, ERRORS)
     return cycles_of_turns(find_turns(times, WHEEL), 2)
-
-
-def test_speed_between_angles_is_the_integral_of_the_slowness() -> None:
-    edges = np.array([-3.0, -1.0, -0.9, 2.0, 9.0, 30.0])
-    found = speed_between(ANGLE, ENGINE.speed(ANGLE), edges, CYCLE)
-    for place, (low, high) in enumerate(pairwise(edges)):
-        taken, _ = quad(ENGINE.slowness, low, high, epsabs=1e-13, epsrel=1e-13)
-        assert found[place] == pytest.approx((high - low) / taken, rel=1e-11)
 
 
 def test_computed_speed_through_the_wheel_is_the_raw_speed() -> None:

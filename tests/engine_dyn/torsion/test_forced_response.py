@@ -19,7 +19,6 @@ from engine_dyn.torsion.system import shaft_system
 from tests.support.shafts import (
     DIESEL,
     DIESEL_NODES,
-    DIESEL_ORDERS,
     DIESEL_SPEED,
     dense,
     diesel_torques,
@@ -144,14 +143,6 @@ def test_the_torque_of_masses_grows_with_the_square_of_the_speed() -> None:
     np.testing.assert_allclose(apart["torque"], summed["torque"], rtol=1e-12)
 
 
-def test_reciprocity() -> None:
-    """What disc a feels of a torque on b, b feels of it on a."""
-    at = range(9)
-    unit = np.eye(9)[:, :, None] * np.ones(ORDERS.size)
-    found = solved(BRANCHED, at, 120.0, unit)["angle"]
-    np.testing.assert_allclose(found, np.swapaxes(found, 0, 1), rtol=1e-11)
-
-
 @pytest.mark.parametrize("system", [DIESEL, BRANCHED], ids=["chain", "geared tree"])
 def test_power_put_in_is_lost(system: dict[str, Any]) -> None:
     """1/2 Re(U conj(i omega theta)), summed over orders, is what shafts and discs lose."""
@@ -182,56 +173,6 @@ def test_a_stiff_shaft_turns_as_one() -> None:
             np.testing.assert_allclose(found[major], rigid[major], rtol=1e-10)
     np.testing.assert_allclose(differences[:3], [0.0445285, 0.000422465, 4.2225e-6], rtol=1e-4)
     assert differences[3] == pytest.approx(4.2225e-8, rel=1e-3)
-
-
-def test_a_disc_split_in_two_on_a_stiff_shaft_is_the_same_disc() -> None:
-    inertia, stiffness = list(DIESEL["inertia"]), list(DIESEL["stiffness"])
-    split = {
-        "inertia": [*inertia[:4], 0.4 * inertia[4], 0.6 * inertia[4], *inertia[5:]],
-        "stiffness": [*stiffness[:4], 1e16, *stiffness[4:]],
-        "loss_factor": 0.035,
-        "disc_damping": [0.0, 0.0, 2.0, 2.0, 0.5, 1.5, 2.0, 2.0, 2.0, 0.0],
-    }
-    whole = solved(DIESEL, DIESEL_NODES, 200.0, diesel_torques())
-    found = solved(split, [2, 3, 5, 6, 7, 8], 200.0, diesel_torques())
-    rest = [0, 1, 2, 3, 5, 6, 7, 8, 9]
-    size = np.abs(whole["angle"]).max(axis=0)
-    assert (np.abs(found["angle"][rest] - whole["angle"]).max(axis=0) < 1e-9 * size).all()
-
-
-def test_a_gear_is_what_is_referred_by_hand() -> None:
-    ratio = -2.4
-    geared = solved(BRANCHED, [1, 2, 6], 140.0, torques(3))
-    square = ratio**2
-    by_hand = {
-        "inertia": [
-            0.02, 0.05, 0.05, 1.5 + square * 0.3, square * 0.1, square * 4.0, 0.06, 0.7
-        ],
-        "stiffness": [9e5, 1.2e6, 8e5, square * 3e5, 0.0, 2e4, square * 6e5],
-        "shafts": [(1, 0), (1, 2), (2, 3), (5, 4), (0, 6), (3, 7), (3, 4)],
-        "loss_factor": BRANCHED["loss_factor"],
-        "damping": [0.0, 1.0, 0.0, square * 0.5, 20.0, 0.0, 0.0],
-        "disc_damping": [0.0, 2.0, 2.0, square * 0.5, 0.0, square * 30.0, 0.0, 1.0],
-        "ground_stiffness": [0.0, 0.0, 0.0, 0.0, 0.0, square * 5e3, 0.0, 0.0],
-    }  # fmt: skip
-    torque = torques(3) * np.array([1.0, 1.0, ratio])[:, None]
-    found = solved(by_hand, [1, 2, 5], 140.0, torque)
-    np.testing.assert_allclose(geared["angle"][6], ratio * found["angle"][5], rtol=1e-10)
-    np.testing.assert_allclose(geared["angle"][4], ratio * found["angle"][3], rtol=1e-10)
-    np.testing.assert_allclose(geared["torque"][3], found["torque"][3] / ratio, rtol=1e-10)
-    np.testing.assert_allclose(geared["torque"][6], found["torque"][6] / ratio, rtol=1e-10)
-    np.testing.assert_allclose(geared["torque"][5], found["torque"][5], rtol=1e-10)
-
-
-def test_reversed_numbering_mirrors() -> None:
-    forward = solved(DIESEL, DIESEL_NODES, 210.0, diesel_torques())
-    mirrored = {
-        name: values[::-1] if isinstance(values, list) else values
-        for name, values in DIESEL.items()
-    }
-    back = solved(mirrored, [8 - node for node in DIESEL_NODES], 210.0, diesel_torques())
-    np.testing.assert_allclose(back["angle"][::-1], forward["angle"], rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(back["torque"][::-1], -forward["torque"], rtol=1e-8, atol=1e-8)
 
 
 def test_equal_discs_damped_and_forced() -> None:
@@ -315,17 +256,6 @@ def test_half_ranges_of_the_diesel() -> None:
     np.testing.assert_allclose(twist, [1.7024], rtol=2e-4)
 
 
-def test_a_cylinder_later_by_one_firing_interval_permutes_cylinders() -> None:
-    """All torques 120 degrees later: the same extremes."""
-    later = diesel_torques() * np.exp(-1j * DIESEL_ORDERS * np.radians(120.0))
-    first, second = (
-        solved(DIESEL, DIESEL_NODES, DIESEL_SPEED, torque, wanted=("torque_extremes",))
-        for torque in (diesel_torques(), later)
-    )
-    difference = first["torque_extremes"][:, :2] - second["torque_extremes"][:, :2]
-    assert (np.abs(difference) <= 2.0 * first["torque_extremes"][:, 2:]).all()
-
-
 # ---- resonance and vanishing pivots
 
 
@@ -372,31 +302,22 @@ def test_without_damping_it_is_the_sum_of_the_modes() -> None:
 
 
 @pytest.mark.parametrize("crank", [0, 1, 2])
-def test_an_absorber_at_its_own_frequency_holds_the_hub(crank: int) -> None:
-    """Its branch alone resonates: the hub stands still, and the ring turns by -U/k."""
-    stiffness, ring, speed = 2e4, 0.02, 250.0
-    own = np.sqrt(stiffness / ring)
-    system = shaft_system([0.5, ring, 3.0], [stiffness, 9e4], [(0, 1), (0, 2)], crank=crank)
-    found = forced_response(system, [own / speed], speed, [0], np.full((1, 1), 100.0))
-    assert found["status"] == CONVERGED
-    static = 100.0 / stiffness
-    np.testing.assert_allclose(found["angle"][:, 0], [0.0, -static, 0.0], atol=2e-12 * static)
-    np.testing.assert_allclose(found["torque"][:, 0], [-100.0, 0.0], atol=1e-9)
-
-
-@pytest.mark.parametrize("crank", [0, 1, 2])
-def test_torques_on_an_absorber_at_its_own_frequency(crank: int) -> None:
-    """With a torque on the ring too: by the dense solution, which exchanges rows."""
+@pytest.mark.parametrize("on_ring", [0.0, 30.0 - 20.0j])
+def test_an_absorber_at_its_own_frequency(crank: int, on_ring: complex) -> None:
+    """The dense solution exchanges rows; without a torque on the ring the hub stands still."""
     stiffness, ring, speed = 2e4, 0.02, 250.0
     own = np.sqrt(stiffness / ring)
     shafts: Any = [(0, 1), (0, 2)]
     system = shaft_system([0.5, ring, 3.0], [stiffness, 9e4], shafts, crank=crank)
-    torque = np.array([[100.0], [30.0 - 20.0j]])
-    found = forced_response(system, [own / speed], speed, [0, 1], torque)
-    angle, shaft = dense(own, [*torque[:, 0], 0.0], [0.5, ring, 3.0], [stiffness, 9e4], shafts)
+    torque = np.array([100.0, on_ring])
+    found = forced_response(system, [own / speed], speed, [0, 1], torque[:, None])
+    angle, shaft = dense(own, [*torque, 0.0], [0.5, ring, 3.0], [stiffness, 9e4], shafts)
     assert found["status"] == CONVERGED
     np.testing.assert_allclose(found["angle"][:, 0], angle, atol=1e-12 * abs(angle[1]))
-    np.testing.assert_allclose(found["torque"][:, 0], shaft, atol=1e-12 * abs(shaft[0]))
+    np.testing.assert_allclose(found["torque"][:, 0], shaft, atol=1e-11 * abs(shaft[0]))
+    if not on_ring:
+        expected = [0.0, -100.0 / stiffness, 0.0]
+        np.testing.assert_allclose(found["angle"][:, 0], expected, atol=2e-12 * 100.0 / stiffness)
 
 
 def test_two_equal_absorbers_resonate_against_each_other_only_if_driven() -> None:

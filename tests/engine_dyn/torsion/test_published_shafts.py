@@ -7,21 +7,15 @@ the source itself has rounded on its way.
 
 from __future__ import annotations
 
-import importlib
-import sys
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from engine_dyn.torsion.modes import natural_modes
 from engine_dyn.torsion.system import shaft_system
+from tests.support.tools import tool
 
-# Scripts import each other by their bare names, as when they are run.
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tools"))
-published: Any = importlib.import_module("published_shafts")
+published = tool("published_shafts")
 
 SEARCHED = {"peak", "viscous damper", "tuned damper"}
 """Kinds that are searched for over 20001 frequencies."""

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from engine_dyn.torsion import system as systems
-from engine_dyn.torsion.modes import natural_modes
 from engine_dyn.torsion.system import mean_torques, shaft_system
 from tests.support.shafts import DIESEL
 
@@ -53,49 +52,6 @@ def test_a_system_cannot_be_changed() -> None:
     for values in (made.inertia, made.stiffness, made.ratio, made.shaft_factor):
         with pytest.raises(ValueError, match="read-only"):
             values[...] = 1.0
-
-
-def test_parents_come_first_and_a_chain_stays_a_chain() -> None:
-    chain = shaft_system(np.ones(5), np.ones(4))
-    assert chain.parent.tolist() == [-1, 0, 1, 2, 3]
-    tree = shaft_system(
-        np.ones(7), np.ones(5), [(6, 2), (2, 0), (3, 2), (1, 6), (5, 4)], meshes=[(4, 0)],
-        ratios=[-3.0], crank=3,
-    )  # fmt: skip
-    assert (tree.parent[1:] < np.arange(1, tree.parent.size)).all()
-    assert tree.parent.size == 6
-    assert tree.node_of_disc[3] == 0
-    # Disc 4 turns 3 times slower than disc 0, against it.
-    np.testing.assert_allclose(tree.ratio, [1, 1, 1, 1, -1 / 3, -1 / 3, 1])
-
-
-def test_gears_refer_by_the_square_of_the_ratio() -> None:
-    """By hand: a wheel that turns i times as fast has i^2 J, i^2 k, i^2 c of the crank."""
-    ratio = np.array([[-2.5], [1.0], [0.3]])
-    geared = shaft_system(
-        [4.0, 0.5, 0.2, 3.0], [1e4, 2e3], [(0, 1), (2, 3)], meshes=[(1, 2)], ratios=ratio,
-        damping=[1.0, 2.0], disc_damping=[0.0, 0.1, 0.2, 5.0],
-        ground_stiffness=[0.0, 0.0, 0.0, 7.0],
-    )  # fmt: skip
-    square = ratio[:, 0] ** 2
-    one = np.ones(3)
-    for name, expected in {
-        "inertia": [4.0 * one, 0.5 + 0.2 * square, 3.0 * square],
-        "disc_damping": [0.0 * one, 0.1 + 0.2 * square, 5.0 * square],
-        "ground_stiffness": [0.0 * one, 0.0 * one, 7.0 * square],
-        "stiffness": [0.0 * one, 1e4 * one, 2e3 * square],
-        "damping": [0.0 * one, 1.0 * one, 2.0 * square],
-    }.items():
-        np.testing.assert_allclose(getattr(geared, name), np.array(expected).T, err_msg=name)
-    assert geared.shape == (3,)
-
-
-def test_a_gear_of_ratio_one_is_no_gear() -> None:
-    plain = shaft_system([1.0, 2.0, 3.0], [40.0, 50.0])
-    geared = shaft_system(
-        [1.0, 0.5, 1.5, 3.0], [40.0, 50.0], [(0, 1), (2, 3)], meshes=[(2, 1)], ratios=1.0
-    )
-    np.testing.assert_allclose(natural_modes(geared).omega, natural_modes(plain).omega, rtol=1e-14)
 
 
 def test_mean_torques_by_hand() -> None:

@@ -1,4 +1,4 @@
-"""Friction and torque curves: an independent derivation, work over a cycle, orders, the shaft."""
+"""Torque curves: an independent derivation, work over a cycle, the shaft."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,7 +11,6 @@ from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
-from engine_dyn.loads import friction
 from engine_dyn.pressure.family import Family
 from oracle import solution
 from oracle.solution import Design
@@ -45,25 +44,6 @@ def inertia(design: Design, phi: Any, cylinders: Any) -> Any:
     return forces.inertia_torque(
         phi, train_of(design, cylinders), design.reciprocating_mass, design.omega_n
     )
-
-
-def test_friction_by_hand() -> None:
-    """Kakaitsas (2015), eqs. 3.8, 3.9, engine of table 4.1 at 1200 rpm and 80 bar."""
-    speed = friction.mean_piston_speed(0.18, 1200.0 * np.pi / 30.0)
-    assert speed == pytest.approx(2.0 * 0.18 * 20.0, rel=1e-15)
-    fmep = friction.friction_mean_effective_pressure(0.137e5, 0.005, 0.142e5, 80e5, speed)
-    assert fmep == pytest.approx((0.137 + 0.005 * 80.0 + 0.142 * 7.2) * 1e5, rel=1e-14)
-    square = friction.friction_mean_effective_pressure(0.0, 0.0, 0.0, 80e5, speed, 0.0009e5)
-    assert square == pytest.approx(0.0009 * 7.2**2 * 1e5, rel=1e-14)
-    displacement = 0.25 * np.pi * 0.14**2 * 0.18
-    torque = friction.friction_torque(fmep, displacement, CYCLE)
-    # What it takes out of a cycle is fmep on the displacement.
-    assert torque * CYCLE == pytest.approx(fmep * displacement, rel=1e-14)
-    assert friction.friction_torque(fmep, displacement, 0.5 * CYCLE) == 2.0 * torque
-    # Table 5.2 at 50 % load, whose diagram has 65.408 bar
-    fmep = friction.friction_mean_effective_pressure(0.137e5, 0.005, 0.142e5, 65.408e5, speed)
-    torque = friction.friction_torque(fmep, displacement, CYCLE)
-    assert torque == pytest.approx(32.776, abs=5e-4)
 
 
 @pytest.mark.parametrize("count", COUNTS)
@@ -112,21 +92,14 @@ def along_shaft(design: Design, family: Family, counts: Any, friction_torque: An
 
 
 @pytest.mark.parametrize("count", range(1, 9))
-def test_first_throw_carries_the_whole_engine(design: Design, family: Family, count: int) -> None:
+def test_each_throw_adds_its_cylinder(design: Design, family: Family, count: int) -> None:
+    """Kakaitsas (2015), section 5.4: T_Z of the last cylinder, T_(Z-1) = T_Z + ..."""
     found = along_shaft(design, family, count)
     assert found.shape == (count, 1440)
-    whole = gas(design, family, PHI, count) + inertia(design, PHI, count) - 12.0
-    np.testing.assert_allclose(found[0], whole, atol=1e-11 * np.ptp(whole))
-
-
-def test_each_throw_adds_its_cylinder(design: Design, family: Family) -> None:
-    """Kakaitsas (2015), section 5.4: T_Z of the last cylinder, T_(Z-1) = T_Z + ..."""
-    found = along_shaft(design, family, 6)
     steps = np.vstack([found[:-1] - found[1:], found[-1:]])
-    for place, cylinder in enumerate(CUSTOMARY_ORDERS[6]):
-        # It fires place * 120 degrees after cylinder 1.
-        phi = PHI - place * CYCLE / 6
-        own = gas(design, family, phi, 1) + inertia(design, phi, 1) - 2.0
+    for place, cylinder in enumerate(CUSTOMARY_ORDERS[count]):
+        phi = PHI - place * CYCLE / count  # where it fires
+        own = gas(design, family, phi, 1) + inertia(design, phi, 1) - 12.0 / count
         np.testing.assert_allclose(steps[cylinder - 1], own, atol=1e-11 * np.ptp(own))
 
 
