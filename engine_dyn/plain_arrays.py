@@ -10,6 +10,7 @@ on, and ask for `len` and `shape`.
 from __future__ import annotations
 
 import operator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from numba.extending import (
     unbox,
 )
 
-__all__ = ["PlainArray", "PlainType", "address_of", "plain"]
+__all__ = ["PlainArray", "PlainType", "address_of", "plain", "type_of"]
 
 
 class PlainArray(np.ndarray):
@@ -50,9 +51,13 @@ class PlainType(types.Type):
         self.item, self.ndim, self.columns = item, ndim, columns
 
 
-@typeof_impl.register(PlainArray)
-def _type_of(array: PlainArray, context: Any) -> PlainType:
-    return PlainType(from_dtype(array.dtype), array.ndim)
+@lru_cache
+def type_of(dtype: Any, ndim: int, columns: int = 0) -> PlainType:
+    """Type of such arrays; Numba asks for it at every call of a kernel."""
+    return PlainType(from_dtype(dtype), ndim, columns)
+
+
+typeof_impl.register(PlainArray)(lambda array, context: type_of(array.dtype, array.ndim))
 
 
 @register_model(PlainType)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import from_dtype, types
+from numba import types
 from numba.extending import (
     lower_builtin,
     models,
@@ -24,7 +24,7 @@ from numba.extending import (
     typeof_impl,
 )
 
-from engine_dyn.plain_arrays import PlainArray, PlainType, address_of
+from engine_dyn.plain_arrays import PlainArray, PlainType, address_of, type_of
 
 __all__ = ["LANES", "Rows", "any_of", "new_plain", "new_rows", "read", "rows_of", "where", "write"]
 
@@ -185,7 +185,7 @@ def new_rows(rows: int) -> Rows:
     return new_plain(rows, LANES).view(Rows)
 
 
-typeof_impl.register(Rows)(lambda rows, context: PlainType(from_dtype(rows.dtype), 2, LANES))
+typeof_impl.register(Rows)(lambda rows, context: type_of(rows.dtype, 2, LANES))
 
 
 def _vector_at(context: Any, builder: Any, signature: Any, values: Any) -> Any:

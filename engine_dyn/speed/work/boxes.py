@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
 
 from engine_dyn.types import Floats, Integers
 
@@ -80,10 +79,16 @@ class Box:
 
     def factors(self, ratio: Floats, offset: Floats) -> Floats:
         """Chebyshev polynomials of both, docs/solver.md (58), shape (designs, term)."""
-        sides = [
-            chebvander((value - centre) / (width or 1.0), DEGREE - 1).T
-            for value, (centre, width) in ((ratio, self.ratio), (offset, self.offset))
-        ]
+        sides = []
+        for value, (centre, width), degree in zip(
+            (ratio, offset), (self.ratio, self.offset), self.degrees.max(axis=0), strict=True
+        ):
+            place = (value - centre) / (width or 1.0)
+            # NumPy's own function takes twice as long, and makes those that no column has.
+            side = [np.ones(place.shape), place]
+            while len(side) <= degree:
+                side.append(2.0 * place * side[-1] - side[-2])
+            sides.append(side)
         found = np.empty((len(self.degrees), ratio.size))
         for product, (one, other) in zip(found, self.degrees, strict=True):
             np.multiply(sides[0][one], sides[1][other], out=product)
