@@ -129,11 +129,9 @@ def table(designs: int, seconds: float, compared: int) -> list[tuple[str, str]]:
     ]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Print the table, or one line where there is no card."""
-    asked = settings(
-        "benchmarks.gpu", __doc__, arguments, designs=1 << 22, seconds=10.0, compared=1 << 16
-    )
+    asked = settings("gpu", __doc__, arguments, designs=1 << 22, seconds=10.0, compared=1 << 16)
     try:
         usable_device("cuda")
     except SceneError as error:
@@ -144,7 +142,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for what, value in rows:
         print(f"| {what:{width}} | {value} |")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

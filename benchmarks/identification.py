@@ -1,8 +1,5 @@
 """How often the 95 % intervals of fitted parameters cover the truth.
 
-python -m benchmarks identification [--cases 400] [--only KIND ...]
-python -m benchmarks identification --write FOLDER  a scene and its recordings, to try it
-
 Every case is an engine with parameters drawn at random, whose recordings are written as files and
 given to `sweeps.identify`, as a user does. What the recordings are made with shares nothing with
 the fit but the solution of the speed: diagrams are shifted and multiplied through splines of scipy,
@@ -226,7 +223,7 @@ def covered(kind: Kind, cases: int) -> Counter[str]:
 def main(arguments: Sequence[str]) -> None:
     """Count and print, or write."""
     options = settings(
-        "benchmarks identification", __doc__, arguments, cases=400,
+        "identification", __doc__, arguments, cases=400,
         only=[kind.name for kind in KINDS], write=Path,
     )  # fmt: skip
     if options.write is not None:

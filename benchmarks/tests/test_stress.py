@@ -106,7 +106,7 @@ def test_command_writes_every_file(tmp_path: Path) -> None:
     root = Path(__file__).resolve().parents[2]
     words = "--designs 800 --sample 9 --calibrate 40 --diagrams 1 --flywheels 1 --driven 12"
     words += " --sampled 100 --checked 1 --processes 2 -o"
-    command = [sys.executable, "-m", "benchmarks.stress", *words.split(), tmp_path]
+    command = [sys.executable, "-m", "benchmarks", "stress", *words.split(), tmp_path]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     for path in (root / "docs" / "stability").iterdir():

@@ -1,9 +1,5 @@
 """Stress the solver and write docs/stability/*.csv, of which docs/trust.md is made.
 
-python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
-                            [--flywheels N] [--driven N] [--sampled N] [--checked N] [--seed N]
-                            [--processes N] [--limit SECONDS] [-o FOLDER]
-
 Diagrams are so many of each kind, flywheels rounds of light ones, checked designs those of each
 sampled study that an independent solver gets; the limit is that of a chunk. Ends with status 1 if
 anything is not as it should be; out/stress.json then has the designs. docs/measurements.md says
@@ -15,10 +11,9 @@ from __future__ import annotations
 import datetime
 import json
 import platform
-import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
@@ -48,10 +43,10 @@ def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
                 yield [part.PART, what, json.dumps(told)]
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run everything and write the files."""
     chosen = settings(
-        "benchmarks.stress", __doc__, designs=10_000_000, sample=4000, calibrate=4000,
+        "stress", __doc__, arguments, designs=10_000_000, sample=4000, calibrate=4000,
         diagrams=100, flywheels=8, driven=3000, sampled=sampled.DESIGNS, checked=24, seed=20261121,
         processes=CPUS, limit=absurd.LIMIT, output=ROOT / "docs",
     )  # fmt: skip
@@ -92,7 +87,3 @@ def main() -> int:
     defects = sum(each.defects for each in found.values())
     log(f"written: out/stress.json; {defects} defects")
     return 1 if defects else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
