@@ -22,8 +22,6 @@ from typing import Any
 
 from sweeps.archive import provenance
 
-__all__ = ["CPUS", "PROGRAM", "ROOT", "campaign", "log", "processor", "settings", "versions"]
-
 ROOT = Path(__file__).resolve().parents[1]
 
 PROGRAM = Path(sys.executable).with_name("engine-dyn")

@@ -15,9 +15,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import sweeps
 from benchmarks.command import settings
@@ -29,6 +30,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
+from tests.support.teeth import SampledEngine, tooth_times, write_times
 
 LOADS = (25.0, 50.0, 90.0)
 SPEED = 1500.0
@@ -136,34 +138,23 @@ def _speed(values: dict[str, float], number: int) -> Floats:
 
 def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
     """A diagram that comes later, multiplied, on the same angles."""
-    pressure = _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift)
-    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
-
-
-def _periodic(angle: Floats, values: Floats) -> Any:
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(
-        np.append(angle, angle[0] + 2.0 * TURN), np.append(values, values[0]), bc_type="periodic"
+    angle = np.append(diagram.angle, diagram.angle[0] + diagram.period)
+    closed = CubicSpline(
+        angle, np.append(diagram.pressure, diagram.pressure[0]), bc_type="periodic"
     )
+    pressure = closed(diagram.angle - shift)
+    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
 
 
 def _passed(
     speed: Floats, gap_angle: float, errors: Floats, kind: Kind, rng: np.random.Generator
 ) -> Floats:
     """Times at which the teeth of some cycles pass [s]."""
-    cycle = 2.0 * TURN
-    angle: Floats = -0.5 * cycle + cycle / speed.size * np.arange(speed.size, dtype=np.float64)
-    time = _periodic(angle, 1.0 / speed).antiderivative()
-    duration = float(time(angle[0] + cycle) - time(angle[0]))
-    width = WHEEL.width * (1.0 + errors)
+    angle: Floats = TURN * (np.arange(speed.size, dtype=np.float64) * (2.0 / speed.size) - 1.0)
     # On the average, the teeth are where they should be.
     aside = np.concatenate([[0.0], np.cumsum(WHEEL.width * errors)[:-1]]).mean()
     first = gap_angle - aside + TURN * rng.integers(2)
-    edges = first + np.concatenate([[0.0], np.cumsum(np.tile(width, 2 * CYCLES))])
-    whole = np.floor((edges - angle[0]) / cycle)
-    within = np.clip(edges - whole * cycle, angle[0], angle[0] + cycle)  # rounding
-    passed = whole * duration + time(within) - time(angle[0])
+    passed = tooth_times(SampledEngine(angle, speed), WHEEL.width, 2 * CYCLES, first, errors)
     return np.concatenate([[0.0], np.cumsum(np.diff(passed) * (1.0 + _noise(kind, rng)).ravel())])
 
 
@@ -184,9 +175,8 @@ def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
 def _write(folder: Path, recordings: Sequence[Floats]) -> None:
     """The scene, and its recordings."""
     (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
-    for one, times in enumerate(recordings):
-        text = "\n".join(f"{time:.9f}" for time in times)
-        (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{text}\n", encoding="utf-8")
+    for number, times in enumerate(recordings, 1):
+        write_times(folder / f"load_{number}.csv", times)
 
 
 def _wanted(kind: Kind, case: Case, rng: np.random.Generator) -> dict[str, Varied]:

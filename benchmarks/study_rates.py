@@ -28,8 +28,6 @@ from sweeps.planning.forecast import seconds_of_computing, work_of
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import read_scene
 
-__all__ = ["FILE", "Recorded", "fitted", "plan_of", "recorded_times", "written"]
-
 SHARES = (0.05, 1.0)
 """Parts of a study's designs that are timed."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["OTHER", "SCENARIOS", "SCENE", "Command", "Scenario"]
-
 SCENE = """\
 title = "A small map"
 engine = "ntua"

@@ -17,8 +17,6 @@ from engine_dyn.status import (
 from engine_dyn.types import Floats
 from oracle import spline
 
-__all__ = ["BORDER", "QUANTITIES", "TOLERANCE", "VERDICTS", "differing", "judge"]
-
 QUANTITIES = ("delta", "omega_max", "omega_min", "omega_mean")
 TOLERANCE = 1e-6
 

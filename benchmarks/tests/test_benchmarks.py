@@ -40,8 +40,9 @@ def test_loop_and_own_solve_the_same_scene(exponent: float, cylinders: int, vari
     exact = problem.reference(designs)
     ours = problem.answer(scene, 1)["delta"].ravel()[index]
     np.testing.assert_allclose(ours, exact, rtol=1e-6)
-    # Four cylinders have a quarter of the period and of the steps.
-    np.testing.assert_allclose(peers.numba_loop(2880, 2)(designs), exact, rtol=1e-8)
+    if not variable:
+        # Four cylinders have a quarter of the period and of the steps.
+        np.testing.assert_allclose(peers.numba_loop(2880, 2)(designs), exact, rtol=1e-8)
 
 
 def test_peers_solve_the_same_designs(processes: peers.Processes) -> None:
