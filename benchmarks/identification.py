@@ -9,6 +9,7 @@ times at which teeth pass are integrals of such splines, and the noise is that o
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 import warnings
 from collections import Counter
@@ -44,22 +45,6 @@ JITTER, SCATTER = 0.002, 0.002
 
 PRIORS = {"dead_centre_shift": 0.1, "load_exponent": 0.3, "pressure_factor": 0.02}
 """Standard deviation of what is known without the speed; degree, 1, 1."""
-
-SCENE = """title = "Simulated"
-engine = "ntua"
-[designs]
-load = [25, 50, 90]
-[solver]
-closure = "cycle_time"
-inertia_model = "variable"
-[output]
-quantities = ["omega"]
-[measured]
-file = ["load_1.csv", "load_2.csv", "load_3.csv"]
-kind = "teeth"
-wheel = "36-1"
-at = { design = [1, 2, 3] }
-"""
 
 
 class Kind(NamedTuple):
@@ -174,7 +159,7 @@ def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
 
 def _write(folder: Path, recordings: Sequence[Floats]) -> None:
     """The scene, and its recordings."""
-    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+    shutil.copy(Path(__file__).with_suffix(".toml"), folder / "scene.toml")
     for number, times in enumerate(recordings, 1):
         write_times(folder / f"load_{number}.csv", times)
 

@@ -17,18 +17,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
-from benchmarks.stress import absurd, calibration, draw, driven, sampled, spikes, strong
-from benchmarks.stress.checks import CHECKS
+from benchmarks.stress import absurd, calibration, driven, sampled, spikes, strong
 from benchmarks.stress.findings import DEFECTS, Findings, rows
-from benchmarks.stress.judging import VERDICTS
 from benchmarks.tables import save
 
 SHOWN = 4
 """Designs of a kind that are shown."""
-
-DRAWN = {
-    name: f"{low:g} to {high:g} {unit}".strip() for name, (low, high, unit) in draw.RANGES.items()
-} | draw.OTHERS
 
 
 def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
@@ -70,11 +64,7 @@ def main(arguments: Sequence[str]) -> int:
     numbers = [row for part, of_part in found.items() for row in rows(part.PART, of_part)]
     head, *meter = calibration.table(found[calibration])
     for name, heads, body in (
-        ("drawn", ["input", "range"], DRAWN.items()),
-        ("rules", ["rule", "meaning"], CHECKS.items()),
-        ("verdicts", ["verdict", "meaning"], VERDICTS.items()),
         ("findings", ["part", "what", "of", "number"], numbers),
-        ("error_ranges", ["input", "range"], calibration.RANGES.items()),
         ("error_estimate", head, meter),
         ("examples", ["part", "what", "design"], shown(found)),
         ("summary", ["what", "words"], words.items()),

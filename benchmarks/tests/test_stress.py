@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from benchmarks import tables
+from benchmarks.command import ROOT
 from benchmarks.stress import absurd, calibration, draw, driven, shapes, spikes, strong
-from benchmarks.stress.checks import CHECKS, VANISHING, check
+from benchmarks.stress.checks import VANISHING, check
 from benchmarks.stress.findings import Findings
 from benchmarks.stress.judging import VERDICTS
 from engine_dyn import diagram_from_points
@@ -36,7 +37,8 @@ def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
     found = absurd.one((SEED, number, SIZE, 20))
     assert found.of("status") > 0
-    assert {key[1] for key in found.counts if key[0] == "broken"} == set(CHECKS)
+    rules = {row["rule"] for row in tables.read(ROOT / "docs" / "stability" / "rules.csv")}
+    assert {key[1] for key in found.counts if key[0] == "broken"} == rules
     assert found.of("again") == absurd.AGAIN
     assert found.total(VERDICTS) == 20
     assert found.defects == 0, found.examples[:3]  # no broken rule, bit for bit, and the same
@@ -103,18 +105,20 @@ def test_a_chunk_that_hangs_is_reported_and_left() -> None:
 @pytest.mark.slow
 def test_command_writes_every_file(tmp_path: Path) -> None:
     """The whole of it, small; the names of the files and sentences are those of docs."""
-    root = Path(__file__).resolve().parents[2]
     words = "--designs 800 --sample 9 --calibrate 40 --diagrams 1 --flywheels 1 --driven 12"
     words += " --sampled 100 --checked 1 --processes 2 -o"
     command = [sys.executable, "-m", "benchmarks", "stress", *words.split(), tmp_path]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for path in (root / "docs" / "stability").iterdir():
-        made = (tmp_path / "stability" / path.name).read_text("utf-8").splitlines()
-        assert made[0] == path.read_text("utf-8").splitlines()[0]
+    made = {path.name for path in (tmp_path / "stability").iterdir()}
+    for name in made:
+        lines = [(f / "stability" / name).read_text("utf-8") for f in (tmp_path, ROOT / "docs")]
+        assert lines[0].splitlines()[0] == lines[1].splitlines()[0]
+    by_hand = {"drawn.csv", "rules.csv", "verdicts.csv", "error_ranges.csv"}
+    assert made | by_hand == {path.name for path in (ROOT / "docs" / "stability").iterdir()}
     found, before = (
         [row["what"] for row in tables.read(folder / "stability" / "summary.csv")]
-        for folder in (tmp_path, root / "docs")
+        for folder in (tmp_path, ROOT / "docs")
     )
     assert found == before
 
