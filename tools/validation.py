@@ -23,7 +23,7 @@ import numpy as np
 import other_sources
 import thesis_study as thesis
 from other_sources import Rows, signed
-from pages import DOCS, csv_rows, csv_text, figures_wanted, filled, sheet, write
+from pages import DOCS, figures_wanted, filled, sheet, write
 from thesis_study import (
     AGREEMENT,
     CUT_SPEED,
@@ -36,6 +36,7 @@ from thesis_study import (
     printed_rows,
 )  # fmt: skip
 
+from benchmarks.tables import csv_rows, csv_text
 from engine_dyn.geometry import slider_crank
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
@@ -581,7 +582,7 @@ def main() -> None:
     with_figures = figures_wanted(__doc__.splitlines()[0])
     study = thesis.run_study()
     made = documents(study, thesis.run_drift(CYCLES), thesis.run_agreement())
-    for file in set(ROWS.iterdir()) - set(made):
+    for file in set(ROWS.iterdir()) - {ITEMS, *made}:
         file.unlink()
     write(made)
     if with_figures:
