@@ -22,7 +22,7 @@ import numba
 from benchmarks import measure, page
 from benchmarks.command import CPUS, PROGRAM, ROOT, log, settings
 from benchmarks.studies import STUDIES
-from benchmarks.tables import markdown
+from benchmarks.tables import rows
 from engine_dyn.compilation import source_hash
 
 DESIGNS = 2000
@@ -87,7 +87,7 @@ def main(arguments: Sequence[str]) -> None:
     machine = measure.machine(CPUS).replace("threads", "cores")
     machine += f"; numba {numba.__version__}; source hash {source_hash()[:8]}"
     body = measured(given.short)
-    print(f"{machine}\n\n{markdown([HEAD, *body], 1)}")
+    print("\n".join([machine, "", *rows(HEAD, body)]))
     if given.keep:
         folder, day = ROOT / "docs", datetime.datetime.now(datetime.UTC).date().isoformat()
         page.save(folder, "compiling", HEAD, body)

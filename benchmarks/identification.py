@@ -29,9 +29,9 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
+from oracle.teeth import SampledEngine, tooth_times, write_times
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
-from tests.support.teeth import SampledEngine, tooth_times, write_times
 
 LOADS = (25.0, 50.0, 90.0)
 SPEED = 1500.0

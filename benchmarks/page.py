@@ -23,7 +23,7 @@ def save(folder: Path, name: str, head: Sequence[str], body: Iterable[Sequence[s
 
 def read(folder: Path, name: str) -> list[dict[str, str]]:
     """Rows of a table; none where it was not written."""
-    return tables.csv_rows(folder / "benchmarks" / f"{name}.csv")
+    return tables.read(folder / "benchmarks" / f"{name}.csv")
 
 
 def facts_of(folder: Path) -> dict[str, str]:

@@ -49,7 +49,7 @@ def recorded_times() -> list[Recorded]:
     """What the seconds were fitted to."""
     return [
         Recorded(row["study"], int(row["designs"]), int(row["cores"]), float(row["seconds"]))
-        for row in tables.csv_rows(TIMES)
+        for row in tables.read(TIMES)
     ]
 
 

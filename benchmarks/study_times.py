@@ -18,7 +18,7 @@ from benchmarks.command import CPUS, settings
 from benchmarks.measure import Errors, Timing
 from benchmarks.studies import STUDIES, Scene, Study, study
 from benchmarks.study_errors import Differences, differences
-from benchmarks.tables import markdown, number, small, span
+from benchmarks.tables import number, rows, small, span
 from engine_dyn.speed.mechanisms import BATCH, Tally, counted
 from engine_dyn.status import CONVERGED
 
@@ -122,4 +122,4 @@ def main(arguments: Sequence[str]) -> None:
     chosen = [study(name) for name in given.only] if given.only else STUDIES
     size, checked = (0.01, 4) if given.quick else (1.0, 24)
     found = measured(chosen, given.threads, runs, size, checked)
-    print(markdown([HEAD, *body(found)], 1))
+    print("\n".join(rows(HEAD, body(found))))

@@ -1,9 +1,8 @@
-"""Numbers and tables of the documents that are made here and in tools, CSV and Markdown; TOML."""
+"""Numbers and tables of the documents that are made here, CSV files and Markdown; TOML."""
 
 from __future__ import annotations
 
 import csv
-import io
 import json
 import math
 import re
@@ -37,33 +36,10 @@ def span(seconds: float) -> str:
     return f"{seconds * 1e9:.3g} ns"
 
 
-def csv_text(rows: Iterable[Sequence[str]]) -> str:
-    """Rows, heads first, as a CSV file."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows(rows)
-    return file.getvalue()
-
-
-def csv_rows(path: Path) -> list[dict[str, str]]:
-    """Rows of a CSV file as text, so that printed digits stay; lines that begin with # are none.
-
-    A file that was not written has none.
-    """
-    if not path.is_file():
-        return []
-    lines = path.read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
-def markdown(rows: Iterable[Sequence[str]], texts: int | None = None) -> str:
-    """Rows, heads first, as a Markdown table.
-
-    Columns behind the first `texts` are numbers, which stand to the right.
-    """
-    heads, *rest = rows
-    numbers = 0 if texts is None else len(heads) - texts
-    rule = ["---"] * (len(heads) - numbers) + ["---:"] * numbers
-    return "\n".join("| " + " | ".join(line) + " |" for line in [heads, rule, *rest])
+def rows(head: Sequence[str], body: Sequence[Sequence[str]], right: bool = True) -> list[str]:
+    """A table in Markdown; all but the first column to the right unless told otherwise."""
+    marks = ["---"] + ["---:" if right else "---"] * (len(head) - 1)
+    return ["| " + " | ".join(line) + " |" for line in (head, marks, *body)]
 
 
 def save(
@@ -71,9 +47,18 @@ def save(
 ) -> None:
     """Write a table as a file; its cells have no marks unless told otherwise."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    unwanted = "" if marks else r"`|\*"
-    rows = ([re.sub(unwanted, "", cell) for cell in row] for row in (head, *body))
-    path.write_text(csv_text(rows), encoding="utf-8", newline="")
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        unwanted = "" if marks else r"`|\*"
+        writer.writerows([re.sub(unwanted, "", cell) for cell in row] for row in (head, *body))
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Rows of a file; none where it was not written."""
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 # TOML --------------------------------------------------------------------------------------------

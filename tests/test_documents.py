@@ -14,7 +14,6 @@ import pandas as pd
 import pytest
 
 import sweeps
-from benchmarks.tables import csv_text
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.speed.methods import METHODS
 from sweeps.cli.main import main as command
@@ -45,6 +44,7 @@ PAGES = {"README.md": README, **DOCUMENTS}
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
 other_sources: Any = importlib.import_module("other_sources")
+pages: Any = importlib.import_module("pages")
 reliability: Any = importlib.import_module("reliability")
 reference_tables: Any = importlib.import_module("reference_tables")
 thesis_study: Any = importlib.import_module("thesis_study")
@@ -212,7 +212,7 @@ def test_no_path_of_a_machine() -> None:
 def test_torques_beside_the_flywheel_are_current() -> None:
     table = other_sources.shaft_torque_table(sweeps.run("asgari_flywheel"))
     path = DOCS / "validation" / "asgari_table_2.csv"
-    assert path.read_text(encoding="utf-8") == csv_text(table)
+    assert path.read_text(encoding="utf-8") == pages.csv_text(table)
     assert "](validation/asgari_table_2.csv)" in DOCUMENTS["flywheel.md"]
 
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from benchmarks.tables import csv_rows
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
+pages: Any = importlib.import_module("pages")
 reference_tables: Any = importlib.import_module("reference_tables")
 
 
@@ -55,7 +55,7 @@ def shown_keys() -> Iterator[tuple[str, str, str]]:
 
 
 def test_the_file_of_keys_has_all_that_the_site_shows() -> None:
-    rows = csv_rows(reference_tables.DOCS / "keys.csv")
+    rows = pages.csv_rows(reference_tables.DOCS / "keys.csv")
     heads = "also|default|allowed|only in"
     seen = 0
     for place, key, told in shown_keys():

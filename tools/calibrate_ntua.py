@@ -23,10 +23,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import with_numbers
+from pages import csv_rows, with_numbers
 from thesis_study import CUT_SPEED, SPEEDS, other_numbers, printed
 
-from benchmarks.tables import csv_rows
 from engine_dyn import Diagram, diagram_from_points, family_from_diagrams, periodic_speed
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.forces.torque import GasPressure, gas_torque, inertia_torque

@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from pages import DOCS, FIGURES, figures_wanted, filled, run_command, write
+from pages import DOCS, FIGURES, csv_text, figures_wanted, filled, markdown, run_command, write
 
 import sweeps
-from benchmarks.tables import csv_text, markdown
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "data_sheet.md"

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from calibrate_ntua import central_differences, one_pass, targets, torque
+from pages import csv_text
 from scipy.interpolate import CubicSpline
 from thesis_study import (
     TORQUES,
@@ -28,7 +29,6 @@ from thesis_study import (
     thesis_scene,
 )
 
-from benchmarks.tables import csv_text
 from engine_dyn import Diagram, diagram_from_points
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM

@@ -6,9 +6,8 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from pages import with_notes
+from pages import csv_text, markdown, with_notes
 
-from benchmarks.tables import csv_text, markdown
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, values_text

@@ -20,11 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from pages import DOCS, figures_wanted, filled, keep_figure, sheet, write
+from pages import DOCS, csv_text, figures_wanted, filled, keep_figure, sheet, write
 from scipy.interpolate import CubicHermiteSpline
 
 import sweeps
-from benchmarks.tables import csv_text
 from engine_dyn.engine import Engine
 from engine_dyn.forces.torque import pressure
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry

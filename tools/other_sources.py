@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pages import csv_rows
 from thesis_study import percent, read_reference
 
 import sweeps
-from benchmarks.tables import csv_rows
 from engine_dyn import flywheel
 from engine_dyn.forces import balance
 from engine_dyn.geometry import kinematic_series as series

@@ -1,15 +1,17 @@
-"""What the tools share: templates, commands that are run, pictures that are kept."""
+"""What the tools share: tables, templates, commands that are run, pictures that are kept."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
+import io
 import re
 import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +30,34 @@ DOCS = ROOT / "docs"
 FIGURES = DOCS / "figures"
 
 sys.path.append(str(ROOT))
-"""The folders `oracle` and `benchmarks` are not installed."""
+"""The folder `oracle` is not installed."""
 
 WIDTH = 900
 """Pixels of a picture that is scaled."""
+
+
+def csv_text(rows: Iterable[Sequence[str]]) -> str:
+    """Rows, heads first, as a CSV file."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows(rows)
+    return file.getvalue()
+
+
+def csv_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a CSV file as text, so that printed digits stay; lines that begin with # are none."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def markdown(rows: Iterable[Sequence[str]], texts: int | None = None) -> str:
+    """Rows, heads first, as a Markdown table.
+
+    Columns behind the first `texts` are numbers, which stand to the right.
+    """
+    heads, *rest = rows
+    numbers = 0 if texts is None else len(heads) - texts
+    rule = ["---"] * (len(heads) - numbers) + ["---:"] * numbers
+    return "\n".join("| " + " | ".join(line) + " |" for line in [heads, rule, *rest])
 
 
 def with_notes(meaning: str, **notes: str) -> str:

@@ -10,10 +10,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from pages import keep_figure
+from pages import csv_text, keep_figure
 
 import sweeps
-from benchmarks.tables import csv_text
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine

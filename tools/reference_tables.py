@@ -14,10 +14,9 @@ from pathlib import Path
 
 import key_tables
 import xarray as xr
-from pages import DOCS, ROOT, with_notes, write
+from pages import DOCS, ROOT, csv_rows, csv_text, markdown, with_notes, write
 
 import sweeps
-from benchmarks.tables import csv_rows, csv_text, markdown
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import (
     DIMENSIONS,

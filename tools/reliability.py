@@ -18,9 +18,8 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
-from pages import DOCS, filled, write
+from pages import DOCS, csv_rows, csv_text, filled, write
 
-from benchmarks.tables import csv_rows, csv_text
 from sweeps import ratios
 from sweeps.archive import partial, provenance
 from sweeps.errors import size_text

@@ -15,11 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pages import ROOT, write
+from pages import ROOT, csv_rows, csv_text, write
 from scipy.interpolate import BSpline, make_smoothing_spline
 from scipy.optimize import brentq
 
-from benchmarks.tables import csv_rows, csv_text
 from engine_dyn.types import Booleans, Floats
 
 ENGINES = ROOT / "sweeps" / "catalogue" / "engines"

@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from pages import ROOT
+from pages import ROOT, csv_rows
 
 import engine_dyn
 import sweeps
-from benchmarks.tables import csv_rows
 from engine_dyn import Diagram
 from engine_dyn.status import CONVERGED, MEANINGS
 from engine_dyn.units import BAR, DEGREE, RPM

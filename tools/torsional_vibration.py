@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from pages import DOCS, figures_wanted, filled, sheet, write
+from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
 from published_shafts import SYSTEMS, comparisons, exceptions, sources, table
 
 import sweeps
-from benchmarks.tables import csv_text, markdown
 from sweeps.figures.marks import DASHES, shade
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")

@@ -23,7 +23,7 @@ import numpy as np
 import other_sources
 import thesis_study as thesis
 from other_sources import Rows, signed
-from pages import DOCS, figures_wanted, filled, sheet, write
+from pages import DOCS, csv_rows, csv_text, figures_wanted, filled, sheet, write
 from thesis_study import (
     AGREEMENT,
     CUT_SPEED,
@@ -36,7 +36,6 @@ from thesis_study import (
     printed_rows,
 )  # fmt: skip
 
-from benchmarks.tables import csv_rows, csv_text
 from engine_dyn.geometry import slider_crank
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine

@@ -12,10 +12,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from pages import DOCS, filled, write
+from pages import DOCS, csv_text, filled, markdown, write
 from textbook_examples import DATA, EXAMPLES, Result, engine_file, results, scene
-
-from benchmarks.tables import csv_text, markdown
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "worked_examples.md"

@@ -47,7 +47,7 @@ def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
     found = absurd.one((SEED, number, SIZE, 20))
     assert found.of("status") > 0
-    rules = {row["rule"] for row in tables.csv_rows(ROOT / "docs" / "stability" / "rules.csv")}
+    rules = {row["rule"] for row in tables.read(ROOT / "docs" / "stability" / "rules.csv")}
     assert {key[1] for key in found.counts if key[0] == "broken"} == rules
     assert found.of("again") == absurd.AGAIN
     assert found.total(VERDICTS) == 20
@@ -127,7 +127,7 @@ def test_command_writes_every_file(tmp_path: Path) -> None:
     by_hand = {"drawn.csv", "rules.csv", "verdicts.csv", "error_ranges.csv"}
     assert made | by_hand == {path.name for path in (ROOT / "docs" / "stability").iterdir()}
     found, before = (
-        [row["what"] for row in tables.csv_rows(folder / "stability" / "summary.csv")]
+        [row["what"] for row in tables.read(folder / "stability" / "summary.csv")]
         for folder in (tmp_path, ROOT / "docs")
     )
     assert found == before
