@@ -1,9 +1,8 @@
 """Motors, driver tables, loads over speed and angle, gears: against cycles followed in time.
 
 Each group has one machine and one law, and designs with flywheels from heavy to next to nothing, so
-that torques answer from hardly at all to very stiffly to the speed. Each is solved again by
-oracle/in_time.py, which integrates in time with SciPy: what is found must repeat there, and where
-nothing is found, cycles from near and from above must end at standstill or run away.
+that torques answer from hardly at all to very stiffly to the speed. docs/measurements.md says what
+is compared.
 """
 
 from __future__ import annotations
