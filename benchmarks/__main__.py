@@ -26,6 +26,8 @@ COMMANDS = {
 
 if __name__ == "__main__":
     name, rest = "report", sys.argv[1:]
-    if rest and rest[0] in COMMANDS:
+    if rest and not rest[0].startswith("-"):
+        if rest[0] not in COMMANDS:
+            sys.exit(f"{rest[0]}: no command; there are {', '.join(COMMANDS)}")
         name = COMMANDS[rest.pop(0)]
     sys.exit(import_module(f"benchmarks.{name}").main(rest))
