@@ -113,7 +113,7 @@ bench: $(VENV)/.installed-bench
 # Needs a card: CONSTRAINTS= where its driver asks for other versions. Settings: BENCH_GPU='--seconds 2', and others.
 bench-gpu: $(VENV)/.installed-test
 	@$(pip_install) --editable '.[test,gpu]'
-	$(python) -m benchmarks.gpu $(BENCH_GPU)
+	$(python) -m benchmarks gpu $(BENCH_GPU)
 
 # Settings: STUDIES='--quick --only sampled v6_load', and others.
 studies: $(VENV)/.installed-test
@@ -128,19 +128,19 @@ compile-times: $(VENV)/.installed-test
 	$(python) -m benchmarks compile-times $(COMPILE_TIMES)
 
 warm-run: $(VENV)/.installed-test
-	$(python) -m benchmarks.warm_run
+	$(python) -m benchmarks warm-run
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py
 
 # Settings: STRESS='--designs 100000 --sample 500 --sampled 20000 --checked 2 -o out/stress' (a few minutes), and others.
 stress: $(VENV)/.installed-test
-	$(python) -m benchmarks.stress $(STRESS)
+	$(python) -m benchmarks stress $(STRESS)
 	$(python) tools/reliability.py
 
-# Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.csv --part out/large_runs.json' (minutes), and others.
+# Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.json' (minutes), and others.
 large-runs: $(VENV)/.installed-test
-	$(python) -m benchmarks.large_runs $(LARGE_RUNS)
+	$(python) -m benchmarks large-runs $(LARGE_RUNS)
 
 # Into out/large_study.nc. Settings: LARGE_STUDY='--points 4194304 --resume', and others.
 large-study: $(VENV)/.installed-test
@@ -152,23 +152,23 @@ reliability: $(VENV)/.installed-test
 
 # Needs Linux and gcc. Settings: FAULTS='--first 2500 --points 12000', and others.
 faults: $(VENV)/.installed-test
-	$(python) -m benchmarks.faults $(FAULTS)
+	$(python) -m benchmarks faults $(FAULTS)
 
 # Settings: SOAK='--runs 10000', and others.
 soak: $(VENV)/.installed-test
-	$(python) -m benchmarks.soak $(SOAK)
+	$(python) -m benchmarks soak $(SOAK)
 
 # Settings: PROPERTIES='--scenes 200 --seed 7', and others.
 properties: $(VENV)/.installed-test
-	$(python) -m benchmarks.properties $(PROPERTIES)
+	$(python) -m benchmarks properties $(PROPERTIES)
 
 # Settings: FUZZ='--seconds 3600', and others.
 fuzz: $(VENV)/.installed-test
-	$(python) -m benchmarks.fuzz $(FUZZ)
+	$(python) -m benchmarks fuzz $(FUZZ)
 
 # Settings: DAMAGE='--seed 7 --first 5000 --number 1000000', and others.
 damage: $(VENV)/.installed-test
-	$(python) -m benchmarks.fuzz.damage $(DAMAGE)
+	$(python) -m benchmarks damage $(DAMAGE)
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed

@@ -1,94 +1,33 @@
-"""Measure everything and write the report.
-
-python -m benchmarks [--quick] [--threads N] [--seconds S] [-o FOLDER]
-python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies alone
-python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
-python -m benchmarks identification [--cases N]            coverage of fitted intervals
-python -m benchmarks compile-times [--short] [--keep]      processor time of compiling
-python -m benchmarks large-study [--points N]              a V6 over eight parameters, reduced
-
-`--quick` takes a minute, to see that it works.
-"""
+"""Commands of this folder: `python -m benchmarks [NAME] [--help]`; without a name, the report."""
 
 from __future__ import annotations
 
-import datetime
 import sys
-import time
-from pathlib import Path
-from typing import Any
-
-import matplotlib
-
-from benchmarks import (
-    comparison,
-    compile_times,
-    identification,
-    large_study,
-    measure,
-    page,
-    study_rates,
-    study_times,
-    throughput,
-)
-from benchmarks.command import CPUS, ROOT, log, settings, versions
-from benchmarks.studies import STUDIES
-from benchmarks.tables import number, small
-from sweeps.figures.sheet import STYLE
+from importlib import import_module
 
 COMMANDS = {
-    "studies": study_times.main,
-    "rates": study_rates.main,
-    "identification": identification.main,
-    "compile-times": compile_times.main,
-    "large-study": large_study.main,
+    "studies": "study_times",
+    "rates": "study_rates",
+    "identification": "identification",
+    "compile-times": "compile_times",
+    "warm-run": "warm_run",
+    "gpu": "gpu",
+    "large-study": "large_study",
+    "large-runs": "large_runs",
+    "stress": "stress.suite",
+    "faults": "faults.campaign",
+    "soak": "soak",
+    "properties": "properties",
+    "fuzz": "fuzz.campaign",
+    "damage": "fuzz.damage",
 }
-
-
-def write(run: measure.Run) -> None:
-    """Measure everything; write the tables, the figures and the page."""
-    began = time.perf_counter()
-    facts = comparison.measured(run)
-    style: Any = STYLE
-    with matplotlib.rc_context(style):
-        # 200 dpi: sharp in print at column width, small in the repository.
-        figure = run.folder / "figures" / "bench_work_precision.png"
-        figure.parent.mkdir(parents=True, exist_ok=True)
-        comparison.work_precision(run.folder).savefig(figure, dpi=200, metadata={})
-    studies = study_times.measured(
-        STUDIES, run.threads, run.runs, 0.005 if run.quick else 1.0, 2 if run.quick else 24, log
-    )
-    run.save("studies", study_times.HEAD, study_times.body(studies))
-    checked = [row.errors.designs for row in studies.rows]
-    throughput.single(run)
-    facts |= throughput.big_run(run)
-    page.save_facts(run.folder, {
-        "machine": measure.machine(run.threads),
-        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        "versions": versions("engine-dyn", "numpy", "numba", "scipy", "xarray", "netCDF4"),
-        "quick": "yes" if run.quick else "no",
-        "threads": str(run.threads),
-        "loop_steps": str(study_times.LOOP_STEPS),
-        "loop_rate": number(studies.loop.rate),
-        "loop_error": small(studies.loop_errors.worst),
-        "checked": f"{min(checked, default=0)} to {max(checked, default=0)}",
-        "minutes": f"{(time.perf_counter() - began) / 60.0:.0f}",
-        **facts,
-    })  # fmt: skip
-    page.write(run.folder)
-
-
-def main() -> None:
-    """Measure and write."""
-    if sys.argv[1:] and sys.argv[1] in COMMANDS:
-        COMMANDS[sys.argv[1]](sys.argv[2:])
-        return
-    given = settings("benchmarks", __doc__, quick=False, threads=CPUS, seconds=float, output=Path)
-    folder = given.output or (ROOT / "out" / "bench" if given.quick else ROOT / "docs")
-    seconds = given.seconds or (0.05 if given.quick else 0.4)
-    write(measure.Run(given.threads, given.quick, seconds, folder))
-    print(folder / "benchmarks.md")
+"""Modules by the names of their commands."""
 
 
 if __name__ == "__main__":
-    main()
+    name, rest = "report", sys.argv[1:]
+    if rest and not rest[0].startswith("-"):
+        if rest[0] not in COMMANDS:
+            sys.exit(f"{rest[0]}: no command; there are {', '.join(COMMANDS)}")
+        name = COMMANDS[rest.pop(0)]
+    sys.exit(import_module(f"benchmarks.{name}").main(rest))

@@ -14,16 +14,13 @@ import platform
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from sweeps.archive import provenance
-
-__all__ = ["ROOT", "log", "part_file", "processor", "settings", "temporary_files_apart",
-           "versions", "write_part"]  # fmt: skip
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,13 +30,13 @@ CPUS = os.cpu_count() or 1
 
 
 def settings(
-    module: str, doc: str | None, arguments: Sequence[str] | None = None, **known: Any
+    name: str, doc: str | None, arguments: Sequence[str] | None, **known: Any
 ) -> argparse.Namespace:
     """Read a command line; a setting is known by its default.
 
     Parameters
     ----------
-    module, doc : str
+    name, doc : str
         Name of the command, and what it says of itself.
     arguments : sequence of str, optional
         The command line, unless it is that of the process.
@@ -49,7 +46,7 @@ def settings(
         `output` is `-o` too.
     """
     parser = argparse.ArgumentParser(
-        prog=f"python -m {module}", description=doc,
+        prog=f"python -m benchmarks {name}".strip(), description=doc,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     for name, default in known.items():
@@ -111,19 +108,39 @@ def versions(*names: str) -> str:
     return ", ".join(found)
 
 
-def part_file(name: str) -> Path:
-    """Where the figures of a command lie."""
-    return ROOT / "docs" / "reliability" / f"{name}.json"
+def campaign(
+    name: str, doc: str | None, arguments: Sequence[str], work: Callable[..., dict[str, Any]],
+    among: str | Path | None = None, **known: Any,
+) -> int:  # fmt: skip
+    """Run a campaign in a folder of its own, and write what it found into a file of figures.
 
+    Parameters
+    ----------
+    name, doc, arguments, **known
+        See `settings`; `output` is the file, docs/reliability/NAME.json unless given.
+    work : callable
+        From a folder and the settings to figures. Their "wrong" is what should not be: a list of
+        lines, or a count.
+    among : path, optional
+        Where the folder of temporary files is made.
 
-def write_part(path: Path, figures: dict[str, Any]) -> None:
-    """Write figures, with the day, the machine and the versions that they belong to."""
+    Returns
+    -------
+    int
+        The exit status: 1 where something was wrong.
+    """
+    file = ROOT / "docs" / "reliability" / f"{name.replace('-', '_')}.json"
+    given = settings(name, doc, arguments, **known, output=file)
+    with temporary_files_apart(among) as folder:
+        found = work(Path(folder), given)
     about = {
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "system": f"{sys.platform}, {CPUS} processors",
         "python": platform.python_version(),
         "versions": {name: provenance.version(name) for name in provenance.PACKAGES},
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({**about, **figures}, indent=1, ensure_ascii=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    text = json.dumps({**about, **found}, indent=1, ensure_ascii=False)
+    given.output.parent.mkdir(parents=True, exist_ok=True)
+    given.output.write_text(text + "\n", encoding="utf-8")
+    print(f"{text}\n{given.output}")
+    return 1 if found["wrong"] else 0

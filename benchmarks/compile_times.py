@@ -1,12 +1,7 @@
 """What compiling costs: processor time of the first run of a scene beyond that of the next one.
 
-python -m benchmarks compile-times [--short] [--keep]
-
-Prints the machine and three kinds of rows: `engine-dyn run thesis` with an empty cache of Numba;
-every kind of study of `benchmarks.studies`, one process after the other, with what `run thesis` and
-the studies above it have left in that cache; all studies in one process, again with an empty cache.
-Without single studies where it is `--short`. With `--keep` the rows are kept in
-docs/benchmarks/compiling.csv, which docs/benchmarks.md names.
+Without the rows of single studies where it is `--short`; `--keep` keeps them all in
+docs/benchmarks/compiling.csv. docs/benchmarks.md says what the rows are.
 
 Times are user and system time of all threads of a process. Others that wait for the same processor
 do not count, but who shares a core with it slows it down.
@@ -86,7 +81,7 @@ def measured(short: bool) -> list[list[str]]:
 
 def main(arguments: Sequence[str]) -> None:
     """Measure and print."""
-    given = settings("benchmarks compile-times", __doc__, arguments, short=False, keep=False)
+    given = settings("compile-times", __doc__, arguments, short=False, keep=False)
     if given.keep and given.short:
         sys.exit("--keep needs a row for every study")
     machine = measure.machine(CPUS).replace("threads", "cores")

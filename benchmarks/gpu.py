@@ -8,12 +8,12 @@ the processor.
 from __future__ import annotations
 
 import sys
-import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -33,24 +33,6 @@ def solve(designs: int, device: str) -> Any:
         return sweeps.run(sampled(designs, RANGES), device=device)
 
 
-@contextmanager
-def calls_kept(kept: list[Any]) -> Iterator[None]:
-    """Keep the arguments of each call of a card within the block."""
-    from engine_dyn.speed.cuda import Card
-
-    original = Card.solve
-
-    def noted(card: Card, *given: Any) -> bool:
-        kept.append(given)
-        return original(card, *given)
-
-    Card.solve = noted  # type: ignore[method-assign, assignment]
-    try:
-        yield
-    finally:
-        Card.solve = original  # type: ignore[method-assign]
-
-
 def rate_of(designs: int, seconds: float, work: Callable[[], None]) -> float:
     """Designs a second of work on so many designs, repeated for so long."""
     work()
@@ -66,16 +48,10 @@ def rates(given: Any, seconds: float) -> tuple[float, float]:
     from engine_dyn.speed.cuda import SLOTS, Card
 
     card, designs = Card(), given[-1].size
-    launches: list[Any] = []
     launch = card.launch
-
-    def noted(*arguments: Any) -> None:
-        launches.append(arguments)
-        launch(*arguments)
-
-    card.launch = noted  # type: ignore[assignment]
-    card.solve(*given)
-    card.launch = launch
+    with mock.patch.object(card, "launch", side_effect=launch) as launched:
+        card.solve(*given)
+    launches = [call.args for call in launched.call_args_list]
 
     def kernels() -> None:
         for arguments in launches:
@@ -85,11 +61,8 @@ def rates(given: Any, seconds: float) -> tuple[float, float]:
     alone = rate_of(designs, seconds, kernels)
 
     def several() -> None:
-        threads = [threading.Thread(target=card.solve, args=given) for _ in range(2 * SLOTS)]
-        for one in threads:
-            one.start()
-        for one in threads:
-            one.join()
+        with ThreadPoolExecutor(2 * SLOTS) as pool:
+            list(pool.map(lambda _: card.solve(*given), range(2 * SLOTS)))
 
     return alone, rate_of(2 * SLOTS * designs, seconds, several)
 
@@ -106,14 +79,13 @@ def errors(designs: int) -> tuple[float, int]:
 def table(designs: int, seconds: float, compared: int) -> list[tuple[str, str]]:
     """Rows of the table: what, and how much."""
     from engine_dyn.compilation.device import device_name
+    from engine_dyn.speed.cuda import Card
 
-    kept: list[Any] = []
-    with calls_kept(kept):
-        first = seconds_of(solve, compared, "cuda")
-        again = seconds_of(solve, compared, "cuda")
-        kept.clear()
+    first, again = (seconds_of(solve, compared, "cuda") for _ in range(2))
+    with mock.patch.object(Card, "solve", autospec=True, side_effect=Card.solve) as called:
         whole = seconds_of(solve, designs, "cuda")
-    largest = max(kept, key=lambda given: given[-1].size)
+    given = (call.args[1:] for call in called.call_args_list)  # the first one is the card
+    largest = max(given, key=lambda one: one[-1].size)
     alone, copied = rates(largest, seconds)
     difference, other = errors(compared)
     return [
@@ -129,11 +101,9 @@ def table(designs: int, seconds: float, compared: int) -> list[tuple[str, str]]:
     ]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Print the table, or one line where there is no card."""
-    asked = settings(
-        "benchmarks.gpu", __doc__, arguments, designs=1 << 22, seconds=10.0, compared=1 << 16
-    )
+    asked = settings("gpu", __doc__, arguments, designs=1 << 22, seconds=10.0, compared=1 << 16)
     try:
         usable_device("cuda")
     except SceneError as error:
@@ -144,7 +114,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for what, value in rows:
         print(f"| {what:{width}} | {value} |")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

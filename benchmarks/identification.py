@@ -1,8 +1,5 @@
 """How often the 95 % intervals of fitted parameters cover the truth.
 
-python -m benchmarks identification [--cases 400] [--only KIND ...]
-python -m benchmarks identification --write FOLDER  a scene and its recordings, to try it
-
 Every case is an engine with parameters drawn at random, whose recordings are written as files and
 given to `sweeps.identify`, as a user does. What the recordings are made with shares nothing with
 the fit but the solution of the speed: diagrams are shifted and multiplied through splines of scipy,
@@ -12,15 +9,17 @@ times at which teeth pass are integrals of such splines, and the noise is that o
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import sweeps
 from benchmarks.command import settings
@@ -30,6 +29,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
+from oracle.teeth import SampledEngine, tooth_times, write_times
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
 
@@ -45,22 +45,6 @@ JITTER, SCATTER = 0.002, 0.002
 
 PRIORS = {"dead_centre_shift": 0.1, "load_exponent": 0.3, "pressure_factor": 0.02}
 """Standard deviation of what is known without the speed; degree, 1, 1."""
-
-SCENE = """title = "Simulated"
-engine = "ntua"
-[designs]
-load = [25, 50, 90]
-[solver]
-closure = "cycle_time"
-inertia_model = "variable"
-[output]
-quantities = ["omega"]
-[measured]
-file = ["load_1.csv", "load_2.csv", "load_3.csv"]
-kind = "teeth"
-wheel = "36-1"
-at = { design = [1, 2, 3] }
-"""
 
 
 class Kind(NamedTuple):
@@ -139,34 +123,23 @@ def _speed(values: dict[str, float], number: int) -> Floats:
 
 def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
     """A diagram that comes later, multiplied, on the same angles."""
-    pressure = _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift)
-    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
-
-
-def _periodic(angle: Floats, values: Floats) -> Any:
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(
-        np.append(angle, angle[0] + 2.0 * TURN), np.append(values, values[0]), bc_type="periodic"
+    angle = np.append(diagram.angle, diagram.angle[0] + diagram.period)
+    closed = CubicSpline(
+        angle, np.append(diagram.pressure, diagram.pressure[0]), bc_type="periodic"
     )
+    pressure = closed(diagram.angle - shift)
+    return diagram_from_points(diagram.angle, factor * pressure, diagram.period)
 
 
 def _passed(
     speed: Floats, gap_angle: float, errors: Floats, kind: Kind, rng: np.random.Generator
 ) -> Floats:
     """Times at which the teeth of some cycles pass [s]."""
-    cycle = 2.0 * TURN
-    angle: Floats = -0.5 * cycle + cycle / speed.size * np.arange(speed.size, dtype=np.float64)
-    time = _periodic(angle, 1.0 / speed).antiderivative()
-    duration = float(time(angle[0] + cycle) - time(angle[0]))
-    width = WHEEL.width * (1.0 + errors)
+    angle: Floats = TURN * (np.arange(speed.size, dtype=np.float64) * (2.0 / speed.size) - 1.0)
     # On the average, the teeth are where they should be.
     aside = np.concatenate([[0.0], np.cumsum(WHEEL.width * errors)[:-1]]).mean()
     first = gap_angle - aside + TURN * rng.integers(2)
-    edges = first + np.concatenate([[0.0], np.cumsum(np.tile(width, 2 * CYCLES))])
-    whole = np.floor((edges - angle[0]) / cycle)
-    within = np.clip(edges - whole * cycle, angle[0], angle[0] + cycle)  # rounding
-    passed = whole * duration + time(within) - time(angle[0])
+    passed = tooth_times(SampledEngine(angle, speed), WHEEL.width, 2 * CYCLES, first, errors)
     return np.concatenate([[0.0], np.cumsum(np.diff(passed) * (1.0 + _noise(kind, rng)).ravel())])
 
 
@@ -186,10 +159,9 @@ def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
 
 def _write(folder: Path, recordings: Sequence[Floats]) -> None:
     """The scene, and its recordings."""
-    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
-    for one, times in enumerate(recordings):
-        text = "\n".join(f"{time:.9f}" for time in times)
-        (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{text}\n", encoding="utf-8")
+    shutil.copy(Path(__file__).with_suffix(".toml"), folder / "scene.toml")
+    for number, times in enumerate(recordings, 1):
+        write_times(folder / f"load_{number}.csv", times)
 
 
 def _wanted(kind: Kind, case: Case, rng: np.random.Generator) -> dict[str, Varied]:
@@ -226,7 +198,7 @@ def covered(kind: Kind, cases: int) -> Counter[str]:
 def main(arguments: Sequence[str]) -> None:
     """Count and print, or write."""
     options = settings(
-        "benchmarks identification", __doc__, arguments, cases=400,
+        "identification", __doc__, arguments, cases=400,
         only=[kind.name for kind in KINDS], write=Path,
     )  # fmt: skip
     if options.write is not None:

@@ -1,7 +1,4 @@
-"""A large sweep, killed runs and killed workers: docs/reliability/large_runs.csv.
-
-python -m benchmarks.large_runs [--designs N] [--memory SIZE] [--kills N] [--workers-killed N]
-                                 [--folder F] [-o FILE]
+"""A large sweep, killed runs and killed workers.
 
 No finished block of a killed run may be written again, and the variables of every archive must be
 those of an undisturbed run, to the byte.
@@ -19,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +24,7 @@ import netCDF4
 import numpy as np
 import psutil
 
-from benchmarks.command import ROOT, log, part_file, settings, temporary_files_apart, write_part
+from benchmarks.command import ROOT, campaign, log
 from benchmarks.tables import save, toml_text
 from sweeps.errors import size_text
 
@@ -249,33 +247,27 @@ def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Runs:
     raise RuntimeError("runs end before a worker can be killed: give them more designs")
 
 
-def main() -> None:
-    """Run all of it."""
-    part = part_file("large_runs")
-    given = settings(
-        "benchmarks.large_runs", __doc__, designs=100_000_000, memory="500MB", kills=100,
-        kill_designs=500_000, workers_killed=10, seed=1, folder=Path,
-        output=part.with_suffix(".csv"), part=part,
-    )  # fmt: skip
-    with temporary_files_apart(given.folder) as name:
-        folder = Path(name)
-        sweep, figures = measured_sweep(given.designs, given.memory, folder)
-        found = kills(given.kill_designs, given.kills, given.seed, folder)
-        cluster = killed_workers(given.kill_designs, given.workers_killed, given.seed, folder)
+def work(folder: Path, given: Any) -> dict[str, Any]:
+    """All of it; the table lies beside the figures."""
+    sweep, figures = measured_sweep(given.designs, given.memory, folder)
+    found = kills(given.kill_designs, given.kills, given.seed, folder)
+    cluster = killed_workers(given.kill_designs, given.workers_killed, given.seed, folder)
     parts = {
         "a sweep larger than its memory": sweep, "killed runs": found.rows(),
         "killed workers": cluster.rows(),
     }  # fmt: skip
     body = [[part, *row] for part, rows in parts.items() for row in rows]
-    save(given.output, ["part", "what", "how much"], body)
-    write_part(given.part, {
+    save(given.output.with_suffix(".csv"), ["part", "what", "how much"], body)
+    return {
         **figures, "runs_killed": len(found.kept), "blocks_found": sum(found.kept),
         "lost": len(found.lost), "workers_killed": len(cluster.kept),
-        "lost_by_workers": len(cluster.lost),
-    })  # fmt: skip
-    print(given.output)
-    sys.exit(1 if found.lost or cluster.lost else 0)
+        "lost_by_workers": len(cluster.lost), "wrong": found.lost + cluster.lost,
+    }  # fmt: skip
 
 
-if __name__ == "__main__":
-    main()
+def main(arguments: Sequence[str]) -> int:
+    """Run all of it."""
+    return campaign(
+        "large-runs", __doc__, arguments, work, designs=100_000_000, memory="500MB", kills=100,
+        kill_designs=500_000, workers_killed=10, seed=1,
+    )  # fmt: skip

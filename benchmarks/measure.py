@@ -119,12 +119,6 @@ def in_turns(
     return list(zip(map(tuple, times), found, strict=True))
 
 
-def warm(work: Callable[[], Any], count: int, runs: int) -> Timing:
-    """Warm times of a call that solves so many designs."""
-    work()
-    return Timing(count, tuple(seconds_of(work) for _ in range(runs)))
-
-
 def machine(threads: int) -> str:
     """Name of the processor, the generation that kernels are compiled for, width of its vectors."""
     from llvmlite import binding

@@ -13,8 +13,6 @@ from pathlib import Path
 from benchmarks import tables
 from benchmarks.studies import STUDIES
 
-__all__ = ["facts_of", "read", "save", "save_facts", "text", "write"]
-
 WORDS = Path(__file__).with_name("page.md.in")
 
 

@@ -1,7 +1,7 @@
 """What a competent engineer would write instead: a compiled loop, SciPy, harmonic balance.
 
-All solve for q = (omega/omega_n)^2 in the energy form, over one firing period, constant parts of
-the torque tabulated or evaluated for each design as part of the work:
+All have constant inertia. They solve for q = (omega/omega_n)^2 in the energy form, over one firing
+period, constant parts of the torque tabulated or evaluated for each design as part of the work:
 
     dq/dphi = drive(phi) - kappa q^(alpha/2),      q(period) = q(0).
 
@@ -137,14 +137,14 @@ def delta_of(q: Floats, slope: Floats, width: float) -> float:
 
 
 @compiled
-def level_of(work: Floats, theta: Floats) -> float:
-    """Level c at which the mean of log((c + work)/theta) vanishes: alpha = 0."""
+def level_of(work: Floats) -> float:
+    """Level c at which the mean of log(c + work) vanishes: alpha = 0."""
     level = 1.0 - work.min() if 1.0 + work.min() <= 0.0 else 1.0
     for _ in range(50):
         closing = slope = 0.0
         for j in range(work.size):
             value = level + work[j]
-            closing += math.log(value / theta[j])
+            closing += math.log(value)
             slope += 1.0 / value
         level -= closing / slope
         if abs(closing) < 1e-13 * work.size:
@@ -164,19 +164,18 @@ def steps_of(nodes: int, cylinders: int) -> int:
 def loop(
     begin: int, end: int, sine: Floats, cosine: Floats, motored: Floats, burnt: Floats,
     ratio: Floats, mass: Floats, speed: Floats, inertia: Floats, friction: Floats,
-    exponent: Floats, heat: Floats, cylinders: int, variable: bool, nodes: int, delta: Floats,
+    exponent: Floats, heat: Floats, cylinders: int, nodes: int, delta: Floats,
 ) -> None:  # fmt: skip
     """Designs begin .. end - 1; tables over the cycle hold nodes and midpoints."""
     period = 4.0 * math.pi / cylinders
     h = period / nodes
-    gas, shape, square = np.empty(2 * nodes + 1), np.empty(2 * nodes + 1), np.empty(2 * nodes + 1)
-    drive, theta, bend = np.empty(2 * nodes + 1), np.ones(2 * nodes + 1), np.zeros(2 * nodes + 1)
+    gas, shape, drive = np.empty(2 * nodes + 1), np.empty(2 * nodes + 1), np.empty(2 * nodes + 1)
     q, slope, along = np.empty(nodes + 1), np.empty(nodes), np.empty(nodes)
     for i in range(begin, end):
         lam, burning = ratio[i], heat[i]
-        mean_gas = mean_square = 0.0
+        mean_gas = 0.0
         for j in range(2 * nodes):
-            g = s = w = 0.0
+            g = s = 0.0
             for z in range(cylinders):
                 at = j + 2 * nodes * z
                 root = math.sqrt(1.0 - (lam * sine[at]) ** 2)
@@ -186,35 +185,28 @@ def loop(
                 ) / (root * root * root)
                 g += (motored[at] + burning * burnt[at]) * v
                 s += b * v
-                w += v * v
-            gas[j], shape[j], square[j] = g, s, w
+            gas[j], shape[j] = g, s
             mean_gas += g
-            mean_square += w
-        gas[2 * nodes], shape[2 * nodes], square[2 * nodes] = gas[0], shape[0], square[0]
+        gas[2 * nodes], shape[2 * nodes] = gas[0], shape[0]
         mean_gas /= 2 * nodes
-        mean_square /= 2 * nodes
         scale = 2.0 / (inertia[i] * speed[i] ** 2)
         eta = mass[i] * RADIUS * RADIUS / inertia[i]
         kappa = scale * (LEVER * mean_gas - friction[i])
         half = 0.5 * exponent[i]
         a0, a1 = scale * LEVER, scale * friction[i]
-        a2 = 0.0 if variable else 2.0 * eta
+        a2 = 2.0 * eta
         for j in range(2 * nodes + 1):
             drive[j] = a0 * gas[j] - a1 - a2 * shape[j]
-        if variable:
-            for j in range(2 * nodes + 1):
-                theta[j] = 1.0 + eta * (square[j] - mean_square)
-                bend[j] = 2.0 * eta * shape[j]
         if half == 0.0:
             q[0] = 0.0
             for j in range(nodes):
                 q[j + 1] = q[j] + h * (
                     (drive[2 * j] + 4.0 * drive[2 * j + 1] + drive[2 * j + 2]) / 6.0 - kappa
                 )
-            level = level_of(q[:nodes], theta[: 2 * nodes : 2])
+            level = level_of(q[:nodes])
             for j in range(nodes):
                 q[j] += level
-        elif half == 1.0 and not variable:
+        elif half == 1.0:
             # The load's decay is exact, what it acts on by Simpson's rule.
             whole, part = math.exp(-kappa * h), math.exp(-0.5 * kappa * h)
             b0, b1, b2 = h / 6.0 * whole, h / 1.5 * part, h / 6.0
@@ -235,26 +227,21 @@ def loop(
                 value, tangent = start, 1.0
                 for j in range(nodes):
                     q[j], along[j] = value, tangent
-                    t0, tm, t1 = theta[2 * j], theta[2 * j + 1], theta[2 * j + 2]
-                    u = value / t0
-                    p = _power(u, half)
+                    p = _power(value, half)
                     k1 = drive[2 * j] - kappa * p
-                    g1 = -kappa * half * p / (u * t0)
-                    x = value + 0.5 * h * k1
-                    u = x / tm
+                    g1 = -kappa * half * p / value
+                    u = value + 0.5 * h * k1
                     p = _power(u, half)
                     k2 = drive[2 * j + 1] - kappa * p
-                    g2 = -kappa * half * p / (u * tm) * (1.0 + 0.5 * h * g1)
-                    x = value + 0.5 * h * k2
-                    u = x / tm
+                    g2 = -kappa * half * p / u * (1.0 + 0.5 * h * g1)
+                    u = value + 0.5 * h * k2
                     p = _power(u, half)
                     k3 = drive[2 * j + 1] - kappa * p
-                    g3 = -kappa * half * p / (u * tm) * (1.0 + 0.5 * h * g2)
-                    x = value + h * k3
-                    u = x / t1
+                    g3 = -kappa * half * p / u * (1.0 + 0.5 * h * g2)
+                    u = value + h * k3
                     p = _power(u, half)
                     k4 = drive[2 * j + 2] - kappa * p
-                    g4 = -kappa * half * p / (u * t1) * (1.0 + h * g3)
+                    g4 = -kappa * half * p / u * (1.0 + h * g3)
                     value += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
                     tangent *= 1.0 + h / 6.0 * (g1 + 2.0 * (g2 + g3) + g4)
                 step = (value - start) / (1.0 - tangent)
@@ -264,9 +251,7 @@ def loop(
             for j in range(nodes):
                 q[j] += step * along[j]
         for j in range(nodes):
-            u = q[j] / theta[2 * j]
-            slope[j] = (drive[2 * j] - kappa * _power(u, half) - u * bend[2 * j]) / theta[2 * j]
-            q[j] = u
+            slope[j] = drive[2 * j] - kappa * _power(q[j], half)
         delta[i] = delta_of(q[:nodes], slope, h)
 
 
@@ -294,7 +279,7 @@ def numba_loop(nodes: int, threads: int) -> Solver:
         delta = np.empty(len(designs))
 
         def work(begin: int, end: int) -> None:
-            loop(begin, end, *tables, *columns, z, designs.variable, steps, delta)
+            loop(begin, end, *tables, *columns, z, steps, delta)
 
         in_threads(work, len(designs), threads)
         return delta
@@ -340,8 +325,6 @@ def right_side(phi: float, state: Floats, numbers: tuple[float, ...], cylinders:
 
 def scipy_ivp(designs: Designs, tolerance: float, whole: int) -> Floats:
     """DOP853, shooting for the start, one design after the other."""
-    if designs.variable:
-        raise ValueError("this peer is written for constant inertia")
     cylinders = designs.cylinders
     steps = steps_of(whole, cylinders)
     period = CYCLE / cylinders
@@ -373,7 +356,7 @@ def scipy_ivp(designs: Designs, tolerance: float, whole: int) -> Floats:
                 break
         q = run(start, phi)[0]
         if half == 0.0:
-            q += level_of(q - q[0], np.ones(steps)) - q[0]
+            q += level_of(q - q[0]) - q[0]
         slope = np.array([right_side(*each, numbers, cylinders)[0]
                           for each in zip(phi, np.stack([q, q], axis=1), strict=True)])  # fmt: skip
         delta[i] = delta_of(q, slope, phi[1])
@@ -402,14 +385,7 @@ def harmonic_balance(designs: Designs, whole: int) -> Floats:
 
     Extremes are those of the Fourier series, not of the nodes, see `_refined`. What error remains
     is that of too few nodes, and it falls exponentially with their number.
-
-    Raises
-    ------
-    ValueError
-        Another exponent, or variable inertia.
     """
-    if designs.variable or np.any(designs.exponent != 2.0):
-        raise ValueError("harmonic balance is written for exponent 2 and constant inertia")
     z = designs.cylinders
     nodes = 2 * math.ceil(max(whole / z, LEAST_NODES) / 2)
     phi = np.arange(nodes * z) * CYCLE / (nodes * z)

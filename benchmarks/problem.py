@@ -98,19 +98,12 @@ class Designs:
         return replace(self, **columns)
 
 
-def _divisor(number: int, most: int) -> int:
-    return next(d for d in range(most, 0, -1) if number % d == 0)
-
-
-def scene(size: int, exponent: float, cylinders: int = 1, variable: bool = False) -> Designs:
-    """A factorial scene of `size` designs, of which two digits count so that it has divisors."""
-    digits = max(0, len(str(size)) - 2)
-    size = size // 10**digits * 10**digits
-    speeds = _divisor(size, round(size ** (1.0 / 3.0)))
-    masses = _divisor(size // speeds, math.isqrt(size // speeds))
-    inertia = np.geomspace(1.5, 8.0, size // (speeds * masses))
-    speed, mass = np.linspace(100.0, 220.0, speeds), np.linspace(3.0, 9.0, masses)
-    return product(inertia, speed, mass, 0.2571, 30.0, exponent, cylinders, variable)
+def scene(each: int, exponent: float, cylinders: int = 1, variable: bool = False) -> Designs:
+    """A factorial scene of so many inertias, speeds and masses."""
+    return product(
+        np.geomspace(1.5, 8.0, each), np.linspace(100.0, 220.0, each), np.linspace(3.0, 9.0, each),
+        0.2571, 30.0, exponent, cylinders, variable,
+    )  # fmt: skip
 
 
 def product(

@@ -1,9 +1,7 @@
 """Draw many scenes of every kind, as tests/sweeps/test_any_scene.py draws some.
 
-python -m benchmarks.properties [--scenes N] [--seed N] [-o FILE]
-
-The summary (docs/reliability/properties.json) has the number of scenes that each property held for.
-Exit status 1 where one failed; pytest then shows the smallest scene that it fails for.
+The figures have the number of scenes that each property held for; pytest shows the smallest scene
+that one fails for.
 """
 
 from __future__ import annotations
@@ -13,12 +11,14 @@ import random
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
-from benchmarks.command import ROOT, part_file, settings, write_part
+from benchmarks.command import ROOT, campaign
 
 _TEST = re.compile(r"test_any_scene\.py::(\w+):$")
-_COUNT = re.compile(r"(\d+) passing, (\d+) failing(?:, and (\d+) invalid)?|"
-                    r"(\d+) passing examples, (\d+) failing examples, (\d+) invalid")  # fmt: skip
+_COUNT = re.compile(r"(\d+) passing(?: examples)?, (\d+) failing")
 
 
 def counts(statistics: str) -> dict[str, dict[str, int]]:
@@ -29,35 +29,27 @@ def counts(statistics: str) -> dict[str, dict[str, int]]:
         if test := _TEST.search(line.strip()):
             name = test[1]
         elif name and (count := _COUNT.search(line)):
-            passing, failing = (int(count[i] or count[i + 3]) for i in (1, 2))
             here = found.setdefault(name, {"passing": 0, "failing": 0})
-            here["passing"] += passing
-            here["failing"] += failing
+            here["passing"] += int(count[1])
+            here["failing"] += int(count[2])
     return found
 
 
-def main() -> None:
+def work(_: Path, given: Any) -> dict[str, Any]:
     """Run the tests with many examples."""
-    options = settings(
-        "benchmarks.properties", __doc__, scenes=500, seed=random.randrange(1 << 30),
-        output=part_file("properties"),
-    )  # fmt: skip
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "tests/sweeps/test_any_scene.py",
-         "--hypothesis-profile=many", f"--hypothesis-seed={options.seed}",
+         "--hypothesis-profile=many", f"--hypothesis-seed={given.seed}",
          "--hypothesis-show-statistics"],
-        cwd=ROOT, env={**os.environ, "SCENES": str(options.scenes)}, stdout=subprocess.PIPE,
+        cwd=ROOT, env={**os.environ, "SCENES": str(given.scenes)}, stdout=subprocess.PIPE,
         text=True,
     )  # fmt: skip
     print(done.stdout)
-    properties = counts(done.stdout)
-    write_part(
-        options.output,
-        {"seed": options.seed, "scenes": options.scenes, "properties": properties,
-         "passed": done.returncode == 0},
-    )  # fmt: skip
-    sys.exit(1 if done.returncode else 0)
+    return {"seed": given.seed, "scenes": given.scenes, "properties": counts(done.stdout),
+            "wrong": done.returncode}  # fmt: skip
 
 
-if __name__ == "__main__":
-    main()
+def main(arguments: Sequence[str]) -> int:
+    """Run all of it."""
+    seed = random.randrange(1 << 30)
+    return campaign("properties", __doc__, arguments, work, scenes=500, seed=seed)

@@ -1,10 +1,8 @@
 """Thousands of runs in one process; many threads and processes at once; readers beside a writer.
 
-python -m benchmarks.soak [--runs N] [--rounds N] [--replacements N] [-o FILE]
-
 What must hold: memory does not grow, no file descriptor, thread or temporary file is left, every
 result is that of the same scene alone (to the byte), and a reader sees the old archive or the new
-one. The summary is written to docs/reliability/soak.json; exit status 1 where something fell.
+one.
 """
 
 from __future__ import annotations
@@ -12,13 +10,11 @@ from __future__ import annotations
 import contextlib
 import gc
 import itertools
-import json
-import sys
 import tempfile
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -28,7 +24,7 @@ import numpy as np
 import psutil
 
 import sweeps
-from benchmarks.command import part_file, settings, temporary_files_apart, write_part
+from benchmarks.command import campaign, temporary_files_apart
 from benchmarks.workers import in_processes
 from sweeps.planning.blocks import Block, Results
 from sweeps.planning.plan import make_plan
@@ -278,36 +274,25 @@ def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str],
 # --- all of it ----------------------------------------------------------------------------------
 
 
-def soak(runs: int, rounds: int, replacements: int, folder: Path) -> dict[str, Any]:
+def work(folder: Path, given: Any) -> dict[str, Any]:
     """All of it; figures, and what fell."""
     parts = {name: folder / name for name in ("one", "threads", "own", "same", "readers")}
     for part in parts.values():
         part.mkdir()
-    with mock.patch.object(limits, "LARGEST_BLOCK", BLOCK):
-        wrong, figures = one_process(runs, parts["one"])
-        wrong += many_threads(rounds, parts["threads"])
-        wrong += many_processes(rounds, parts["own"], own=True)[0]
-        same, refused = many_processes(rounds, parts["same"], own=False)
-        beside, reads = readers_beside_a_writer(replacements, parts["readers"])
+    with mock.patch.object(limits, "LARGEST_BLOCK", BLOCK), temporary_files_apart(folder):
+        wrong, figures = one_process(given.runs, parts["one"])
+        wrong += many_threads(given.rounds, parts["threads"])
+        wrong += many_processes(given.rounds, parts["own"], own=True)[0]
+        same, refused = many_processes(given.rounds, parts["same"], own=False)
+        beside, reads = readers_beside_a_writer(given.replacements, parts["readers"])
     return {
         **figures, "threads_at_once": THREADS, "processes_at_once": PROCESSES,
-        "rounds_each": rounds, "refused_on_one_output": refused, "replacements": replacements,
-        "reads_beside_a_writer": reads, "wrong": wrong + same + beside,
+        "rounds_each": given.rounds, "refused_on_one_output": refused,
+        "replacements": given.replacements, "reads_beside_a_writer": reads,
+        "wrong": wrong + same + beside,
     }  # fmt: skip
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> int:
     """Run all of it."""
-    options = settings(
-        "benchmarks.soak", __doc__, runs=2000, rounds=60, replacements=400,
-        output=part_file("soak"),
-    )  # fmt: skip
-    with tempfile.TemporaryDirectory(prefix="soak-") as name, temporary_files_apart(name):
-        found = soak(options.runs, options.rounds, options.replacements, Path(name))
-    write_part(options.output, found)
-    print(json.dumps(found, indent=1))
-    sys.exit(1 if found["wrong"] else 0)
-
-
-if __name__ == "__main__":
-    main()
+    return campaign("soak", __doc__, arguments, work, runs=2000, rounds=60, replacements=400)

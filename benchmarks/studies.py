@@ -16,8 +16,6 @@ import numpy as np
 
 from benchmarks.tables import save
 
-__all__ = ["STUDIES", "Study", "study"]
-
 Scene = dict[str, Any]
 Ranges = Mapping[str, tuple[float, float]]
 Build = Callable[[int], Scene]

@@ -1,7 +1,5 @@
 """Seconds of the pieces of work that `engine-dyn plan` estimates times by, fitted to measurements.
 
-python -m benchmarks rates [--part FRACTION] [--runs N] [-o FILE]
-
 Times studies of `benchmarks.studies` at two sizes, by the processor time of one thread, so that a
 busy machine counts little; writes them into `benchmarks/recorded_times.csv`, fits the seconds of
 each piece of work (see `sweeps.planning.forecast.work_of`) so that relative errors are least, and
@@ -29,8 +27,6 @@ from sweeps.planning import rates
 from sweeps.planning.forecast import seconds_of_computing, work_of
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.scene.reading import read_scene
-
-__all__ = ["FILE", "Recorded", "fitted", "plan_of", "recorded_times", "written"]
 
 SHARES = (0.05, 1.0)
 """Parts of a study's designs that are timed."""
@@ -123,7 +119,7 @@ def written(text: str, seconds: Mapping[str, float]) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Measure, fit, write, and print what the fit makes of the measurements."""
-    given = settings("benchmarks rates", __doc__, arguments, part=1.0, runs=3, output=FILE)
+    given = settings("rates", __doc__, arguments, part=1.0, runs=3, output=FILE)
     recorded = timed(given.runs, given.part)
     seconds = fitted(recorded)
     body = [(r.study, str(r.designs), str(r.cores), f"{r.seconds:.4g}") for r in recorded]

@@ -1,8 +1,6 @@
 """Every kind of study of `benchmarks.studies`, timed as people run it, with its errors.
 
-python -m benchmarks studies [--only NAME ...] [--quick] [--threads N] [--runs N]
-
-prints the table; `python -m benchmarks` writes it into docs/benchmarks/studies.csv.
+`make studies` prints the table, `make bench` writes it into docs/benchmarks/studies.csv.
 """
 
 from __future__ import annotations
@@ -117,7 +115,7 @@ def _percent(share: float) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Measure and print."""
     given = settings(
-        "benchmarks studies", __doc__, arguments, only=[one.name for one in STUDIES], quick=False,
+        "studies", __doc__, arguments, only=[one.name for one in STUDIES], quick=False,
         threads=CPUS, runs=int,
     )  # fmt: skip
     runs = given.runs or (2 if given.quick else 5)

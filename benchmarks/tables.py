@@ -10,8 +10,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-__all__ = ["number", "read", "rows", "save", "small", "span", "toml_text"]
-
 
 def number(value: float, digits: int = 2) -> str:
     """A count or rate with two digits and thousands marked."""
@@ -66,23 +64,9 @@ def read(path: Path) -> list[dict[str, str]]:
 # TOML --------------------------------------------------------------------------------------------
 
 
-def toml_text(tree: dict[str, Any], prefix: str = "") -> str:
-    """TOML of a tree; lists and tables inside others as inline ones."""
-    lines = [f"{_key(k)} = {_value(v)}" for k, v in tree.items() if not _is_table(v, prefix)]
-    for key, value in tree.items():
-        if _is_table(value, prefix):
-            rows = value if isinstance(value, list) else [value]
-            marks = "[[{}]]" if isinstance(value, list) else "[{}]"
-            for row in rows:
-                lines += ["", marks.format(_key(key)), toml_text(row, "inside")]
-    return "\n".join(lines) + "\n"
-
-
-def _is_table(value: Any, prefix: str) -> bool:
-    if prefix:
-        return False
-    rows = isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
-    return rows or isinstance(value, dict)
+def toml_text(tree: dict[str, Any]) -> str:
+    """TOML of a tree; tables are inline ones."""
+    return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in tree.items())
 
 
 def _key(key: str) -> str:

@@ -70,7 +70,7 @@ def test_quantity(benchmark: Any, quantity: str) -> None:
 
 
 def test_traces(benchmark: Any) -> None:
-    source, phi = problem.scene(1000, 2.0), np.linspace(0.0, 4.0 * np.pi, 720, endpoint=False)
+    source, phi = problem.scene(10, 2.0), np.linspace(0.0, 4.0 * np.pi, 720, endpoint=False)
     omega = benchmark(answer, source, THREADS, ("omega",), crank_angle=phi)["omega"]
     assert np.isfinite(omega).all()
 
@@ -98,7 +98,7 @@ def test_torsion(benchmark: Any, wanted: str) -> None:
 
 
 def test_torque_extremes(benchmark: Any) -> None:
-    source = problem.scene(1000, 2.0)
+    source = problem.scene(10, 2.0)
     given = problem.own_inputs(source)
     for name in ("exponent", "offset", "mean_torque", "inertia", "inertia_model"):
         del given[name]

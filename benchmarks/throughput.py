@@ -17,6 +17,7 @@ import sweeps
 from benchmarks.command import PROGRAM, ROOT, log
 from benchmarks.measure import Run, seconds_of
 from benchmarks.problem import diagram
+from benchmarks.studies import one_table
 from benchmarks.tables import number, span, toml_text
 from engine_dyn import periodic_speed
 
@@ -83,29 +84,15 @@ def single(run: Run) -> None:
     run.save("single", ["what", "time"], [[what, span(s)] for what, s in times.items()])
 
 
-def factorial(size: int) -> dict[str, Any]:
-    """Scene of about so many designs, four quantities."""
-    side = round(size ** (1.0 / 3.0))
-    return {
-        "engine": "ntua",
-        "axes": {
-            "inertia": {"start": 1.5, "stop": 8.0, "num": side, "spacing": "log"},
-            "speed": {"start": 1000, "stop": 2000, "num": side},
-            "reciprocating_mass": {"start": 3.0, "stop": 9.0, "num": max(1, size // side**2)},
-        },
-        "output": {"quantities": ["delta", "omega_max", "omega_min", "omega_mean"]},
-    }
-
-
 def big_run(run: Run) -> dict[str, str]:
     """`engine-dyn run` of many designs, four quantities; fewer if it would take long."""
     log("a large run")
     most, patience = (10_000, 1.0) if run.quick else (10_000_000, 20.0)
     small = most // 100
     compute = partial(sweeps.run, threads=run.threads)
-    took = min(seconds_of(compute, factorial(small)) for _ in range(2))
+    took = min(seconds_of(compute, one_table(small)) for _ in range(2))
     size = max(small, min(most, int(small * patience / max(took, 1e-3))))
-    asked = factorial(most if size > most // 2 else size)
+    asked = one_table(most if size > most // 2 else size)
     computing = seconds_of(compute, asked)
     designs = int(np.prod([axis["num"] for axis in asked["axes"].values()]))
     with tempfile.TemporaryDirectory() as name:

@@ -17,8 +17,6 @@ import psutil
 
 from benchmarks.command import CPUS
 
-__all__ = ["Lost", "answers", "in_processes"]
-
 
 @dataclass(frozen=True)
 class Lost:

@@ -1,13 +1,11 @@
 """Fit the modelled cycles of the catalogue engines that publish their power and no diagram.
 
-Spark ignition: the charge is what the cylinder traps, with gasoline at the air's stoichiometric
-share, so the heat follows from `intake_pressure`, which is fitted to the rated power; above
-atmosphere it stands for a tuned intake. Lower loads are the same engine throttled until the brake
-mean effective pressure is that share of the rated one. Two-stroke diesel: heat and compression
-ratio are fitted to the mean effective pressure and the largest pressure; lower loads have that
-compression ratio, and the heat for their share of the mean effective pressure. Compressor:
-clearance and delivery pressure are fitted to the indicated mean effective and the largest pressure.
-All else is given or assumed, as they say. The fits are those of `engine-dyn calibrate`.
+Spark ignition: the heat follows from the charge, whose `intake_pressure` is fitted to the rated
+power; lower loads are the same engine throttled. Two-stroke diesel: heat and compression ratio are
+fitted to the mean effective pressure and the largest pressure; lower loads have that compression
+ratio. Compressor: clearance and delivery pressure are fitted to the indicated mean effective and
+the largest pressure. All else is given or assumed, as the engine files say. The fits are those of
+`engine-dyn calibrate`.
 
 Run it from the project's root: `python tools/calibrate_catalogue.py`. It writes the fitted numbers
 into sweeps/catalogue/engines/*.toml.

@@ -1,39 +1,18 @@
 """Calibrate the modelled indicator diagrams of the NTUA engine and write its catalogue file.
 
-Kakaitsas (2015) measured the diagrams but prints none. The modelled cycle
-(`pressure.diesel_cycle.DieselCycle`) is fitted to the few figures that the thesis prints:
+Kakaitsas (2015) measured the diagrams but prints none. The modelled cycle is fitted to the few
+figures that the thesis prints (`measure_50`, `measure_0`, `measure_90`); zero mean torque at idle
+is an inference. Everything else in its tables is a prediction. As found by reproducing the thesis,
+its torques hold the absolute pressure on the piston, omega_n is cut to 0.1 rad/s, and a row of one
+cylinder is one pass of explicit Euler at 1 degree from bottom dead centre: the fit does the same.
 
-50 % load (6 figures)
-    p_max from the friction torque (eqs. 3.8, 3.9), mean torque (from k), M_max/M_mean,
-    M_max - M_min, omega_max - omega_min at the nominal design, p_max/p_min "about 65".
-0 % load (5 figures)
-    p_max from the friction torque, mean torque zero (idle; an inference, not printed), omega_max,
-    omega_min and omega_mean of the row `load 0`.
-90 % load (4 figures)
-    p_max from the friction torque; omega_max, omega_min and omega_mean of the row `load 90`.
+Of all parameters that meet the figures, those are taken that lie closest to what is usual (value
+and spread in tools/ntua_usual.csv), closest in the sum of squares of deviation over spread. The
+figures are met exactly; docs/validation.md says what that leaves open.
 
-Everything else in Tables 5.3 and 5.4 (mass, inertia, crank ratio, speed, load exponent, more
-cylinders; and omega_max, omega_min and omega_mean themselves at the nominal design) is a
-prediction. As found by reproducing the thesis, its torques hold the absolute pressure on the
-piston, omega_n is cut to 0.1 rad/s, and a single-cylinder row is one pass of explicit Euler at
-1 degree from bottom dead centre: the fit uses the same, and its extremes of torque are those of
-samples at 1 degree.
-
-The figures do not determine the parameters. Of all parameters that meet the figures, those are
-taken that lie closest to what is usual for a moderately supercharged diesel engine (as section
-5.2.5 calls it; value and spread in tools/ntua_usual.csv), closest in the sum of squares of
-deviation over spread. The figures are met exactly; nothing is weighed against them. The predictions
-were looked at while the model and the usual values were chosen, and so was a free curve of pressure
-fitted to all rows at 50 % (it meets them all, the multi-cylinder ones too, so what the predictions
-miss is the shape of the diagram): with the diffusion part's duration, form and share chosen
-otherwise, the most sensitive prediction, delta of six cylinders, lay between 1.6 and 3.7 percent
-above the printed one, all single-cylinder rows staying within 0.3 percent; without the pressure
-loss in the valves the intake pressure came out higher (1.19 bar) and the row of 0.5 kg m2 0.7
-percent off.
-
-Run it from the project's root: `python tools/calibrate_ntua.py`. It is deterministic and writes the
-fitted numbers into `sweeps/catalogue/engines/ntua.toml`; they are rounded to 6 decimals, but for
-the heat at 0 % load, which makes the mean torque at idle exactly zero.
+Run it from the project's root: `python tools/calibrate_ntua.py`. It is deterministic; the fitted
+numbers are rounded to 6 decimals, but for the heat at 0 % load, which makes the mean torque at idle
+exactly zero.
 """
 
 from __future__ import annotations

@@ -1,17 +1,10 @@
 """Fit one free pressure curve of the NTUA engine to all of Kakaitsas's rows at 50 % load.
 
-The engine `ntua` has a modelled cycle that is fitted to six figures; what it gives for the other
-rows is a prediction. This script answers another question: is there one pressure curve that gives
-all rows? It writes the pressure of the engine `ntua_all_rows`, which is a fit, and no prediction,
-of these rows.
-
-The curve is the modelled one plus a periodic cubic spline with a knot every 10 degrees. Its 72
-values are found by least squares: each printed number has the tolerance that its printed digits
-leave, and the correction is held small (`allowed`) and smooth (`ROUGHNESS`). What is aimed at:
-
-    delta of the printed omegas (3.6) in the 20 rows at 50 % load;
-    M_max/M_mean and M_max - M_min with 1, 2, 4, 6 and 8 cylinders (section 5.4);
-    p_max (from the friction torque), p_max/p_min "about 65", the mean torque (from k).
+Is there one curve that gives all rows? What the engine `ntua` gives for most of them is a
+prediction; the pressure of `ntua_all_rows`, which is written here, is a fit. The curve is the
+modelled one plus a periodic cubic spline with a knot every 10 degrees, found by least squares: each
+printed number (`aims`) has the tolerance that its digits leave, and the correction is held small
+(`allowed`) and smooth (`ROUGHNESS`).
 
 Run it from the project's root after tools/calibrate_ntua.py: `python tools/fit_ntua_rows.py`. It is
 deterministic and writes the table of points beside `ntua_all_rows.toml`.

@@ -40,6 +40,7 @@ from engine_dyn.recordings.tooth_errors import speed_through_wheel
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
+from oracle.teeth import write_times
 from sweeps.figures.marks import DASHES, shade
 from sweeps.presenting.cylinder_deviations import deviations_text
 from sweeps.reading.engine_files import load_engine
@@ -484,7 +485,7 @@ def example(motor: Motor) -> None:
     load = float(np.interp(motor.rows[row], range(loads.row_count), loads.row_loads))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "teeth.csv"
-        path.write_text(csv_text([["time [s]"], *([f"{t:.9f}"] for t in times)]), encoding="utf-8")
+        write_times(path, times)
         found = sweeps.cylinder_deviations({
             "engine": motor.engine.name,
             "set": {"speed": float(np.mean(raw)) / RPM, "load": load, "load_exponent": 0.0},

@@ -29,6 +29,9 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 FIGURES = DOCS / "figures"
 
+sys.path.append(str(ROOT))
+"""The folder `oracle` is not installed."""
+
 WIDTH = 900
 """Pixels of a picture that is scaled."""
 

@@ -13,6 +13,7 @@ Run it from the project's root: `python tools/reliability.py`.
 from __future__ import annotations
 
 import json
+import pkgutil
 import re
 from collections import defaultdict
 from pathlib import Path
@@ -20,18 +21,7 @@ from typing import Any
 
 from pages import DOCS, csv_rows, csv_text, filled, write
 
-from sweeps import ratios
-from sweeps.archive import partial, provenance
 from sweeps.errors import size_text
-from sweeps.figures import options
-from sweeps.reading import design_xlsx, netcdf_child, regular_files, sheets, toml_files
-from sweeps.reading.laboratory import (
-    matlab_files,
-    recorded_columns,
-    recording,
-    recordings_apart,
-)
-from sweeps.scene import axes, reading
 
 TOOLS = Path(__file__).parent
 
@@ -128,13 +118,6 @@ def runs(parts: dict[str, Part]) -> list[list[str]]:
     return rows
 
 
-ROOMS = {
-    room.__name__.rpartition(".")[2]: room
-    for room in (
-        axes, design_xlsx, matlab_files, netcdf_child, options, partial, provenance, ratios,
-        reading, recorded_columns, recording, recordings_apart, regular_files, sheets, toml_files,
-    )
-}  # fmt: skip
 FORMS = {
     "size": size_text,
     "number": number,
@@ -147,8 +130,8 @@ def doors() -> str:
     """Every way in for foreign files, and its limits as the code has them."""
     words = (TOOLS / "doors.csv.in").read_text(encoding="utf-8")
     return re.sub(
-        r"\{\{ (\w+) (\w+)\.(\w+) \}\}",
-        lambda place: FORMS[place[1]](getattr(ROOMS[place[2]], place[3])),
+        r"\{\{ (\w+) ([\w.]+) \}\}",
+        lambda place: FORMS[place[1]](pkgutil.resolve_name(place[2])),
         words,
     )
 

@@ -1,24 +1,13 @@
 """Smooth the digitised indicator diagram of the catalogue engine `diesel_105x137`.
 
-A click on a printed curve misses it by about one step of the digitising, in angle and in pressure.
-Where the pressure changes by 3 bar a degree, 0.61 degree are 2 bar: the spline through the points
-as they were read swings between -30 and 60 degrees, and its bumps show in the forces of the
-crank train and in the loads of the bearings.
+Its file says why, and between which angles. A cubic smoothing spline goes through all points,
+weighed with the error of each: that in pressure and that in angle times the slope of the spline,
+added as squares. It is as stiff as these errors allow: the squares of the deviations, each over its
+error, have the mean 1. Where the combustion raises the pressure the error is only that of rounding
+to a step; outside, the points are held. A smoothing spline is a cubic between its points, so the
+spline through the written points, which the engine uses, is the smoothing spline.
 
-A cubic smoothing spline goes through all points, weighed with the error of each: the error in
-pressure and the error in angle times the slope, added as squares. It is as stiff as these errors
-allow: the squares of the deviations, each over its error, have the mean 1 over the points that
-are smoothed. The slope is that of the spline itself, found by repetition.
-
-Not everything is smoothed alike. Where compression ends and the combustion raises the pressure to
-its peak, the slope really changes within few points: there the error is only that of rounding to
-a step. Outside -30 and 60 degrees the points are held; the spline goes on through them with
-continuous slope and curvature. The written points have the angles of the digitised ones. A
-smoothing spline is a cubic between its points, so the spline through the written points, which
-the engine uses, is the smoothing spline.
-
-Run it from the project's root: `python tools/smooth_digitised.py`. It is deterministic, and needs
-SciPy.
+Run it from the project's root: `python tools/smooth_digitised.py`. It is deterministic.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import copy
 import functools
-import importlib
-import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +21,7 @@ import sweeps
 from engine_dyn import Diagram
 from engine_dyn.status import CONVERGED, MEANINGS
 from engine_dyn.units import BAR, DEGREE, RPM
+from oracle import designs, golden
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import built_in_scenes
 
@@ -374,10 +373,7 @@ SAME_NAMES = (
 
 def run_agreement() -> list[Agreement]:
     """Solve the held-out designs, pressure given at 0.5 degree, default tolerance."""
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    designs = importlib.import_module("oracle.designs")
-    golden = importlib.import_module("oracle.golden").read()
+    known = golden.read()
     groups: dict[str, list[tuple[bool, dict[str, float]]]] = {}
     for item in designs.held_out():
         # Idle to nine digits makes sense with the curve in closed form only.
@@ -391,7 +387,7 @@ def run_agreement() -> list[Agreement]:
         group, off = WITHOUT_SPEED, dict.fromkeys(AGREEMENT, 0.0)
         if item.status == MEANINGS[CONVERGED]:
             group = f"{one.inertia_model} inertia, {one.closure}"
-            off = {q: abs(getattr(ours, q) / golden[item.name][q] - 1.0) for q in AGREEMENT}
+            off = {q: abs(getattr(ours, q) / known[item.name][q] - 1.0) for q in AGREEMENT}
         groups.setdefault(group, []).append((MEANINGS[ours.status] == item.status, off))
     return [
         Agreement(

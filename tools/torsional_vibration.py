@@ -6,6 +6,7 @@ figure alone.
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -108,39 +109,11 @@ def generator_set(found: xr.Dataset) -> Rows:
     return rows
 
 
-def _car(name: str) -> dict[str, Any]:
-    """Shaft of a four-cylinder car with one of three flywheels; usual values, all assumed."""
-    throws = [{"name": f"throw {i}", "throw": i, "inertia": 0.012, "damping": 0.6}
-              for i in range(1, 5)]  # fmt: skip
-    single = name == "single-mass flywheel"
-    arc = {"torque": [0.0, 100.0, 250.0], "stiffness": [280.0, 420.0, 900.0]}
-    found: dict[str, Any] = {
-        "reciprocating": "added", "loss_factor": 0.03,
-        "discs": [
-            {"name": "pulley", "inertia": 0.006}, *throws,
-            {"name": "flywheel", "inertia": 0.16 if single else 0.09},
-            *([] if single else [{"name": "secondary", "inertia": 0.07}]),
-            {"name": "gearbox", "inertia": 0.02}, {"name": "car", "inertia": 2.0},
-        ],
-        "shafts": [
-            {"stiffness": 3e5}, *({"stiffness": 6e5} for _ in range(3)), {"stiffness": 8e5},
-            *([] if single else [{"stiffness_over_torque": arc, "loss_factor": 0.25}]),
-            {"stiffness": 1.2e3 if single else 2e4, "loss_factor": 0.2 if single else 0.05},
-            {"stiffness": 600.0, "loss_factor": 0.05},
-        ],
-    }  # fmt: skip
-    if "pendulum" in name:
-        swung = {"mass": 1.0, "distance": 0.1, "length": 0.025, "stop_angle": 60.0}
-        found["pendulums"] = [{"on": "secondary", **swung}]
-    return found
-
-
 def flywheels() -> Rows:
     """Speed fluctuation of order 2 at the gearbox behind three flywheels."""
-    names = ["single-mass flywheel", "dual-mass flywheel", "dual-mass flywheel with pendulum"]
+    shafts = tomllib.loads(TEMPLATE.with_name("car_shafts.toml").read_text(encoding="utf-8"))
     rows = [["flywheel", *(f"{speed} rpm" for speed in CAR_SPEEDS)]]
-    for name in names:
-        shaft = _car(name)
+    for name, shaft in shafts.items():
         place = [disc["name"] for disc in shaft["discs"]].index("gearbox")
         found = sweeps.run(
             engine="si_four_87x101", shaft=shaft, silenced_warnings=["all"], set={"load": 100},

@@ -581,7 +581,7 @@ def main() -> None:
     with_figures = figures_wanted(__doc__.splitlines()[0])
     study = thesis.run_study()
     made = documents(study, thesis.run_drift(CYCLES), thesis.run_agreement())
-    for file in set(ROWS.iterdir()) - set(made):
+    for file in set(ROWS.iterdir()) - {ITEMS, *made}:
         file.unlink()
     write(made)
     if with_figures:

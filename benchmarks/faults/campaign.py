@@ -1,9 +1,10 @@
-"""All points of fault injection: which there are, which are done, what became of each.
+"""Every system call of a run is made to fail once, and the run is killed there.
 
-A point is one run with one fault at one of its system calls. A run that is not killed must end with
-exit status 0 and the right archive, or say in one line why it did not; at every moment the archive
-must be the old one, none, or the right one; and the same command with --resume must then end with
-an archive that is equal to that of an undisturbed run, to the byte, and leave nothing beside it.
+A point is one run with one fault at one of its system calls; an interrupted campaign goes on with
+`--first`. A run that is not killed must end with exit status 0 and the right archive, or say in one
+line why it did not; at every moment the archive must be the old one, none, or the right one; and
+the same command with --resume must then end with an archive that is equal to that of an undisturbed
+run, to the byte, and leave nothing beside it.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ import random
 import re
 import shutil
 import signal
-from collections import defaultdict
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from benchmarks import command
 from benchmarks.faults import power
 from benchmarks.faults.scenarios import OTHER, SCENARIOS, Command, Scenario
-from benchmarks.faults.server import Outcome, Server
+from benchmarks.faults.server import Outcome, Server, Unavailable
 from sweeps.archive.partial import Damaged, Partial
-
-__all__ = ["Campaign", "Point", "Verdict"]
 
 _ROOM = ["ENOSPC", "EDQUOT", "EIO"]
 
@@ -129,11 +131,11 @@ class Campaign:
             self.names[name] = self._listed()
         return done.calls
 
-    def _run(self, command: Command) -> Outcome:
+    def _run(self, words: Command) -> Outcome:
         """Run a command without a fault."""
-        done = self.server.run(command, self.work)
+        done = self.server.run(words, self.work)
         if done.status or done.errors:
-            raise RuntimeError(f"{' '.join(command)}: {done.errors}")
+            raise RuntimeError(f"{' '.join(words)}: {done.errors}")
         return done
 
     def _prepare(self, name: str) -> Scenario:
@@ -147,8 +149,8 @@ class Campaign:
         self.work.mkdir()
         (self.work / "scene.toml").write_text(scenario.scene)
         (self.work / "other.toml").write_text(OTHER)
-        for command in scenario.before:
-            self._run(command)
+        for words in scenario.before:
+            self._run(words)
         if scenario.cut:
             calls = self._run(scenario.command).calls
             (self.work / scenario.output).unlink()
@@ -241,3 +243,48 @@ def _badly_ended(done: Outcome) -> str:
 
 def _described(data: bytes | None) -> str:
     return "missing" if data is None else f"another one of {len(data)} bytes"
+
+
+def summary(tried: Mapping[Point, Verdict], every: int) -> dict[str, Any]:
+    """Figures of the points that were tried, of so many."""
+    reached = {p: v for p, v in tried.items() if v.hit or p.fault.startswith("power")}
+
+    def by(kinds: Iterable[str]) -> dict[str, int]:
+        return dict(sorted(Counter(kinds).items()))
+
+    return {
+        "points": len(reached),
+        "of": every,
+        "not_reached": len(tried) - len(reached),
+        "ended": by(v.ended for v in reached.values()),
+        "faults": by(p.fault for p in reached),
+        "calls": by(v.hit.split(" ")[0] or "end" for v in reached.values()),
+        "scenarios": by(p.scenario for p in reached),
+        "wrong": [
+            f"{p.scenario}, call {p.call}, {p.fault} ({v.hit}): {v.wrong}"
+            for p, v in tried.items() if v.wrong
+        ],
+    }  # fmt: skip
+
+
+def work(_: Path, given: Any) -> dict[str, Any]:
+    """Try some of the points."""
+    tried: dict[Point, Verdict] = {}
+    with Server() as server:
+        campaign = Campaign(server)
+        chosen = campaign.points[given.first : given.first + given.points]
+        for number, point in enumerate(chosen, given.first):
+            verdict = tried[point] = campaign.attempt(point)
+            if verdict.wrong:
+                print(f"{number}, {point}: {verdict.hit}: {verdict.wrong}", flush=True)
+            if number % 100 == 0:
+                command.log(f"point {number} of {len(campaign.points)}")
+    return summary(tried, len(campaign.points))
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the campaign."""
+    try:
+        return command.campaign("faults", __doc__, arguments, work, first=0, points=2500)
+    except Unavailable as error:
+        sys.exit(f"{error}")

@@ -14,8 +14,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["RULES", "all_synced", "lose"]
-
 RULES = ("drop", "names", "mixed")
 
 

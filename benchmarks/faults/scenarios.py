@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["OTHER", "SCENARIOS", "SCENE", "Command", "Scenario"]
-
-SCENE = """\
-title = "A small map"
-engine = "ntua"
-
-[axes]
-crank_ratio = [0.2, 0.25, 0.3]
-speed = [1000, 1200, 1500, 1600]
-inertia = { start = 1.5, stop = 9.0, num = 100 }
-
-[output]
-quantities = ["delta", "omega_mean", "imep"]
-"""
+SCENE = Path(__file__).with_name("scene.toml").read_text(encoding="utf-8")
 
 OTHER = SCENE.replace("9.0", "8.0")
 """The text of other.toml."""

@@ -1,30 +1,26 @@
 """Hostile files by the thousand: whatever reads files takes them, or refuses them in one line.
 
-`python -m benchmarks.fuzz --seconds 600` runs every target for its share of the time, each in a
-process of its own with limited memory, and prints how many inputs it made, how many of them were
-taken and refused, and what went wrong. That is made small by hypothesis, which draws the inputs,
-and printed; the process ends with 1. benchmarks/tests/test_fuzz.py runs these targets
-too, each with some inputs that are the same every time. `benchmarks.fuzz.damage` damages the bytes
-of archives by the hundred thousand.
+Every target runs for its share of the time, in a process of its own with limited memory. What goes
+wrong is made small by hypothesis, which draws the inputs, and printed. Tests run the targets too,
+with some inputs that are the same every time.
 """
 
 from __future__ import annotations
 
 import random
 import signal
-import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 import hypothesis
 
-from benchmarks.command import part_file, settings, temporary_files_apart, write_part
+from benchmarks import command
 from benchmarks.fuzz.hostile import COUNTS
 from benchmarks.fuzz.targets import TARGETS
 from benchmarks.workers import Lost, answers
-
-__all__ = ["main"]
 
 MEMORY = 8 << 30
 """Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
@@ -76,27 +72,23 @@ def campaign(job: tuple[str, float, int]) -> Counter[str]:
             return COUNTS
 
 
-def main() -> None:
+def work(_: Path, given: Any) -> dict[str, Any]:
     """Run every target in a process of its own."""
-    given = settings(
-        "benchmarks.fuzz", __doc__, seconds=600.0, target=list(TARGETS), seed=int,
-        part=part_file("fuzz"),
-    )  # fmt: skip
     chosen = given.target or list(TARGETS)
-    number = random.SystemRandom().randrange(2**31) if given.seed is None else given.seed
-    print(f"seed {number}", flush=True)
-    failed, targets = [], {}
+    seed = random.SystemRandom().randrange(2**31) if given.seed is None else given.seed
+    wrong, targets = [], {}
     for name in chosen:
-        job = name, given.seconds / len(chosen), number
-        with temporary_files_apart():
+        job = name, given.seconds / len(chosen), seed
+        with command.temporary_files_apart():
             (found,) = answers(campaign, [job], 1, start=limited)
         targets[name] = {} if isinstance(found, Lost) else dict(found)
-        if isinstance(found, Lost):
-            failed.append(name)
-            print(f"{name}: {found.why}", flush=True)
-        else:
-            print(f"{name}: {targets[name]}", flush=True)
-    figures = {"seed": number, "seconds": given.seconds, "targets": targets}
-    write_part(given.part, {**figures, "wrong": failed})
-    if failed:
-        sys.exit(f"failed: {', '.join(failed)}")
+        command.log(f"{name}: {found.why if isinstance(found, Lost) else targets[name]}")
+        wrong += [name] * isinstance(found, Lost)
+    return {"seed": seed, "seconds": given.seconds, "targets": targets, "wrong": wrong}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run all of it."""
+    return command.campaign(
+        "fuzz", __doc__, arguments, work, seconds=600.0, target=list(TARGETS), seed=int
+    )

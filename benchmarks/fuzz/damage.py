@@ -1,10 +1,9 @@
 """Damaged archives by the hundred thousand: none hangs, none ends with status 1 or a signal.
 
-`python -m benchmarks.fuzz.damage --number 100000` makes damaged archives and tables of designs
-(`benchmarks.fuzz.damaged_bytes`) and reads each as the commands do, in processes that stay; one
-that takes more than `LONGEST` seconds of the processor is killed. Freed memory is overwritten there
-(glibc), so that a library that uses it fails. What went wrong is kept in the folder, with the file.
-With `--first` a campaign goes on where it was stopped.
+Damaged archives and tables of designs (see `damaged_bytes`) are read as the commands do, in
+processes that stay; one that takes more than `LONGEST` seconds of the processor is killed. Freed
+memory is overwritten there (glibc), so that a library that uses it fails. What went wrong is kept
+in the folder, with the file. With `--first` a campaign goes on where it was stopped.
 
 Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
 `export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
@@ -18,19 +17,19 @@ import faulthandler
 import json
 import os
 import signal
-import sys
 import tempfile
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import psutil
 
-from benchmarks.command import CPUS, ROOT, part_file, settings, temporary_files_apart, write_part
+from benchmarks import command
+from benchmarks.command import CPUS, ROOT
 from benchmarks.fuzz.damaged_bytes import damaged, sound_files
 from benchmarks.fuzz.hostile import COUNTS, in_one_line, refused_or_taken
 from benchmarks.workers import Lost, answers
@@ -41,8 +40,6 @@ from sweeps.reading.design_files import read_designs
 from sweeps.reading.netcdf_child import OPENING
 from sweeps.reading.netcdf_files import opened_archive
 from sweeps.reading.netcdf_whole import read_all
-
-__all__ = ["LONGEST", "campaign", "main", "read_damaged"]
 
 LONGEST = 20.0
 """Seconds of the processor that the reading of one file may take; of the clock, ten times that."""
@@ -148,7 +145,7 @@ def campaign(
     """Read damaged files from the first number on; how many were taken, refused and wrong."""
     folder.mkdir(parents=True, exist_ok=True)
     os.environ["MALLOC_PERTURB_"] = "165"  # of the processes: freed memory is overwritten
-    counts = Counter[str]()
+    counts = Counter(wrong=0)
     jobs = [(n, seed) for n in range(first, first + number)]
     for job, answer in zip(jobs, answers(read, jobs, workers, LONGEST, silent), strict=True):
         if isinstance(answer, Lost):
@@ -169,20 +166,16 @@ def keep(folder: Path, number: int, seed: int, why: str) -> None:
     print(f"{number}: {made.name}, {made.kind}: {why.strip().splitlines()[-1]}", flush=True)
 
 
-def main() -> None:
-    """Read the command line and run the campaign."""
-    given = settings(
-        "benchmarks.fuzz.damage", __doc__, first=0, number=100_000, seed=1, workers=CPUS,
-        folder=ROOT / "out" / "damage", part=part_file("damage"),
-    )  # fmt: skip
+def work(_: Path, given: Any) -> dict[str, Any]:
+    """Read so many damaged files."""
+    counts = campaign(given.folder, given.first, given.number, given.seed, given.workers)
+    return {"seed": given.seed, "asked": given.number, **counts}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the campaign."""
     fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-    with temporary_files_apart(fast):
-        counts = campaign(given.folder, given.first, given.number, given.seed, given.workers)
-    print(f"seed {given.seed}: {json.dumps(counts)}")
-    write_part(given.part, {"seed": given.seed, "asked": given.number, **counts})
-    if counts["wrong"]:
-        sys.exit(f"wrong: {counts['wrong']}; see {given.folder}")
-
-
-if __name__ == "__main__":
-    main()
+    return command.campaign(
+        "damage", __doc__, arguments, work, fast, first=0, number=100_000, seed=1, workers=CPUS,
+        folder=ROOT / "out" / "damage",
+    )  # fmt: skip

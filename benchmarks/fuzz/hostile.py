@@ -150,45 +150,10 @@ def as_json(tree: Any) -> str:
 
 # Where it lies -----------------------------------------------------------------------------------
 
-SCENE = """\
-title = "All tables"
-engine = "ntua"
-
-[set]
-load = 50
-pressure_factor = [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
-load_table = "load.csv"
-
-[axes]
-speed = [1000.0, 1200.0]
-inertia = { start = 1.0, stop = 9.0, num = 3, spacing = "log" }
-
-[designs]
-case = ["one", "two"]
-bore = [0.14, 0.15]
-
-[solver]
-method = ["auto", "newton"]
-inertia_model = "variable"
-closure = "power_mean"
-tolerance = 1e-6
-
-[output]
-quantities = ["delta", "omega", "imep"]
-angle_step = 2
-highest_order = 6
-fail_on = ["stalled"]
-
-[reference]
-file = "published.csv"
-"""
-
 PRESSURE = "diesel_105x137_pressure.csv"
 
-LOAD = "load_angle_deg,torque_Nm\n0,10\n90,20\n180,15\n270,5\n360,10\n"
-DRIVER = "speed_rpm,torque_Nm\n0,100\n1500,90\n3000,10\n"
-PUBLISHED = "case,speed,inertia,delta\none,1000,1,0.01\ntwo,1200,9,\n"
-DESIGNS = "case,bore,stroke\nfirst,0.1,0.12\nsecond,0.11,0.13\n"
+FILES = {path.name: path.read_bytes() for path in Path(__file__).with_name("files").iterdir()}
+"""A scene with every table, and what it names."""
 
 
 @cache
@@ -199,14 +164,12 @@ def sandbox() -> Path:
     outside.mkdir()
     inside.mkdir()
     (home / "out").mkdir()
-    (home / "secret.csv").write_text(DESIGNS)
+    (home / "secret.csv").write_bytes(FILES["designs.csv"])
     (outside / "precious.txt").write_text("precious")
     pressure = (ENGINES / PRESSURE).read_bytes()
     files = {
-        "pressure.csv": pressure, PRESSURE: pressure, "load.csv": LOAD.encode(),
-        "driver.csv": DRIVER.encode(), "published.csv": PUBLISHED.encode(),
-        "designs.csv": DESIGNS.encode(), "engine.toml": engines()["diesel_105x137"],
-        "scene.toml": SCENE.encode(),
+        **FILES, "pressure.csv": pressure, PRESSURE: pressure,
+        "engine.toml": engines()["diesel_105x137"],
     }  # fmt: skip
     for path in SCENES.glob("*.csv"):
         files[path.name] = path.read_bytes()
@@ -229,7 +192,7 @@ def engines() -> dict[str, bytes]:
 @cache
 def scenes() -> dict[str, bytes]:
     built_in = {p.stem: p.read_bytes() for p in sorted(SCENES.glob("*.toml"))}
-    return {"all tables": SCENE.encode(), **built_in}
+    return {"all tables": FILES["scene.toml"], **built_in}
 
 
 NAMES = (*WORDS, *PARAMETERS, *CYLINDER_KEYS, *SceneFile.model_fields, *QUANTITIES, "file", "kind")

@@ -11,7 +11,7 @@ from unittest import mock
 import netCDF4
 import numpy as np
 
-from benchmarks.fuzz.hostile import DESIGNS, DRIVER, LOAD, PRESSURE, PUBLISHED, sandbox
+from benchmarks.fuzz.hostile import FILES, PRESSURE, sandbox
 from sweeps.archive import netcdf
 from sweeps.archive.labels import label
 from sweeps.archive.partial import Partial
@@ -176,10 +176,10 @@ def good_texts() -> dict[str, tuple[bytes, dict[str, Any]]]:
     file = {"file": "mutated.csv"}
     return {
         "indicator": ((ENGINES / PRESSURE).read_bytes(), {"indicator": file}),
-        "load": (LOAD.encode(), {"set": {"load_table": "mutated.csv"}}),
-        "driver": (DRIVER.encode(), {"set": {"driver_table": "mutated.csv"}}),
-        "designs": (DESIGNS.encode(), {"designs": file}),
-        "reference": (PUBLISHED.encode(), {
+        "load": (FILES["load.csv"], {"set": {"load_table": "mutated.csv"}}),
+        "driver": (FILES["driver.csv"], {"set": {"driver_table": "mutated.csv"}}),
+        "designs": (FILES["designs.csv"], {"designs": file}),
+        "reference": (FILES["published.csv"], {
             "axes": {"speed": [1000, 1200], "inertia": [1, 9]}, "designs": designs,
             "reference": file,
         }),

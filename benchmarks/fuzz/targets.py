@@ -61,8 +61,6 @@ from sweeps.running import into_archive
 from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 
-__all__ = ["TARGETS"]
-
 Drawn = st.SearchStrategy[Any]
 
 

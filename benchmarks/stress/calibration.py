@@ -1,4 +1,7 @@
-"""Is `delta_error` what it says? Estimates against true errors, for designs of sane ranges."""
+"""Is `delta_error` what it says? Estimates against true errors, for designs of sane ranges.
+
+The ranges are those of docs/stability/error_ranges.csv.
+"""
 
 from __future__ import annotations
 
@@ -30,21 +33,6 @@ PART = "delta_error"
 CURVES = 12
 STEPS = (0.5, 1.0)
 ENGINES = ("ntua", "b112", "diesel_105x137")
-
-RANGES = {
-    "crank ratio": "0.15 to 0.45",
-    "cylinders": "1 to 12",
-    "load exponent": "0, 1, 2 (a sixth each) and anything from 0 to 3",
-    "bore": "60 to 200 mm",
-    "stroke": "0.8 to 1.4 bores",
-    "reciprocating mass": "0.5 to 2 kg times (bore/100 mm)³",
-    "speed": "500 to 5000 rpm",
-    "inertia": "such that δ would be 0.001 to 0.3 without load (evenly in the logarithm)",
-    "friction": "0 to 30 % of the indicated torque",
-    "load offset": "-50 to 99 % of the mean torque",
-    "inertia model": "both",
-    "closure": "power_mean three times in four, cycle_time",
-}
 
 FLOOR = 2e-10
 COVERAGE, MEDIAN, TAIL = 0.999, 10.0, 100.0

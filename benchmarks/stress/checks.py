@@ -1,4 +1,7 @@
-"""What any true answer satisfies: checks of every design, without solving it."""
+"""What any true answer satisfies: checks of every design, without solving it.
+
+docs/stability/rules.csv says what each rule is.
+"""
 
 from __future__ import annotations
 
@@ -26,24 +29,6 @@ ROUNDING = 1e-8
 
 VANISHING = 1e-4
 """Relative band about the inertia that just vanishes, which the tables do not decide."""
-
-CHECKS = {
-    "outcome": "the status is one that exists",
-    "numbers": "every result is a number with status 0 and 5, and NaN with 1 to 4",
-    "order": "0 < ω_min ≤ ω_mean ≤ ω_max",
-    "delta": "δ and δ_midrange are those of the three speeds",
-    "closure": "the required speed lies between ω_min and ω_max, and ω_mean lies on the side "
-    "of it that the inequality of means requires",
-    "load": "the load factor lies between the powers of the extreme speeds, and is 1 with "
-    "the power mean",
-    "energy": "the rise of the kinetic energy lies within the bounds that work and load allow",
-    "tolerance": "where δ_error was requested, it is at most the tolerance with status 0, and "
-    "above it with status 5",
-    "idle": "status 2 exactly where the mean torque is below the constant part of the load "
-    "by more than the idle limit",
-    "inertia": "status 4 exactly where the moment of inertia would become zero or negative",
-    "no false stall": "no status 1 where the energy swing is too small to stop the engine",
-}
 
 
 def check_answers(found: dict[str, Any], tolerance: float = 1e-6) -> dict[str, Booleans]:

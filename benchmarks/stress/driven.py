@@ -1,9 +1,8 @@
 """Motors, driver tables, loads over speed and angle, gears: against cycles followed in time.
 
 Each group has one machine and one law, and designs with flywheels from heavy to next to nothing, so
-that torques answer from hardly at all to very stiffly to the speed. Each is solved again by
-oracle/in_time.py, which integrates in time with SciPy: what is found must repeat there, and where
-nothing is found, cycles from near and from above must end at standstill or run away.
+that torques answer from hardly at all to very stiffly to the speed. docs/measurements.md says what
+is compared.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from benchmarks import problem
 from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
 from benchmarks.stress.findings import DEFECTS, Findings, Say, count, gathered
-from benchmarks.stress.judging import TOLERANCE
+from benchmarks.stress.judging import TOLERANCE, VERDICTS
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
@@ -67,9 +66,6 @@ BORDER = 0.03
 """Smallest omega/omega_n below which running and stalled are told apart by a hair."""
 
 LAWS = ("motor", "driver table", "load table", "linear and square", "power")
-
-VERDICTS = ("agrees", "honest", "gave up", "border", "unknown", "off", "outcome")
-"""docs/measurements.md says what they mean."""
 
 ANGLES = np.radians(np.arange(0.0, 360.0, 2.0))
 

@@ -13,8 +13,6 @@ from benchmarks.tables import small
 from benchmarks.workers import in_processes
 from engine_dyn.status import MEANINGS
 
-__all__ = ["DEFECTS", "Findings", "Say", "count", "gathered", "rows", "size"]
-
 DEFECTS = ("broken", "bits", "lost", "off", "outcome", "uncovered")
 """Counts that should be zero: broken rules, other bits, hangs and crashes, numbers beyond the
 tolerance, another outcome, true errors above `delta_error` beyond the share that may be."""

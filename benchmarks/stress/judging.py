@@ -17,8 +17,6 @@ from engine_dyn.status import (
 from engine_dyn.types import Floats
 from oracle import spline
 
-__all__ = ["BORDER", "QUANTITIES", "TOLERANCE", "VERDICTS", "differing", "judge"]
-
 QUANTITIES = ("delta", "omega_max", "omega_min", "omega_mean")
 TOLERANCE = 1e-6
 
@@ -29,16 +27,8 @@ call a solution below 1e-6 a stall."""
 CLEARLY = 0.01
 """Relative difference that is one, however doubtful the last digits of the solver."""
 
-VERDICTS = {
-    "agrees": "same outcome, and numbers within the tolerance",
-    "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
-    "gave up": "status 3: there is a solution or a stall, but none was found",
-    "border": "at the limit between running and stalling: smallest ω below 3 % of nominal",
-    "rounding": "numbers differ by no more than 1e-13 of the speed (δ itself below 1e-7)",
-    "unknown": "the independent solver has no answer, or none accurate to a tenth of the tolerance",
-    "off": "numbers beyond the tolerance",
-    "outcome": "another outcome",
-}
+VERDICTS = ("agrees", "honest", "gave up", "border", "rounding", "unknown", "off", "outcome")
+"""docs/stability/verdicts.csv says what they mean."""
 
 
 def differing(found: dict[str, Any], other: dict[str, Any]) -> dict[str, Floats]:

@@ -1,9 +1,7 @@
 """Sampled studies as people run them, over wider ranges: rules, bits, and error of the solver.
 
 `sweeps.run` solves them, so that loads, offsets, misfires and modelled cycles pass through the
-graph of quantities. What the batch solver adds to the error is seen in all designs, which the
-general solver solves again with twice the nodes. How far that is from the true
-solution is seen in a few dozen of each kind, which an independent solver solves.
+graph of quantities; docs/measurements.md says what each is compared with.
 """
 
 from __future__ import annotations
@@ -286,21 +284,9 @@ def uncovered(result: Findings, kind: Kind) -> int:
 def run(
     seed: int, designs: int, checked: int, threads: int, say: Say, kinds: Sequence[Kind] = KINDS
 ) -> Findings:
-    """Draw, solve and check every kind of study.
+    """Draw, solve and check kinds of study, each with its share of so many designs.
 
-    Parameters
-    ----------
-    seed : int
-    designs : int
-        Of all kinds together; each has its share.
-    checked : int
-        Designs of each kind that the independent solver solves.
-    threads : int
-        Of the others.
-    say : callable
-        Told what goes on.
-    kinds : sequence of Kind
-        Which.
+    `checked` are the designs of each kind that the independent solver solves.
     """
     result = Findings()
     for kind in kinds:

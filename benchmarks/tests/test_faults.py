@@ -1,4 +1,4 @@
-"""A hundred points of fault injection; `python -m benchmarks.faults` has thousands."""
+"""A hundred points of fault injection; `make faults` has thousands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.faults import __main__ as command
 from benchmarks.faults import campaign as campaigns
 from benchmarks.faults import power
 from benchmarks.faults.campaign import Campaign
@@ -49,7 +48,7 @@ def test_there_are_thousands_of_points_of_every_kind(whole: Campaign) -> None:
 
 
 def test_every_fault_ends_as_promised(whole: Campaign) -> None:
-    found = command.summary({p: whole.attempt(p) for p in whole.points[:POINTS]}, POINTS)
+    found = campaigns.summary({p: whole.attempt(p) for p in whole.points[:POINTS]}, POINTS)
     assert found["wrong"] == []
     assert found["points"] + found["not_reached"] == POINTS
     assert found["not_reached"] < POINTS // 20

@@ -50,13 +50,10 @@ def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such files")
 def test_a_campaign_counts_what_it_made(tmp_path: Path) -> None:
     part = tmp_path / "fuzz.json"
-    words = [sys.executable, "-m", "benchmarks.fuzz", "--target", "table", "--seconds", "0.1"]
-    words += ["--part", str(part)]
+    words = [sys.executable, "-m", "benchmarks", "fuzz", "--target", "table", "--seconds", "0.1"]
+    words += ["-o", str(part)]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    first, counts = done.stdout.splitlines()
-    assert first.startswith("seed ")
-    assert "'refused': " in counts
     found = json.loads(part.read_text(encoding="utf-8"))
     assert found["wrong"] == [] and found["targets"]["table"]["refused"] > 0
 

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.compiled
 
 def test_a_table_is_made() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.gpu", *SMALL], cwd=ROOT, text=True, check=False,
+        [sys.executable, "-m", "benchmarks", "gpu", *SMALL], cwd=ROOT, text=True, check=False,
         capture_output=True,
         env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_ENABLE_CUDASIM": "1"},
     )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 
 from benchmarks import tables
+from benchmarks.command import ROOT
 from benchmarks.stress import absurd, calibration, draw, driven, shapes, spikes, strong
-from benchmarks.stress.checks import CHECKS, VANISHING, check
+from benchmarks.stress.checks import VANISHING, check
 from benchmarks.stress.findings import Findings
 from benchmarks.stress.judging import VERDICTS
 from engine_dyn import diagram_from_points
@@ -30,13 +32,23 @@ pytestmark = pytest.mark.compiled
 SEED = 5
 SIZE = 3000
 
+DESIGNS = tomllib.loads(Path(__file__).with_name("designs.toml").read_text(encoding="utf-8"))
+"""Designs that once failed, by names."""
+
+
+def by_name(begin: str) -> Any:
+    """Every design whose name begins so."""
+    chosen = {name: design for name, design in DESIGNS.items() if name.startswith(begin)}
+    return pytest.mark.parametrize("design", chosen.values(), ids=list(chosen))
+
 
 @pytest.mark.parametrize("number", [1, 2, 5, 10, 3, 11, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
     found = absurd.one((SEED, number, SIZE, 20))
     assert found.of("status") > 0
-    assert {key[1] for key in found.counts if key[0] == "broken"} == set(CHECKS)
+    rules = {row["rule"] for row in tables.read(ROOT / "docs" / "stability" / "rules.csv")}
+    assert {key[1] for key in found.counts if key[0] == "broken"} == rules
     assert found.of("again") == absurd.AGAIN
     assert found.total(VERDICTS) == 20
     assert found.defects == 0, found.examples[:3]  # no broken rule, bit for bit, and the same
@@ -103,18 +115,20 @@ def test_a_chunk_that_hangs_is_reported_and_left() -> None:
 @pytest.mark.slow
 def test_command_writes_every_file(tmp_path: Path) -> None:
     """The whole of it, small; the names of the files and sentences are those of docs."""
-    root = Path(__file__).resolve().parents[2]
     words = "--designs 800 --sample 9 --calibrate 40 --diagrams 1 --flywheels 1 --driven 12"
     words += " --sampled 100 --checked 1 --processes 2 -o"
-    command = [sys.executable, "-m", "benchmarks.stress", *words.split(), tmp_path]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    command = [sys.executable, "-m", "benchmarks", "stress", *words.split(), tmp_path]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for path in (root / "docs" / "stability").iterdir():
-        made = (tmp_path / "stability" / path.name).read_text("utf-8").splitlines()
-        assert made[0] == path.read_text("utf-8").splitlines()[0]
+    made = {path.name for path in (tmp_path / "stability").iterdir()}
+    for name in made:
+        lines = [(f / "stability" / name).read_text("utf-8") for f in (tmp_path, ROOT / "docs")]
+        assert lines[0].splitlines()[0] == lines[1].splitlines()[0]
+    by_hand = {"drawn.csv", "rules.csv", "verdicts.csv", "error_ranges.csv"}
+    assert made | by_hand == {path.name for path in (ROOT / "docs" / "stability").iterdir()}
     found, before = (
         [row["what"] for row in tables.read(folder / "stability" / "summary.csv")]
-        for folder in (tmp_path, root / "docs")
+        for folder in (tmp_path, ROOT / "docs")
     )
     assert found == before
 
@@ -143,27 +157,14 @@ def one_design(**values: float) -> draw.Chunk:
     return draw.Chunk(columns, "power_mean", (1,), (SEED, 0))
 
 
-@pytest.mark.parametrize(
-    "design",
-    [
-        {"cylinders": 15, "crank_ratio": 0.0859118616115633, "bore": 0.00264, "stroke": 1.104,
-         "mass": 5542.0, "inertia": 0.0011, "speed": 1435.0, "mean_torque": 4.1},
-        {"cylinders": 10, "crank_ratio": 8.096555661366417e-05, "bore": 0.00167, "stroke": 0.927,
-         "mass": 8755.0, "inertia": 7.06e-4, "speed": 813.0, "mean_torque": 0.56},
-        {"cylinders": 12, "crank_ratio": 1.8922996964179587e-05, "bore": 0.00221, "stroke": 1.808,
-         "mass": 102.5, "inertia": 1.23e-4, "speed": 4519.0, "mean_torque": 0.419},
-    ],
-    ids=lambda design: f"{design['cylinders']} cylinders",
-)  # fmt: skip
-def test_masses_far_above_the_inertia_leave_the_closure(design: dict[str, float]) -> None:
+@by_name("masses far above the inertia")
+def test_masses_far_above_the_inertia_leave_the_closure(design: dict[str, Any]) -> None:
     """Squares of many cylinders add up to a constant: what rounding leaves of its mean counts.
 
     It was 1e-13, one-sided, and grew with the nodes; masses 1e6 times the inertia made 1e-7 of it.
     With exponent 2 the mean of omega^2 is the nominal speed's, so the mean speed is below it.
     """
-    rest = {"row": 100.0, "crankcase": 0.0, "exponent": 2.0, "variable": False, "offset": 0.0,
-            "friction": 0.1}  # fmt: skip
-    found = one_design(**design, **rest).solve()
+    found = one_design(**design).solve()
     assert found["omega_mean"][0] <= design["speed"] * (1.0 + 1e-12)
     assert found["omega_min"][0] < design["speed"] < found["omega_max"][0]
 
@@ -193,14 +194,7 @@ def strong_loads(count: int, exponent: float) -> dict[str, Any]:
         "mean_torque": bounds.mean_gas, "friction": np.zeros(count),
         "offset": bounds.mean_gas - surplus,
     }  # fmt: skip
-    first = {
-        "crank_ratio": 0.2176719123867938, "row": 128.25, "cylinders": 3,
-        "bore": 0.9517215131909003, "stroke": 0.07891410258565017, "mass": 1.9815731824356033e-06,
-        "inertia": 0.0002573457890983112, "speed": 0.1703311670450519,
-        "friction": 165963.65909255456, "mean_torque": -155478.66228900282,
-        "offset": -10775121.81237321,
-    }  # fmt: skip
-    for name, value in first.items():
+    for name, value in DESIGNS["strong load"].items():
         columns[name][0] = value
     return columns
 
@@ -277,13 +271,7 @@ def test_status_tells_of_the_smallest_speed_too() -> None:
 
     A third method (Radau's by SciPy, between the knots, to 1e-11) gave 0.80331920996 rad/s.
     """
-    part = one_design(
-        crank_ratio=0.005379958352552151, row=180.0, crankcase=101325.0, cylinders=7,
-        exponent=0.654839079902505, variable=False, bore=0.0026627836938811498,
-        stroke=0.03028765301706553, mass=5.823009379971359, inertia=5.328176372963636e-06,
-        speed=10.741960120930171, friction=0.1462028103133775, mean_torque=-0.05624544111160662,
-        offset=-0.19530460824730475,
-    )  # fmt: skip
+    part = one_design(**DESIGNS["smallest speed"])
     asked = part.solve()
     without = replace(part, wanted=("omega_min",)).solve()
     for found in (asked, without):
@@ -296,31 +284,15 @@ def test_status_tells_of_the_smallest_speed_too() -> None:
     assert coarse["status"][0] == TOLERANCE_NOT_MET
 
 
-@pytest.mark.parametrize(
-    ("name", "design"),
-    [
-        ("engine ntua",
-         {"row": 81.75, "crankcase": 101325.0, "crank_ratio": 0.42458431436953614,
-          "bore": 0.18259299040246346, "stroke": 0.2161008754483584, "mass": 10.245054093391884,
-          "speed": 312.342371378204, "exponent": 2.0, "cylinders": 12, "variable": True,
-          "friction": 505.6876401373976, "mean_torque": 2657.3441450163796,
-          "offset": 1474.279729172019, "inertia": 0.04391302933718019}),
-        ("smooth curves, 1°",
-         {"row": 0.0, "crankcase": 101325.0, "crank_ratio": 0.3806090154553361,
-          "bore": 0.14791009284681905, "stroke": 0.13028350506002737, "mass": 1.8114438817592244,
-          "speed": 396.453438805186, "exponent": 1.0, "cylinders": 3, "variable": True,
-          "friction": 35.59909292334599, "mean_torque": 435.756418859474,
-          "offset": 397.80720755054347, "inertia": 0.346993954960331}),
-    ],
-    ids=["deferred by the batch solver", "iteration"],
-)  # fmt: skip
-def test_the_finer_solution_is_finer(name: str, design: dict[str, float]) -> None:
+@by_name("the finer solution is finer")
+def test_the_finer_solution_is_finer(design: dict[str, Any]) -> None:
     """Designs whose error was above `delta_error`: both solutions had nearly the same one.
 
     One was left to the general method by the coarser solution only; of the other both stopped
     iterating after the same pass.
     """
-    part = replace(one_design(**design), diagrams=calibration.diagrams()[name])
+    diagrams = calibration.diagrams()[design["diagrams"]]
+    part = replace(one_design(**design), diagrams=diagrams)
     exact, found = part.exact(), part.solve()
     error = abs(found["delta"][0] / exact.delta[0] - 1.0)
     assert 1e-11 < error <= found["delta_error"][0] <= 1e-6
@@ -466,12 +438,7 @@ def test_peaks_where_the_inertia_nearly_vanishes() -> None:
     A design of the stress suite's ten million (chunk 31). With pieces of half a degree alone delta
     would be off by 9e-6, and without doubt.
     """
-    designs = spline.Designs.of(
-        row=0.37, scale=1.0, crankcase=101325.0, crank_ratio=3.702769472307371e-05,
-        bore=0.0010599690479928398, stroke=1.4140583799919877, mass=1e-6, inertia=1e-6,
-        speed=4080.26055730324, exponent=4.8449475247844465, surplus=0.022128062210091927,
-        cylinders=4, variable=True, cycle_time=False,
-    )  # fmt: skip
+    designs = spline.Designs.of(**DESIGNS["peaks where the inertia nearly vanishes"])
     one, four = (
         spline.solve(designs, pressure, draw.family().row(0).angle, splits) for splits in (1, 4)
     )

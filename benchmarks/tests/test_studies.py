@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import pytest
 
 import sweeps
-from benchmarks import study_rates, study_times
+from benchmarks import study_rates, study_times, warm_run
 from benchmarks.studies import STUDIES, Study, study
 from engine_dyn.speed.mechanisms import BATCH, counted
 from sweeps.planning import forecast
@@ -20,8 +19,9 @@ FEW, MANY = 3000, 30_000
 """Numbers of designs between which calls are compared. Few are so many that they need nearly every
 row of a family of diagrams."""
 
-MOST_CALLS = 12_000
-"""Of a warm run of two designs, other people's libraries included."""
+MOST_CALLS, MOST_OWN_CALLS, MOST_FRAMES = 12_000, 2500, 10
+"""Of a warm run of two designs: other people's libraries included, of our functions, and functions
+on the way to the kernel."""
 
 ALLOWED = 0.1
 """Calls of Python that a further design may bring, because a few more rows are needed."""
@@ -34,24 +34,17 @@ solved = pytest.mark.parametrize(
 
 def calls_of_python(scene: dict[str, Any]) -> int:
     """Functions of Python that are called while a scene is computed in this thread."""
-    calls: list[None] = []
-    before = sys.getprofile()
-    sys.setprofile(lambda frame, event, _: calls.append(None) if event == "call" else None)
-    try:
-        sweeps.run(scene, threads=1)
-    finally:
-        sys.setprofile(before)
-    return len(calls)
+    return warm_run.called(lambda: sweeps.run(scene, threads=1))[0].total()
 
 
 @pytest.mark.compiled
 @pytest.mark.slow
 def test_a_warm_run_makes_few_calls() -> None:
-    scene = {"engine": "ntua", "set": {"speed": 1500.0, "load": 90.0},
-             "axes": {"inertia": [2.0, 3.0]}, "output": {"quantities": ["delta"]}}  # fmt: skip
-    for _ in range(3):
-        sweeps.run(scene, threads=1)
-    assert 0 < calls_of_python(scene) < MOST_CALLS
+    calls, way = warm_run.called(warm_run.warm())
+    own = sum(count for place, count in calls.items() if warm_run.ours(place))
+    assert 0 < own < MOST_OWN_CALLS and own < calls.total() < MOST_CALLS
+    assert 0 < len(way) < MOST_FRAMES
+    assert way[0].endswith("in_memory.py: run")
 
 
 @pytest.mark.compiled

@@ -5,19 +5,13 @@ code under test.
 """
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from engine_dyn.types import Floats
-
-
-class Engine(Protocol):
-    """What passes teeth."""
-
-    def time(self, angle: Floats) -> Floats: ...
+from oracle.teeth import SampledEngine as SampledEngine
+from oracle.teeth import tooth_times as tooth_times
+from oracle.teeth import write_times as write_times
 
 
 @dataclass(frozen=True)
@@ -56,48 +50,16 @@ class TurningEngine:
         return found / self.mean
 
 
-class SampledEngine:
-    """An engine whose speed over a cycle is known at some angles: a spline through 1/omega."""
-
-    def __init__(self, angle: Floats, omega: Floats, period: float = 4.0 * np.pi) -> None:
-        closed = np.append(angle, angle[0] + period)
-        self.slow = CubicSpline(closed, 1.0 / np.append(omega, omega[0]), bc_type="periodic")
-        self.work, self.period = self.slow.antiderivative(), period
-
-    def speed(self, angle: Floats) -> Floats:
-        return np.asarray(1.0 / self.slow(angle))
-
-    def time(self, angle: Floats) -> Floats:
-        """Integral of the slowness [s] from the first of the angles."""
-        cycle, within = np.divmod(np.asarray(angle) - self.slow.x[0], self.period)
-        return np.asarray(self.work(within + self.slow.x[0]) + cycle * self.work(self.slow.x[-1]))
-
-
 def random_errors(width: Floats, size: float, seed: int) -> Floats:
     """Relative errors of intervals whose widths still make a turn."""
     errors = size * np.random.default_rng(seed).standard_normal(width.size)
     return errors - np.sum(errors * width) / width.sum()
 
 
-def tooth_times(
-    engine: Engine, width: Floats, turns: int, gap_angle: float = 0.0,
-    errors: Floats | float = 0.0,
-) -> Floats:  # fmt: skip
-    """Times at which teeth pass, from the first tooth of the first turn, which starts a cycle."""
-    within = np.cumsum(np.concatenate([[0.0], (width * (1.0 + errors))[:-1]]))
-    angle = gap_angle + 2.0 * np.pi * np.arange(turns)[:, None] + within
-    return engine.time(np.append(angle.ravel(), gap_angle + 2.0 * np.pi * turns))
-
-
 def noisy(times: Floats, size: float, rng: np.random.Generator) -> Floats:
     """The same from 0 on, with a random relative error of each interval."""
     steps = np.diff(times) * (1.0 + size * rng.standard_normal(times.size - 1))
     return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def write_times(path: Path, times: Floats) -> None:
-    """A file of times of teeth."""
-    path.write_text("time [s]\n" + "\n".join(f"{one:.9f}" for one in times) + "\n")
 
 
 def pulses(times: Floats, interval: float, samples: int, width: float, high: float = 5.0) -> Floats:

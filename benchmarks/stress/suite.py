@@ -1,9 +1,5 @@
 """Stress the solver and write docs/stability/*.csv, of which docs/trust.md is made.
 
-python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
-                            [--flywheels N] [--driven N] [--sampled N] [--checked N] [--seed N]
-                            [--processes N] [--limit SECONDS] [-o FOLDER]
-
 Diagrams are so many of each kind, flywheels rounds of light ones, checked designs those of each
 sampled study that an independent solver gets; the limit is that of a chunk. Ends with status 1 if
 anything is not as it should be; out/stress.json then has the designs. docs/measurements.md says
@@ -15,25 +11,18 @@ from __future__ import annotations
 import datetime
 import json
 import platform
-import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from benchmarks.command import CPUS, ROOT, log, processor, settings, versions
-from benchmarks.stress import absurd, calibration, draw, driven, sampled, spikes, strong
-from benchmarks.stress.checks import CHECKS
+from benchmarks.stress import absurd, calibration, driven, sampled, spikes, strong
 from benchmarks.stress.findings import DEFECTS, Findings, rows
-from benchmarks.stress.judging import VERDICTS
 from benchmarks.tables import save
 
 SHOWN = 4
 """Designs of a kind that are shown."""
-
-DRAWN = {
-    name: f"{low:g} to {high:g} {unit}".strip() for name, (low, high, unit) in draw.RANGES.items()
-} | draw.OTHERS
 
 
 def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
@@ -48,10 +37,10 @@ def shown(found: dict[Any, Findings]) -> Iterator[list[str]]:
                 yield [part.PART, what, json.dumps(told)]
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run everything and write the files."""
     chosen = settings(
-        "benchmarks.stress", __doc__, designs=10_000_000, sample=4000, calibrate=4000,
+        "stress", __doc__, arguments, designs=10_000_000, sample=4000, calibrate=4000,
         diagrams=100, flywheels=8, driven=3000, sampled=sampled.DESIGNS, checked=24, seed=20261121,
         processes=CPUS, limit=absurd.LIMIT, output=ROOT / "docs",
     )  # fmt: skip
@@ -75,11 +64,7 @@ def main() -> int:
     numbers = [row for part, of_part in found.items() for row in rows(part.PART, of_part)]
     head, *meter = calibration.table(found[calibration])
     for name, heads, body in (
-        ("drawn", ["input", "range"], DRAWN.items()),
-        ("rules", ["rule", "meaning"], CHECKS.items()),
-        ("verdicts", ["verdict", "meaning"], VERDICTS.items()),
         ("findings", ["part", "what", "of", "number"], numbers),
-        ("error_ranges", ["input", "range"], calibration.RANGES.items()),
         ("error_estimate", head, meter),
         ("examples", ["part", "what", "design"], shown(found)),
         ("summary", ["what", "words"], words.items()),
@@ -92,7 +77,3 @@ def main() -> int:
     defects = sum(each.defects for each in found.values())
     log(f"written: out/stress.json; {defects} defects")
     return 1 if defects else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
