@@ -144,11 +144,3 @@ def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
         [sys.executable, "-W", "error", "-c", code], cwd=ROOT, capture_output=True, text=True
     )
     assert "<archive.dyn of ''" in done.stdout, done.stderr
-
-
-def test_the_command_does_not_load_it() -> None:
-    code = "import sweeps.cli.main, sweeps; sweeps.SceneError; import sys; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert "sweeps.accessor" not in done.stdout.split()

@@ -216,14 +216,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
 # --- plan, plot, info, list, new ----------------------------------------------------------------
 
 
-def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "figures"
-    lines = ok("plot", archive, "-o", folder, "--format", "svg").splitlines()
-    assert lines
-    assert sorted(map(Path, lines)) == sorted(folder.iterdir())
-    assert {p.suffix for p in folder.iterdir()} == {".svg"}
-
-
 def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     archive: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

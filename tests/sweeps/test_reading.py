@@ -126,6 +126,7 @@ def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
     for wrong, told in (
         ([], "no archive"),
         (tmp_path / "none.nc", "no such file"),
+        ("a" * 5000, "no such file"),
         (tmp_path, "is not a file"),
         (text, "not a netCDF archive"),
         (foreign, "not an archive written by `run`"),

@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive.partial import Partial
 from sweeps.dimensions import REDUCTION
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
@@ -19,7 +18,9 @@ from sweeps.running import cluster, limits, reduced
 from sweeps.scene import sample
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Drawing, read_sample
+from tests.support.archives import stop_after
 from tests.support.commands import ok, refused
+from tests.support.scenes import toml
 
 pytestmark = pytest.mark.compiled
 
@@ -72,6 +73,10 @@ def portions(monkeypatch: pytest.MonkeyPatch) -> None:
 def whole() -> xr.Dataset:
     """All designs of the sample."""
     return sweeps.run(**SAMPLE)
+
+
+def text_of(scene: dict[str, Any]) -> str:
+    return "".join(f"{key} = {toml(value)}\n" for key, value in scene.items())
 
 
 def same(one: xr.Dataset, two: xr.Dataset) -> None:
@@ -193,17 +198,8 @@ def test_an_archive_holds_what_run_returns(archive: Path) -> None:
 
 def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = archive.with_name("killed.nc")
-    written: list[int] = []
-    write = Partial.write
-
-    def stopping(self: Partial, number: int, arrays: Any) -> int:
-        if len(written) == 3:
-            raise KeyboardInterrupt
-        written.append(number)
-        return write(self, number, arrays)
-
     with monkeypatch.context() as patch:
-        patch.setattr(Partial, "write", stopping)
+        stop_after(patch, 3, KeyboardInterrupt())
         with pytest.raises(Exception, match=r"3 of .* blocks are finished"):
             sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
     done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, resume=True)
@@ -216,7 +212,7 @@ def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     scene = tmp_path / "scene.json.toml"
-    scene.write_text(toml_of({**SAMPLE, "reduce": ASKED}))
+    scene.write_text(text_of({**SAMPLE, "reduce": ASKED}))
     parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3)]
     for number, part in enumerate(parts, 1):
         ok("run", scene, "-o", part, "--shard", f"{number}/3", "-q")
@@ -236,7 +232,7 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
 def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> None:
     asked = {"best": [{"least": "delta", "number": 5}], "at_every": ["load", "speed"]}
     scene = tmp_path / "grid.toml"
-    scene.write_text(toml_of({**GRID, "reduce": asked}))
+    scene.write_text(text_of({**GRID, "reduce": asked}))
     parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3, 4)]
     for number, part in enumerate(parts, 1):
         ok("run", scene, "-o", part, "--shard", f"{number}/4", "-q")
@@ -394,18 +390,3 @@ def test_what_has_more_than_one_number_a_design_is_refused(more: dict[str, Any],
     with pytest.raises(SceneError) as told:
         sweeps.run(**{**SAMPLE, **more}, reduce={})
     assert said in str(told.value)
-
-
-def toml_of(raw: dict[str, Any]) -> str:
-    """A scene of plain tables as a file."""
-    lines: list[str] = []
-
-    def value(item: Any) -> str:
-        if isinstance(item, dict):
-            return "{ " + ", ".join(f"{k} = {value(v)}" for k, v in item.items()) + " }"
-        if isinstance(item, list):
-            return f"[{', '.join(map(value, item))}]"
-        return json.dumps(item)
-
-    lines += [f"{key} = {value(item)}" for key, item in raw.items()]
-    return "\n".join(lines)
