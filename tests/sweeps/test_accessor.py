@@ -1,7 +1,5 @@
 """`archive.dyn`: numbers, designs, files and figures of an archive."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +11,7 @@ from matplotlib.figure import Figure
 import sweeps
 import sweeps.accessor
 from sweeps.figures.kinds import KINDS
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
 
 
 @pytest.fixture
@@ -140,7 +137,5 @@ def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: s
 )
 def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
     code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], cwd=ROOT, capture_output=True, text=True
-    )
+    done = python(code, environment={"PYTHONWARNINGS": "error"})
     assert "<archive.dyn of ''" in done.stdout, done.stderr

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from engine_dyn.loads.auxiliaries import Auxiliary, over_crank
 from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
@@ -31,7 +32,7 @@ def test_the_sum_is_exact() -> None:
     pump = torque_of_harmonics(2.0, {1: (0.0, 5.0)})
     both = over_crank([Auxiliary(cam, 0.5, np.radians(30.0)), Auxiliary(pump, 1.5)], 4.0 * np.pi)
     phi = np.random.default_rng(1).uniform(-20.0, 20.0, 1000)
-    np.testing.assert_allclose(both(phi), at_crank(phi), atol=1e-8)
+    assert_allclose(both(phi), at_crank(phi), atol=1e-8)
     assert both.mean == pytest.approx(5.0, rel=1e-12)
     assert both.repeats == 1
     assert over_crank([Auxiliary(cam, 0.5)], 4.0 * np.pi).repeats == 4
@@ -40,7 +41,7 @@ def test_the_sum_is_exact() -> None:
     given = [Auxiliary(rough, 2.0, -1.0), Auxiliary(rough, 0.5, 7.0)]
     summed = over_crank(given, 4.0 * np.pi)
     expected = sum(one.ratio * one.torque(one.ratio * phi + one.phase) for one in given)
-    np.testing.assert_allclose(summed(phi), expected, atol=1e-9)
+    assert_allclose(summed(phi), expected, atol=1e-9)
     assert summed.mean == pytest.approx(2.5 * rough.mean, rel=1e-9)
 
 
@@ -78,7 +79,7 @@ def test_excess_energy_by_hand(tmp_path: Path) -> None:
     torque = 24.8e3 - 8e3 * np.sin(3.0 * phi) - 3e3 * np.sin(2.0 * phi)
     assert float(found["torque_max"]) == pytest.approx(torque.max(), rel=1e-8)
     orders = found["torque_order"].sel(order=[1.0, 2.0, 3.0, 4.0])
-    np.testing.assert_allclose(orders, [0.0, 3e3, 8e3, 0.0], atol=1e-6)
+    assert_allclose(orders, [0.0, 3e3, 8e3, 0.0], atol=1e-6)
 
 
 NAMES = [
@@ -103,13 +104,13 @@ def test_auxiliaries_are_part_of_the_torque(more: dict[str, Any], tables: dict[s
     phi = np.radians(with_both["crank_angle"].values)
     taken = at_crank(phi)
     change = without["torque"] - with_both["torque"]
-    np.testing.assert_allclose(change, taken, atol=1e-8)
+    assert_allclose(change, taken, atol=1e-8)
     for name in ("friction_torque", "torque_mean"):
         assert abs(float(with_both[name] - without[name])) == pytest.approx(5.0, rel=1e-9)
     more_friction = (
         with_both["instantaneous_friction_torque"] - without["instantaneous_friction_torque"]
     )
-    np.testing.assert_allclose(more_friction, taken, atol=1e-8)
+    assert_allclose(more_friction, taken, atol=1e-8)
     assert float(with_both["torque_max"]) == pytest.approx(
         float(with_both["torque"].max()), rel=1e-3
     )
@@ -129,7 +130,7 @@ def test_auxiliaries_are_part_of_the_torque(more: dict[str, Any], tables: dict[s
     for name in ("delta", "omega_max", "energy_swing"):
         assert float(with_both[name]) == pytest.approx(float(as_load[name]), rel=1e-7)
         assert abs(float(with_both[name] / without[name]) - 1.0) > 1e-5
-    np.testing.assert_allclose(with_both["load_torque"] + 5.0, as_load["load_torque"].mean()
+    assert_allclose(with_both["load_torque"] + 5.0, as_load["load_torque"].mean()
                                + (with_both["load_torque"] - with_both["load_torque"].mean()),
                                atol=0.02)  # fmt: skip
 

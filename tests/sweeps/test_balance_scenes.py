@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn import flywheel
@@ -49,10 +50,10 @@ def test_forces_on_axes() -> None:
             )  # fmt: skip
             here = found.sel(cylinders=count, speed=1200, counterweight_fraction=share)
             force, moment = gear.force(phi), gear.moment(phi)
-            np.testing.assert_allclose(
+            assert_allclose(
                 here["shaking_force"].values, [force.real, force.imag], rtol=1e-12, atol=1e-8
             )
-            np.testing.assert_allclose(
+            assert_allclose(
                 here["shaking_moment"].values, [moment.real, moment.imag], rtol=1e-12, atol=1e-8
             )
             assert float(here["shaking_force_max"]) == float(gear.force_max())
@@ -154,7 +155,7 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     )  # fmt: skip
     assert found["wanted_delta"].values.tolist() == [1 / 300, 1 / 20, 1.9]
     good = found.isel(wanted_delta=slice(2))
-    np.testing.assert_allclose(
+    assert_allclose(
         good["delta"], np.broadcast_to(good["wanted_delta"].values[:, None, None], (2, 2, 2)),
         rtol=1e-6,
     )  # fmt: skip
@@ -168,10 +169,8 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     )
     assert float(again["delta"][1]) == pytest.approx(1 / 20, rel=1e-6)
     added = good["inertia_required"] - good["engine_inertia"]
-    np.testing.assert_allclose(good["flywheel_inertia_required"], added)
-    np.testing.assert_allclose(
-        good["flywheel_mass"], flywheel.ring_mass(added.values, 0.6, 0.4), rtol=1e-12
-    )
+    assert_allclose(good["flywheel_inertia_required"], added)
+    assert_allclose(good["flywheel_mass"], flywheel.ring_mass(added.values, 0.6, 0.4), rtol=1e-12)
 
 
 def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
@@ -189,7 +188,7 @@ def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
     driven = computed(["inertia_required", "delta"], engine="compressor_79x83",
                       axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
     assert (driven["status"] == 0).all()
-    np.testing.assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
+    assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["diesel", "propeller"])
@@ -204,7 +203,7 @@ def test_the_load_follows_the_speed(kind: str) -> None:
     for brake, curve in (("torque_mean", "characteristic_torque"),
                          ("brake_power", "characteristic_power")):  # fmt: skip
         wanted = found[curve].values[:, None] * share
-        np.testing.assert_allclose(found[brake].values, wanted, rtol=1e-10)
+        assert_allclose(found[brake].values, wanted, rtol=1e-10)
     assert found["characteristic_torque"].dims == ("speed",)
     assert found["delta"].dims == ("speed", "characteristic_share")
     # the same diagram named by its load gives the same
@@ -220,7 +219,7 @@ def test_the_load_follows_with_all_that_the_torque_depends_on() -> None:
         set={"rated_power": 60e3, "rated_speed": 5000, "pressure_factor": [1, 1, 0.9, 1]},
         characteristic={"coefficients": [1.0, 1.0]},
     )  # fmt: skip
-    np.testing.assert_allclose(
+    assert_allclose(
         found["torque_mean"].values,
         np.broadcast_to(found["characteristic_torque"].values, (2, 2)), rtol=1e-10,
     )  # fmt: skip
@@ -256,7 +255,7 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
     )
     for name in names:
         if "characteristic_share" in found[name].dims:
-            np.testing.assert_array_equal(found[name].values[:2], alone[name].values, name)
+            assert_array_equal(found[name].values[:2], alone[name].values, name)
     none = computed(
         ["delta", "inertia_required"], engine, characteristic=curve,
         set={**scene["set"], "characteristic_share": 40.0, "wanted_delta": 0.02},
@@ -292,9 +291,7 @@ def test_asgari_reproduces_its_source(asgari: Any) -> None:
     largest = asgari["shaking_force_max"].values
     assert largest.argmin() == 0
     second = float(first["shaking_force_major"].sel(order=2.0))
-    np.testing.assert_allclose(
-        asgari["shaking_force_major"].sel(order=2.0).values, second, rtol=1e-12
-    )
+    assert_allclose(asgari["shaking_force_major"].sel(order=2.0).values, second, rtol=1e-12)
     assert largest[0] == pytest.approx(second, rel=0.05)
 
 
@@ -316,15 +313,15 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
             for n in (1.0, 2.0)
         ]
         for values, value in zip(got, expected, strict=True):
-            np.testing.assert_allclose(values, value, atol=1e-12)
+            assert_allclose(values, value, atol=1e-12)
     # Two in line: the sign is the printed one too. The middle of the crank is between the throws.
     two = found.isel(design=names.index("two in line, 180 degrees"), direction=0)
     phi = np.radians(found["crank_angle"].values)
     moment = -0.2 * two["inertia_force_unit"].values[:, None] * np.cos(phi)
-    np.testing.assert_allclose(two["shaking_moment"], moment, atol=1e-12 * np.abs(moment).max())
-    np.testing.assert_allclose(found["delta"], 0.03, rtol=1e-6)
+    assert_allclose(two["shaking_moment"], moment, atol=1e-12 * np.abs(moment).max())
+    assert_allclose(found["delta"], 0.03, rtol=1e-6)
     assert (found["status"] == 0).all()
-    np.testing.assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
+    assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
 
 
 def test_two_opposed_cylinders_of_the_lecture() -> None:
@@ -337,7 +334,7 @@ def test_two_opposed_cylinders_of_the_lecture() -> None:
     # Printed with a plus sign. Counted in the sense of two in line, which has a minus sign in print
     # and in the test above, it is this one.
     expected = -0.06 * unit[:, None] * (np.cos(phi) + lam * np.cos(2.0 * phi))
-    np.testing.assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
+    assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
 
 
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:

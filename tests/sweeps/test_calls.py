@@ -5,19 +5,14 @@ calls like any other. A test that fails after a function was renamed is mended i
 """
 
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from sweeps.planning.forecast import DIRECT
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import ROOT, python
 
 NAMES = {
     # The work of the geometries of a block; its argument `table` has curves (node, lane).
@@ -85,11 +80,8 @@ class Called:
 
 @cache
 def _run(scene: str) -> Called:
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM,
-         json.dumps([json.loads(scene), NAMES["table"], NAMES["of designs"]])],
-        cwd=ROOT, capture_output=True, text=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-    )  # fmt: skip
+    asked = json.dumps([json.loads(scene), NAMES["table"], NAMES["of designs"]])
+    done = python(PROGRAM, asked, environment={"NUMBA_DISABLE_JIT": "1"})
     assert done.returncode == 0, done.stderr
     return Called(*json.loads(done.stdout))
 

@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
+from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
@@ -32,6 +33,7 @@ from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.archives import sound_archive
 from tests.support.commands import invoke, ok, refused
+from tests.sweeps.processes import COMMAND, ROOT, python
 
 SCENE = """\
 title = "A small map"
@@ -78,9 +80,6 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = folder / "out.nc"
     assert invoke("run", folder / "scene.toml", "-o", path, "-q").output == ""
     return path
-
-
-# --- in processes of their own ------------------------------------------------------------------
 
 
 def test_a_first_session(tmp_path: Path) -> None:
@@ -151,24 +150,19 @@ def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
     assert "stalled 1" in done.stderr
     assert "stalled 1" in done.stdout
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
-        np.testing.assert_array_equal(dataset["status"], [MEANINGS.index("stalled"), 0])
-        np.testing.assert_array_equal(np.isnan(dataset["delta"]), [True, False])
+        assert_array_equal(dataset["status"], [MEANINGS.index("stalled"), 0])
+        assert_array_equal(np.isnan(dataset["delta"]), [True, False])
 
 
 def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
     code = (
-        "import sys\n"
-        "from sweeps.cli.main import main\n"
-        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "import sys\nfrom sweeps.cli.main import main\nmain(['--help'], standalone_mode=False)\n"
         "heavy = {'numba', 'xarray', 'matplotlib', 'numpy', 'pydantic'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     began = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    python(code, check=True)
     assert time.perf_counter() - began < 5.0  # typically 0.1 s; a busy machine is allowed for
-
-
-# --- run ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -211,9 +205,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     assert shown.exit_code == 1
     assert "Traceback" in shown.stderr
     assert out.read_text() == "kept"
-
-
-# --- plan, plot, info, list, new ----------------------------------------------------------------
 
 
 def test_info_tells_axes_quantities_outcomes_values_and_provenance(
@@ -415,9 +406,6 @@ def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:
     assert read_scene(path).dimensions == ("load", "inertia")
 
 
-# --- published against computed -----------------------------------------------------------------
-
-
 def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> None:
     tmp_path.joinpath("published.csv").write_text(
         "inertia,delta,omega_mean\n2,0.1,125.6\n5,,125.6\n"
@@ -427,7 +415,7 @@ def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> Non
     text = ok("run", path, "-o", tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
         delta = float(dataset["delta"].sel(inertia=2.0, speed=1200.0))
-        np.testing.assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
+        assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
         assert reference_text(dataset) in text
     row = next(line for line in text.splitlines() if line.startswith("inertia 2, speed 1200"))
     assert f"{delta:.6g}" in row
@@ -478,20 +466,15 @@ def test_rows_of_published_values() -> None:
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
 def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
-    code = "from sweeps.cli.main import main; main()"
-    command = f'exec "$0" -c "$1" run first -o "$2" {closed}'
-    done = subprocess.run(
-        ["sh", "-c", command, sys.executable, code, str(output)],
-        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    for words in ("run first -o", "info"):
+        command = f'exec "$0" -c "$1" {words} "$2" {closed}'
+        done = subprocess.run(
+            ["sh", "-c", command, sys.executable, COMMAND, str(output)],
+            cwd=ROOT, capture_output=True, text=True, timeout=300,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
     with xr.open_dataset(output, engine="netcdf4") as archive:
         assert set(archive["status"].values.reshape(-1)) == {0}
-    done = subprocess.run(
-        ["sh", "-c", f'exec "$0" -c "$1" info "$2" {closed}', sys.executable, code, str(output)],
-        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")

@@ -23,6 +23,7 @@ from sweeps.reading import hdf5_links, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import write_scene
+from tests.sweeps.processes import python
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -84,10 +85,7 @@ def test_a_heap_without_sizes_does_not_hang(
     path.write_bytes(make())
     # In a process of its own first: inside the library this test could not be stopped.
     code = "from sweeps.reading import netcdf_child\nnetcdf_child.SECONDS = 0.3\n" + COMMAND
-    done = subprocess.run(
-        [sys.executable, "-c", code, "info", path], timeout=120, capture_output=True, text=True,
-        cwd=ROOT,
-    )  # fmt: skip
+    done = python(code, "info", path, timeout=120)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
     for command in READING:

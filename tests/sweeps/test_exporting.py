@@ -9,6 +9,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -57,7 +58,7 @@ def test_a_table_has_the_numbers_of_the_archive(
     expected = values.reset_index()
     for name in table.columns:
         if name != "status":
-            np.testing.assert_array_equal(table[name], expected[name])
+            assert_array_equal(table[name], expected[name])
     assert set(table["status"]) == {"converged"}
     if kind == "parquet":
         schema = pq.read_schema(tmp_path / "t.parquet")
@@ -79,7 +80,7 @@ def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
     for _, row in table.iloc[[0, 17, 40, -1]].iterrows():
         one = sweeps.nearest(archive, case=row["case"], load=row["load"], method=row["method"])
         for name in ("delta", "imep", "stroke", "cylinders"):
-            np.testing.assert_array_equal(row[name], float(one[name]))
+            assert_array_equal(row[name], float(one[name]))
     assert table["delta"].isna().sum() == int(archive["delta"].isnull().sum()) > 6
     done = sweeps.export(archive, path, quantities=["torque_after_throw", "imep"], overwrite=True)
     table = read(path)
@@ -130,8 +131,8 @@ def test_by_the_command_whole_or_a_slice(folder: Path, archive: xr.Dataset, tmp_
     chosen = ("--select", f"speed={first}", "--units", "speed=rad/s", "--overwrite")
     ok("export", source, "-o", path, *chosen)
     table, part = read(path), archive.isel(speed=0)
-    np.testing.assert_array_equal(table["delta"], part.delta)
-    np.testing.assert_allclose(table["speed"], first * np.pi / 30.0)
+    assert_array_equal(table["delta"], part.delta)
+    assert_allclose(table["speed"], first * np.pi / 30.0)
     told = invoke("export", source, "-o", path, "--select", "speed=1501", "--overwrite")
     assert "speed = 1501 is not in the archive; the nearest value, 1500, was taken" in told.stderr
     outside = ("--select", "speed=9", "--overwrite")
@@ -166,7 +167,7 @@ def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path:
     table = read(tmp_path / "t.csv")
     table[["speed", "inertia"]].to_csv(tmp_path / "designs.csv", index=False)
     scene = asking(["delta"], designs={"file": str(tmp_path / "designs.csv")})
-    np.testing.assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
+    assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
 
 
 def test_what_is_refused(
@@ -205,7 +206,7 @@ def test_an_excel_file_has_units_and_what_was_assumed(archive: xr.Dataset, tmp_p
         cells = results[place].iloc[2:].reset_index(drop=True)
         if name in archive and archive[name].dtype.kind == "f":
             assert units[name] == archive[name].attrs["units"] or archive[name].units == "1"
-            np.testing.assert_allclose(cells.to_numpy(float), table[name], rtol=1e-6)
+            assert_allclose(cells.to_numpy(float), table[name], rtol=1e-6)
         else:
             assert (cells.astype(str) == table[name].astype(str)).all()
     assert "load_offset" in set(sheets["assumptions"][0])

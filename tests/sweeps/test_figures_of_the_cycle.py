@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
 
 from sweeps.figures.bearing_loads import (
     bearing_load_names,
@@ -214,7 +215,7 @@ def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
     panel = figure.axes[0]
     tops = [float(area.get_paths()[0].vertices[:, 1].max()) for area in panel.collections]
     totals = np.cumsum([float(data[name].max()) for name in COMPONENTS])
-    np.testing.assert_allclose(tops, totals)
+    assert_allclose(tops, totals)
     (line,) = panel.lines
     assert list(line.get_ydata()) == [2.0, 4.0, 8.0]
     assert panel.get_ylim()[0] == 0.0
@@ -230,6 +231,6 @@ def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
     one = drawn(friction_components, friction_names, study_of(data, {"valve_train": 4.0}))
     panel = one["friction_components"].axes[0]
     widths = [bar.get_width() for bar in panel.patches]
-    np.testing.assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
+    assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
     share = 100.0 * widths[0] / sum(widths)
     assert f"0.250, {share:.0f} %" in words(one["friction_components"])

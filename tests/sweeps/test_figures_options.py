@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
 
 from sweeps.errors import SceneError
 from sweeps.figures.drawing import figure, figures, kinds_of
@@ -126,7 +127,7 @@ def test_units_that_read_better_are_taken_and_others_kept() -> None:
     found = readable_dataset(archive())
     assert found["omega"].attrs["units"] == "rpm"
     assert found["omega"].attrs["symbol"] == "$n$"
-    np.testing.assert_allclose(found["omega"], archive()["omega"] * 30.0 / np.pi)
+    assert_allclose(found["omega"], archive()["omega"] * 30.0 / np.pi)
     kept = readable_dataset(archive(), "archive")
     assert kept["omega"].attrs["units"] == "rad s-1"
 

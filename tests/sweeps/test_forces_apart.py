@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -38,7 +39,7 @@ def test_parts_add_up_and_each_is_what_the_total_is_alone(
         assert float(error) < 1e-14 * float(np.abs(whole).max()) * 8.0, name
         assert float(np.abs(found[f"inertia_{name}"]).max()) > 0.0
     for name in COMPONENTS:  # without masses the total is the gas's
-        np.testing.assert_array_equal(gas[name].values, found[f"gas_{name}"].values)
+        assert_array_equal(gas[name].values, found[f"gas_{name}"].values)
 
 
 def test_parts_by_the_printed_formulas() -> None:
@@ -75,7 +76,7 @@ def test_parts_by_the_printed_formulas() -> None:
         assert np.abs(torque - 0.5 * tangential / AREA).max() < 1e-13 * size / AREA
         overturning = found[f"{part}_overturning_moment"].values
         assert np.abs(overturning + 0.09 * tangential).max() < 1e-13 * size
-    np.testing.assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
+    assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
@@ -99,7 +100,7 @@ def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
     height = crank * np.cos(theta) + np.sqrt(rod**2 - (crank * np.sin(theta) - offset) ** 2)
     travel = math.sqrt((rod + crank) ** 2 - offset**2) - height
     wanted = AREA * (STROKE / 16.433233 + travel) * 1e6
-    np.testing.assert_allclose(volume.values, wanted, rtol=1e-9)
+    assert_allclose(volume.values, wanted, rtol=1e-9)
     # the work of the loop is imep times the swept volume: the area of the polygon, to its step
     p, v = np.append(found["pressure"], found["pressure"][0]), np.append(volume, volume[0])
     work = np.sum(0.5 * (p[1:] + p[:-1]) * np.diff(v)) * 0.1  # J
@@ -167,7 +168,7 @@ def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     theta = found["instantaneous_inertia"]
     own = found["instantaneous_engine_inertia"]
     assert float(own.mean()) == pytest.approx(float(found["engine_inertia"]), rel=1e-12)
-    np.testing.assert_allclose(theta - theta.mean(), own - own.mean(), atol=1e-14)
+    assert_allclose(theta - theta.mean(), own - own.mean(), atol=1e-14)
     assert float(theta.max() - theta.min()) > 1e-4 * float(theta.mean())
     energy = (0.5 * theta * found["omega"] ** 2).values
     power = (found["gas_torque"] - found["friction_torque"] - found["load_torque"]).values
@@ -184,7 +185,7 @@ def test_speed_at_the_start() -> None:
         ["omega_start", "omega"], axes={"inertia": [2.0, 5.0]},
         solver={**solver, "start_angle": 0.0, "start_speed": 125.6},
     )  # fmt: skip
-    np.testing.assert_array_equal(found["omega_start"], found["omega"].sel(crank_angle=0.0))
+    assert_array_equal(found["omega_start"], found["omega"].sel(crank_angle=0.0))
     assert float(computed(["omega_start"])["omega_start"]) == float(
         computed(["omega"])["omega"].sel(crank_angle=-180.0)
     )
@@ -240,12 +241,12 @@ def test_counterweight_of_asgari() -> None:
         here = found.sel(counterweight_fraction=fraction)
         size = float(here["counterweight_required"]) * 0.03134 * omega**2
         force = here["counterweight_force"]
-        np.testing.assert_allclose(force.sel(direction=0), -size * np.cos(phi), atol=1e-9 * size)
-        np.testing.assert_allclose(force.sel(direction=90), -size * np.sin(phi), atol=1e-9 * size)
+        assert_allclose(force.sel(direction=0), -size * np.cos(phi), atol=1e-9 * size)
+        assert_allclose(force.sel(direction=90), -size * np.sin(phi), atol=1e-9 * size)
     # (7): primary force of m1 = 0.841 kg; printed to three digits
     first = found["reciprocating_force_first"].sel(direction=0)
     wanted = 0.841 * 0.0355 * omega**2 * np.cos(phi)
-    np.testing.assert_allclose(first, wanted, atol=6e-4 * float(np.abs(wanted).max()))
+    assert_allclose(first, wanted, atol=6e-4 * float(np.abs(wanted).max()))
     # figure 4, without what balances: the sum is that of the reciprocating masses, first and second
     # order, less than 1 % of higher ones
     none = found.sel(counterweight_fraction=0.0, direction=0)

@@ -13,13 +13,7 @@ from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.planning import forecast
 from sweeps.planning.blocks import memory_bytes
-from sweeps.planning.forecast import (
-    diagram_count,
-    seconds,
-    seconds_of_computing,
-    text,
-    work_of,
-)
+from sweeps.planning.forecast import diagram_count, seconds, seconds_of_computing, text, work_of
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.rates import SECONDS
 from sweeps.scene.reading import read_scene

@@ -1,15 +1,12 @@
 """Processes that are forked while another thread holds a lock: the lock is new in them."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.support.archives import sound_archive
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
 
 FORK = """
 import os, signal, sys
@@ -45,8 +42,5 @@ print(held(memory._lock, remember), held(lock, remember), held(netcdf_child._LOC
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 def test_locks_are_free_in_a_fork(tmp_path: Path) -> None:
     (tmp_path / "sound.nc").write_bytes(sound_archive())
-    told = subprocess.run(
-        [sys.executable, "-c", FORK, str(tmp_path / "sound.nc")],
-        capture_output=True, text=True, cwd=ROOT, timeout=120,
-    )  # fmt: skip
+    told = python(FORK, tmp_path / "sound.nc", timeout=120)
     assert told.stdout == "0 0 0\n", told.stderr

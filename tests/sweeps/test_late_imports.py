@@ -1,16 +1,12 @@
 """What is not needed is not imported, with the packages or a command of theirs."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import sweeps
 from tests.support.scenes import asking
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
 
 # Numba imports scipy itself where it is installed (scipy and its BLAS), and xarray imports cftime
 # and, by pandas, pyarrow: theirs are not counted. dask would be imported by xarray for every
@@ -41,11 +37,7 @@ def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None
         folder = tmp_path / name
         folder.mkdir()
         folder.joinpath("__init__.py").write_text(f"raise SystemExit('{name} was imported')\n")
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"],
-        cwd=ROOT, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
-    )  # fmt: skip
+    done = python(f"{code}\nimport sys; print(*sys.modules)", path=tmp_path)
     assert done.returncode == 0, done.stderr
     assert not LATE & set(done.stdout.splitlines()[-1].split())
 
@@ -62,10 +54,7 @@ def modules_after(*words: str) -> set[str]:
         f"main({list(words)!r}, standalone_mode=False)\n"
         "import sys; print(*sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return set(done.stdout.splitlines()[-1].split())
+    return set(python(code, check=True).stdout.splitlines()[-1].split())
 
 
 @pytest.mark.parametrize("command", ["list", "plan first", "info first", "schema"])

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.forces import harmonics
@@ -303,8 +304,8 @@ def test_scene_mosakowski_is_compared_with_equation_16() -> None:
     ratio = found["crank_ratio"].values
     equation = ratio / (1.0 + ratio) * (1.0 / np.sqrt(1.0 - ratio**2) - 1.0)
     # Six digits are kept, which is more than a figure shows.
-    np.testing.assert_allclose(published.sel(truncation=2), equation, rtol=5e-6)
-    np.testing.assert_allclose(error.sel(truncation=2), equation, rtol=1e-12)
+    assert_allclose(published.sel(truncation=2), equation, rtol=5e-6)
+    assert_allclose(error.sel(truncation=2), equation, rtol=1e-12)
     # His text: slightly over 1 % at 0.3, over 5 % at 0.5.
     assert 0.01 < float(published.sel(crank_ratio=0.3, truncation=2)) < 0.012
     assert float(published.sel(crank_ratio=0.5, truncation=2)) > 0.05

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from sweeps.errors import SceneError
 from tests.support.scenes import computed
@@ -109,10 +110,10 @@ def test_net_torque_and_what_it_leaves_alone(engine: str, first: float) -> None:
     leaning = {**upright, "engine_inclination": 25.0, "piston_friction": 200.0}
     plain, found = (computed(asked, engine, set=values) for values in (upright, leaning))
     for name in ("torque", "delta", "piston_force"):
-        np.testing.assert_array_equal(plain[name].values, found[name].values)
+        assert_array_equal(plain[name].values, found[name].values)
     assert float(found["cylinder_direction"]) == pytest.approx(first)
     net = found["torque"] + found["gravity_torque"] - found["piston_friction_torque"]
-    np.testing.assert_array_equal(found["net_torque"].values, net.values)
+    assert_array_equal(found["net_torque"].values, net.values)
     cylinders, stroke = (1, 0.18) if engine == "ntua" else (6, 0.081)
     lost = float(found["piston_friction_torque"].mean())
     assert lost == pytest.approx(200.0 * cylinders * stroke / np.pi, rel=1e-3)

@@ -16,8 +16,8 @@ import sweeps
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
 from sweeps.scene.toml_tables import SceneFile
 from tests.support.scenes import asking, refusal_of
+from tests.sweeps.processes import ROOT, python
 
-ROOT = Path(__file__).resolve().parents[2]
 TABLES = asking(["delta"], set={"speed": 1500.0, "load": 90.0})
 
 
@@ -44,9 +44,7 @@ def test_import_loads_nothing_heavy() -> None:
         "import sweeps, sys; dir(sweeps); print(*sys.modules)\n"
         "print(sweeps.figures.figure.__name__)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    done = python(code, check=True)
     modules, figure = done.stdout.splitlines()  # figures are there without another import
     assert not heavy & set(modules.split()) and figure == "figure"
 

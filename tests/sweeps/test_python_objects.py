@@ -7,6 +7,7 @@ import pandas as pd
 import pint
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.units import BAR
@@ -32,14 +33,14 @@ WITH_UNITS = xr.DataArray([2.0, 3.0], dims="x", attrs={"units": "kg m2"})
 def test_axes_and_columns_are_objects(values: object) -> None:
     axis = sweeps.read_scene(**TABLES, set=SET, axes={"inertia": values})
     column = sweeps.read_scene(**TABLES, set=SET, designs={"inertia": values})
-    np.testing.assert_allclose(axis.axes["inertia"], [2.0, 3.0], rtol=1e-15)
-    np.testing.assert_allclose(column.designs["inertia"], [2.0, 3.0], rtol=1e-15)
+    assert_allclose(axis.axes["inertia"], [2.0, 3.0], rtol=1e-15)
+    assert_allclose(column.designs["inertia"], [2.0, 3.0], rtol=1e-15)
 
 
 def test_settings_and_ends_of_ranges_are_objects() -> None:
     ends = {"start": 2e4 * UNITS.kg * UNITS.cm**2, "stop": 3.0, "num": 2}
     scene = sweeps.read_scene(**TABLES, set=SET, axes={"inertia": ends})
-    np.testing.assert_allclose(scene.axes["inertia"], [2.0, 3.0], rtol=1e-15)
+    assert_allclose(scene.axes["inertia"], [2.0, 3.0], rtol=1e-15)
     drawn = {"number": 4, "seed": 1, "inertia": {"low": 2 * UNITS.kg * UNITS.m**2, "high": 3.0}}
     columns = sweeps.read_scene(**TABLES, set=SET, sample=drawn).designs
     assert len(columns["inertia"]) == 4 and columns["inertia"].min() >= 2.0
@@ -68,7 +69,7 @@ def test_settings_and_ends_of_ranges_are_objects() -> None:
 def test_designs_are_a_table(table: object) -> None:
     scene = sweeps.read_scene(**TABLES, set=SET, designs=table)
     assert set(scene.designs) == {"inertia", "crank_ratio"}
-    np.testing.assert_array_equal(scene.designs["crank_ratio"], [0.25, 0.3])
+    assert_array_equal(scene.designs["crank_ratio"], [0.25, 0.3])
     assert scene.labels == {}
 
 
@@ -102,9 +103,7 @@ ARRAY = xr.DataArray(
 def test_indicator_is_a_table(table: object) -> None:
     scene = sweeps.read_scene(**TABLES, set={"speed": 1500.0}, indicator=table)
     assert scene.indicator is not None
-    np.testing.assert_allclose(
-        scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-6, atol=1.0
-    )
+    assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-6, atol=1.0)
     (name,) = [name for name in scene.files if "indicator" in name]
     assert scene.source["indicator"]["file"] == name == "indicator_given_in_python.csv"
 
@@ -115,7 +114,7 @@ def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
     recorded = sweeps.read_pressure(tmp_path / "run.csv", engine="ntua")
     scene = sweeps.read_scene(**TABLES, set={"speed": 1500.0}, indicator=recorded)
     assert scene.indicator is not None
-    np.testing.assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-4)
+    assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-4)
     assert any("kPa" in note for note in scene.indicator_notes)
 
 

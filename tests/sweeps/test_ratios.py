@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 from sweeps.cli.arguments import axis_slice, new_points
 from sweeps.errors import SceneError
@@ -41,12 +42,12 @@ def test_shown_again(value, text):
 def test_scene_reads_them_everywhere():
     assert read_scene(scene(set={"wanted_delta": "1/200"})).settings["wanted_delta"] == 1 / 200
     axis = read_scene(scene(axes={"wanted_delta": ["1/100", 0.005, "pump"]})).axes["wanted_delta"]
-    np.testing.assert_array_equal(axis, [1 / 100, 0.005, 1 / 30])
+    assert_array_equal(axis, [1 / 100, 0.005, 1 / 30])
     ends = {"start": "1/300", "stop": "1/100", "num": 3}
     axis = read_scene(scene(axes={"wanted_delta": ends})).axes["wanted_delta"]
-    np.testing.assert_allclose(axis, np.linspace(1 / 300, 1 / 100, 3), rtol=1e-15)
+    assert_allclose(axis, np.linspace(1 / 300, 1 / 100, 3), rtol=1e-15)
     column = read_scene(scene(designs={"wanted_delta": ["1/100", 0.005]})).designs["wanted_delta"]
-    np.testing.assert_array_equal(column, [1 / 100, 0.005])
+    assert_array_equal(column, [1 / 100, 0.005])
 
 
 @pytest.mark.parametrize(
@@ -85,7 +86,7 @@ def _table(path: Path) -> Path:
 @pytest.mark.parametrize("ending", [".csv", ".xlsx", ".parquet", ".nc"])
 def test_tables_of_designs(tmp_path, ending):
     columns, _ = read_designs(_table(tmp_path / f"designs{ending}"), "designs")
-    np.testing.assert_array_equal(columns["wanted_delta"], [1 / 100, 1 / 200, 0.02])
+    assert_array_equal(columns["wanted_delta"], [1 / 100, 1 / 200, 0.02])
 
 
 def test_wrong_fraction_in_a_table_is_told_with_its_line(tmp_path):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.dimensions import REDUCTION
@@ -83,7 +84,7 @@ def same(one: xr.Dataset, two: xr.Dataset) -> None:
     """Check that all variables are the same to the bit."""
     assert set(one.variables) == set(two.variables)
     for name in one.variables:
-        np.testing.assert_array_equal(one[name].values, two[name].values, str(name))
+        assert_array_equal(one[name].values, two[name].values, str(name))
 
 
 def kept(archive: xr.Dataset, number: int) -> xr.Dataset:
@@ -91,9 +92,6 @@ def kept(archive: xr.Dataset, number: int) -> xr.Dataset:
     rank = archive["rank"].values[number]
     places = np.flatnonzero(rank)
     return archive.isel(design=places[np.argsort(rank[places])])
-
-
-# --- against all designs ------------------------------------------------------------------------
 
 
 @pytest.mark.usefixtures("portions")
@@ -129,14 +127,14 @@ def test_kept_designs_are_the_best_of_all(whole: xr.Dataset) -> None:
     expected = good[np.argsort(whole.inertia.values[good], kind="stable")][:15]
     assert kept(found, 0).design.values.tolist() == expected.tolist()
     for name in (*SAMPLE["output"]["quantities"], "inertia", "crank_ratio", "status"):
-        np.testing.assert_array_equal(kept(found, 0)[name], whole[name][expected])
+        assert_array_equal(kept(found, 0)[name], whole[name][expected])
     solved = np.flatnonzero(np.isfinite(whole.delta.values))
     fastest = solved[np.argsort(-whole.omega_max.values[solved], kind="stable")][:4]
     assert kept(found, 1).design.values.tolist() == fastest.tolist()
     front = sweeps.pareto(whole, "inertia", "delta", within="crank_ratio <= 0.28")
-    np.testing.assert_array_equal(kept(found, 2).delta, front.delta)
+    assert_array_equal(kept(found, 2).delta, front.delta)
     three = sweeps.pareto(whole, "inertia", "delta", "crank_ratio", most="crank_ratio")
-    np.testing.assert_array_equal(kept(found, 3).inertia, three.inertia)
+    assert_array_equal(kept(found, 3).inertia, three.inertia)
 
 
 def test_the_same_bits_whatever_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,22 +159,19 @@ def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
     found = sweeps.run(**GRID, reduce=asked)
     over = ["inertia", "crank_ratio", "load"]
     assert found.delta_mean.dims == ("speed",)
-    np.testing.assert_allclose(found.delta_mean, all_of_them.delta.mean(over), rtol=1e-14)
-    np.testing.assert_array_equal(found.delta_largest, all_of_them.delta.max(over))
+    assert_allclose(found.delta_mean, all_of_them.delta.mean(over), rtol=1e-14)
+    assert_array_equal(found.delta_largest, all_of_them.delta.max(over))
     below = (all_of_them.delta <= 1 / 25).sum(over)
-    np.testing.assert_array_equal(found.designs_within.values[:, 0], below)
+    assert_array_equal(found.designs_within.values[:, 0], below)
     # A quantity that does not depend on the inertia has each of its values once.
     assert found.torque_mean_count.values.tolist() == [18, 18, 18]
     best = sweeps.best(all_of_them, least="inertia", within=within, at_every=["load", "speed"])
     one = sweeps.best(found, least="inertia", within=within, at_every=["speed", "load"])
     for name in ("delta", "inertia", "crank_ratio", "load", "speed"):
         values = one[name].transpose(*best[name].dims)
-        np.testing.assert_array_equal(values, best[name], name)
+        assert_array_equal(values, best[name], name)
     good = (all_of_them.delta <= 1 / 25).all(["load", "speed"])
     assert f"{int(good.sum())} of 153 designs fulfil" in one.attrs["search"]
-
-
-# --- archives -----------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -293,9 +288,6 @@ def test_a_damaged_state_is_told(archive: Path) -> None:
         state_in(found, "reduced.nc")
 
 
-# --- samples in portions ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("method", ["sobol", "saltelli"])
 def test_portions_are_those_of_the_whole_sample(method: str) -> None:
     table = {"method": method, "number": 64, "seed": 5, "inertia": {"low": 1.0, "high": 2.0},
@@ -307,7 +299,7 @@ def test_portions_are_those_of_the_whole_sample(method: str) -> None:
         part = drawing.columns(begin, count)
         for key, values in part.items():
             expected = all_of_it[key][begin * asked.group : (begin + count) * asked.group]
-            np.testing.assert_array_equal(values, expected)
+            assert_array_equal(values, expected)
 
 
 def test_saltellis_design_is_that_of_salib() -> None:
@@ -318,7 +310,7 @@ def test_saltellis_design_is_that_of_salib() -> None:
     problem = {"num_vars": 3, "names": [*keys], "bounds": [[0.5 * v, v] for v in keys.values()]}
     points = sobol.sample(problem, 32, calc_second_order=False, scramble=True, seed=7)
     for number, (key, values) in enumerate(Drawing(asked).columns(0, 32).items()):
-        np.testing.assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
+        assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
 
 
 def test_a_billion_designs_are_planned_in_no_time() -> None:
@@ -328,9 +320,6 @@ def test_a_billion_designs_are_planned_in_no_time() -> None:
     assert plan.sizes["design"] == sample.PORTION
     with pytest.raises(SceneError, match="number = 1073741824: must be a whole number from 2"):
         read_scene(**{**SAMPLE, "sample": table})
-
-
-# --- bad input ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -365,7 +354,7 @@ def test_one_design_at_every_point() -> None:
     axes = [*GRID["axes"]]
     found = sweeps.run(**GRID, reduce={"at_every": axes, "best": [{"least": "delta"}]})
     assert found.delta.shape == (1, 17, 2, 3, 9)
-    np.testing.assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
+    assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
 
 
 def test_a_search_needs_all_axes() -> None:

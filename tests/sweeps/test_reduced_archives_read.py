@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.dimensions import STATE
@@ -69,7 +70,7 @@ def test_histograms_count_the_values_of_all_designs(stored: xr.Dataset, archive:
             for here, speed in zip(counts, found.speed, strict=True):
                 values = stored[name].sel(speed=speed).values
                 values = values[np.isfinite(values)]
-                np.testing.assert_array_equal(here, np.histogram(values, edges)[0])
+                assert_array_equal(here, np.histogram(values, edges)[0])
 
 
 @pytest.mark.parametrize("spread", [1e-9, 1.0, 3.0, 40.0])
@@ -84,7 +85,7 @@ def test_histograms_of_any_numbers(middle: float, spread: float) -> None:
     assert edges[0] <= values.min() < edges[1]
     assert edges[-2] <= values.max() < edges[-1]
     for row, here in zip(values, counts, strict=True):
-        np.testing.assert_array_equal(here, np.histogram(row, edges)[0])
+        assert_array_equal(here, np.histogram(row, edges)[0])
 
 
 def test_info_tells_of_all_designs(stored: xr.Dataset, archive: Path) -> None:
@@ -100,7 +101,7 @@ def test_info_tells_of_all_designs(stored: xr.Dataset, archive: Path) -> None:
     means = stored.delta.mean(["inertia", "crank_ratio", "load"])
     row = next(line for line in text.splitlines() if line.startswith("  delta   "))
     low, high = (float(word) for word in row.split()[1:4:2])
-    np.testing.assert_allclose([low, high], [means.min(), means.max()], rtol=5e-4)
+    assert_allclose([low, high], [means.min(), means.max()], rtol=5e-4)
     assert STATE not in text and "state_byte" not in text and "status_mean" not in text
 
 
@@ -152,7 +153,7 @@ def test_figures_are_distributions_and_kept_designs(archive: Path, nothing: Path
     panel = drawn["distribution_delta"].axes[1]
     heights, edges, _ = panel.patches[0].get_data()  # type: ignore[attr-defined]
     drawn_shares = heights * np.diff(np.log10(edges)) / 100.0  # bins of equal ratio, about
-    np.testing.assert_allclose(drawn_shares, shares / shares.sum(), rtol=1e-12)
+    assert_allclose(drawn_shares, shares / shares.sum(), rtol=1e-12)
 
 
 def test_reports_tell_statistics_counts_and_searches(

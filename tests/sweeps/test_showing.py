@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -43,8 +44,8 @@ def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None
     assert list(found.table) == [
         "load", "inertia", "delta", "omega_max", "brake_power", "status",
     ]  # fmt: skip
-    np.testing.assert_array_equal(found.table["delta"], archive.delta.values.ravel())
-    np.testing.assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
+    assert_array_equal(found.table["delta"], archive.delta.values.ravel())
+    assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
     assert found.designs == 12 and found.curves == ("omega",)
     assert set(found.table["status"]) == {"converged"}
     # Designs without a number come last.
@@ -56,7 +57,7 @@ def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None
     # Changes in percent of a design.
     found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
     here = archive.delta.sel(load=50)
-    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
+    assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
     assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
     first = rows(archive, relative_to={}).table
     assert first["delta"][0] == 0.0
@@ -76,7 +77,7 @@ def test_the_first_of_an_order_whatever_is_read_at_once(
         sort.removeprefix("-"), ascending=not sort.startswith("-"), kind="stable"
     )
     found = rows(archive, sort=sort, limit=5).table
-    np.testing.assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
+    assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
 
 
 @pytest.mark.parametrize(
@@ -262,8 +263,8 @@ def test_several_numbers_for_each_design_have_rows_or_hints(
     with sweeps.open(of_bearings) as data:
         found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
         loads = data.main_journal_load_max.sel(load=50)
-        np.testing.assert_array_equal(found.table["main_journal_load_max"], loads)
-        np.testing.assert_array_equal(found.table["main_bearing"], data.main_bearing)
+        assert_array_equal(found.table["main_journal_load_max"], loads)
+        assert_array_equal(found.table["main_bearing"], data.main_bearing)
         largest = rows(data, quantities="torque_order", sort="-torque_order", limit=1)
         assert float(largest.table["torque_order"][0]) == float(data.torque_order.max())
         assert largest.designs == data.torque_order.size

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.catalogue import ENGINES
@@ -69,7 +70,7 @@ def assert_numbers(found: xr.Dataset, expected: xr.Dataset) -> None:
                 own = own.expand_dims({dimension: values.sizes[dimension]})
         own = own.transpose(*values.dims)
         assert values.dtype == own.dtype
-        np.testing.assert_array_equal(values.values, own.values, err_msg=str(name))
+        assert_array_equal(values.values, own.values, err_msg=str(name))
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +237,7 @@ def test_extend_adds_points_but_no_engine(tmp_path):
     ok("extend", output, "--axis", "speed=1400")
     with sweeps.open_archive(output) as found:
         own = alone({**ENGINES_BESIDE, "axes": {"inertia": [0.5, 2.0, 5.0]}}, "ntua", speed=1400)
-        np.testing.assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
+        assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
     told = refused("extend", output, "--axis", "engine=b112")
     assert "engine cannot be added to an archive" in told
 

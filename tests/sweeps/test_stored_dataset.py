@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.archive.stored_dataset import stored_dataset
@@ -105,9 +106,9 @@ def test_parts_of_parts_are_read_in_place(tmp_path: Path) -> None:
         ):
             part, expected = archive["omega"].isel(places), whole.isel(places)
             assert part.dims == expected.dims and part.shape == expected.shape
-            np.testing.assert_array_equal(part.values, expected)
+            assert_array_equal(part.values, expected)
             first = {d: 0 for d, n in expected.sizes.items() if n}
-            np.testing.assert_array_equal(part.isel(first).values, expected.isel(first))
+            assert_array_equal(part.isel(first).values, expected.isel(first))
 
 
 def test_damaged_values_are_told_in_one_line(tmp_path: Path) -> None:

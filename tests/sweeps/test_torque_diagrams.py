@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.reading.engine_files import load_engine
@@ -54,9 +55,7 @@ def test_constant_load(tmp_path: Path) -> None:
         (25e3, 33e3, 17e3), rel=1e-8
     )
     assert found.brake_power == pytest.approx(25e3 * 14 * np.pi, rel=1e-9)
-    np.testing.assert_allclose(
-        found.torque, 25e3 - 8e3 * np.sin(3 * np.radians(found.crank_angle)), rtol=1e-9
-    )
+    assert_allclose(found.torque, 25e3 - 8e3 * np.sin(3 * np.radians(found.crank_angle)), rtol=1e-9)
 
 
 def test_load_in_closed_form_and_its_crossings(tmp_path: Path) -> None:
@@ -69,9 +68,9 @@ def test_load_in_closed_form_and_its_crossings(tmp_path: Path) -> None:
     # 8 sin(3 theta) + 4.2 sin(theta) = 0: theta = 0, 180 degrees, and sin^2(theta) = 28.2/32.
     steep = np.degrees(np.arcsin(np.sqrt(28.2 / 32.0)))
     angles = [-180.0, steep - 180.0, -steep, 0.0, steep, 180.0 - steep]
-    np.testing.assert_allclose(found.crossing_angle[:6], angles, atol=1e-6)
+    assert_allclose(found.crossing_angle[:6], angles, atol=1e-6)
     energy = 8e3 / 3.0 * np.cos(3 * np.radians(angles)) + 4.2e3 * np.cos(np.radians(angles))
-    np.testing.assert_allclose(found.crossing_energy[:6], energy, atol=1e-3)
+    assert_allclose(found.crossing_energy[:6], energy, atol=1e-3)
     assert np.isnan(found.crossing_angle[6:]).all()
 
 
@@ -86,7 +85,7 @@ def test_load_over_three_revolutions(tmp_path: Path) -> None:
     work = 8.0 / 3.0 * np.cos(3.0 * theta) + 12.6 * np.cos(theta / 3.0)
     assert found.energy_swing == pytest.approx(1e3 * np.ptp(work), rel=1e-6)
     each = found.omega.max("crank_angle") - found.omega.min("crank_angle")
-    np.testing.assert_allclose(each / found.omega.mean("crank_angle"), found.delta, rtol=1e-3)
+    assert_allclose(each / found.omega.mean("crank_angle"), found.delta, rtol=1e-3)
 
 
 def test_four_revolutions_and_a_stated_cycle(tmp_path: Path) -> None:
@@ -106,7 +105,7 @@ def test_areas_give_the_swing_of_their_levels(tmp_path: Path, crossings: str) ->
     assert found.energy_swing == pytest.approx(500.0, rel=1e-4)  # levels 300, -200, 220, 0
     assert found.torque_mean == pytest.approx(400.0, rel=1e-9)
     levels = np.sort(found.crossing_energy.dropna("crossing").values)
-    np.testing.assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
+    assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
 
 
 def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
@@ -114,8 +113,8 @@ def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
     found = posed(tmp_path, closed, ["torque_order", "torque_phase"])
     amplitude, phase = (found[name].sel(order=[0.5, 1.0, 3.0]) for name in found.data_vars
                         if name != "status")  # fmt: skip
-    np.testing.assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
-    np.testing.assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
+    assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
+    assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -169,9 +168,9 @@ def test_factor_is_an_axis_and_the_inertia_follows(tmp_path: Path) -> None:
         tmp_path, CLOSED, ["inertia_required", "inertia_energy_swing", "torque_mean"],
         set={"wanted_delta": 0.0030634}, axes={"torque_factor": [0.5, 1.0]},
     )  # fmt: skip
-    np.testing.assert_allclose(found.torque_mean, [12.5e3, 25e3], rtol=1e-9)
-    np.testing.assert_allclose(found.inertia_required, [450.0, 900.0], rtol=5e-5)
-    np.testing.assert_allclose(found.inertia_energy_swing, [450.0, 900.0], rtol=5e-5)
+    assert_allclose(found.torque_mean, [12.5e3, 25e3], rtol=1e-9)
+    assert_allclose(found.inertia_required, [450.0, 900.0], rtol=5e-5)
+    assert_allclose(found.inertia_energy_swing, [450.0, 900.0], rtol=5e-5)
 
 
 @pytest.mark.parametrize(("key", "extreme"), [("largest_speed", "omega_max"),
@@ -184,11 +183,11 @@ def test_an_extreme_in_place_of_the_nominal_speed(
         tmp_path, CLOSED, [extreme, "delta", "brake_power"], set={key: 400.0, **more},
         axes={"load_exponent": [0, 2]},
     )  # fmt: skip
-    np.testing.assert_allclose(found[extreme], 400.0 * np.pi / 30.0, rtol=1e-9)
+    assert_allclose(found[extreme], 400.0 * np.pi / 30.0, rtol=1e-9)
     assert (found.status == 0).all()
     assert (found.brake_power / 25e3 != pytest.approx(400.0 * np.pi / 30.0, rel=0.01)).all()
     if "wanted_delta" in more:
-        np.testing.assert_allclose(found.delta, 0.2, rtol=1e-6)
+        assert_allclose(found.delta, 0.2, rtol=1e-6)
 
 
 def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import sweeps
 
@@ -57,7 +58,7 @@ def test_it_is_over_the_mean_indicated_torque() -> None:
         mu = np.ptp(curve) / mean
         assert float(here["torque_irregularity"]) == pytest.approx(mu, rel=1e-4), place
     brake = found["torque_range"] / found["torque_mean"]
-    np.testing.assert_allclose(found["torque_irregularity_brake"], brake, rtol=1e-14)
+    assert_allclose(found["torque_irregularity_brake"], brake, rtol=1e-14)
     # Friction makes the difference, most of it where there is little else.
     ratio = abs(found["torque_irregularity_brake"] / found["torque_irregularity"])
     assert (ratio > 1.1).all()
@@ -87,9 +88,7 @@ def test_friction_over_the_stroke_leaves_it_alone() -> None:
         "friction_skirt": 0.1, "ring_pressure": 2.0,
     }  # fmt: skip
     even, over_stroke = run(names, **scene), run(names, set=shape, **scene)
-    np.testing.assert_allclose(
-        over_stroke["torque_irregularity"], even["torque_irregularity"], rtol=1e-6
-    )
+    assert_allclose(over_stroke["torque_irregularity"], even["torque_irregularity"], rtol=1e-6)
     # The range of the torque with friction differs, and with it what is over the brake torque.
     assert (abs(over_stroke["torque_range"] / even["torque_range"] - 1.0) > 1e-4).all()
     assert (over_stroke["torque_irregularity_brake"] != even["torque_irregularity_brake"]).all()

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.recordings.heat_release import mean_pressures
@@ -32,8 +33,8 @@ def test_values_are_those_of_the_cycles() -> None:
     cycles = engine.cycles(1.0, 5, noise=2e3, gamma=1.35, fall=0.0, loss=0.0, heat=1500.0)
     data = evaluated(cycles, engine.GEOMETRY)  # with the same ratio of specific heats
     works = mean_pressures(cycles, engine.GEOMETRY)
-    np.testing.assert_allclose(data.imep_of_cycle, works.net / 1e5)
-    np.testing.assert_allclose(data.cylinder_volume, engine.volume(cycles.angle) * 1e6)
+    assert_allclose(data.imep_of_cycle, works.net / 1e5)
+    assert_allclose(data.cylinder_volume, engine.volume(cycles.angle) * 1e6)
     assert float(data.imep) == pytest.approx(float(data.imep_gross + data.imep_pumping))
     assert float(data.heat_released.max()) == pytest.approx(1500.0, rel=0.01)
     assert data.pressure.dims == ("crank_angle",)
@@ -76,7 +77,7 @@ def test_without_bore_and_stroke_volumes_are_relative(ratio: float | None, tmp_p
     clearance = engine.SWEPT / (engine.RATIO - 1.0)
     expected = (engine.volume(cycles.angle) - (0.0 if ratio else clearance)) / engine.SWEPT
     name = "relative_volume" if ratio else "relative_displaced_volume"
-    np.testing.assert_allclose(data[name], expected, atol=1e-12)
+    assert_allclose(data[name], expected, atol=1e-12)
     assert data[name].attrs["units"] == "1"
     assert not {"cylinder_volume", "displaced_volume", "heat_released"} & set(data)
     logarithmic = ["log p - log V"] if ratio else []

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -50,7 +51,7 @@ def test_each_cycle_is_that_cycle_alone_and_all_scatter_about_their_mean(
         alone = sweeps.run(scene(folder, keys={"cycle": number}, axes={"inertia": [2.0, 4.0]}))
         here = cycles.sel(recorded_cycle=number)
         for name in QUANTITIES:
-            np.testing.assert_allclose(here[name], alone[name], rtol=2e-6)
+            assert_allclose(here[name], alone[name], rtol=2e-6)
     # Cycles scatter about their mean.
     mean = sweeps.run(scene(folder, keys={"average": True}, axes={"inertia": [2.0, 4.0]}))
     assert len(np.unique(cycles["imep"])) == COUNT

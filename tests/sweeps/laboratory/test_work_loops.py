@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -204,7 +205,7 @@ def test_angles_that_count_from_bottom_dead_centre(ntua: Any, tmp_path: Path) ->
     found = sweeps.run(
         {"engine": "ntua", "indicator": table, "output": {"quantities": ["pressure", "imep"]}}
     )
-    np.testing.assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
+    assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
 
 
 def test_several_loops(ntua: Any, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -90,7 +91,7 @@ def test_missed_cycles_and_the_weak_cylinder_are_found_and_no_others(found: xr.D
     others = found["imep_deviation_lasting"].values[[0, 2, 3]]
     assert others.mean() == pytest.approx(WEAK * lacking / 3.0, abs=0.3)
     both = found["imep_deviation_of_cycle"] + found["imep_deviation_lasting"]
-    np.testing.assert_allclose(found["imep_deviation"], both)
+    assert_allclose(found["imep_deviation"], both)
     assert (found["imep_deviation_std"] > found["imep_deviation_of_cycle_std"]).all()
 
 
@@ -186,7 +187,7 @@ def test_several_recordings_stand_side_by_side(
     result = sweeps.cylinder_deviations(both)
     assert result["load"].values.tolist() == [60.0, 40.0]
     first = result.isel(recording=0)
-    np.testing.assert_allclose(first["imep_deviation"], found["imep_deviation"], rtol=1e-6)
+    assert_allclose(first["imep_deviation"], found["imep_deviation"], rtol=1e-6)
     assert np.isnan(result["imep_deviation"][1, 41:]).all()
     drawn = {figure.stem for figure in draw(result, faulty.parent / "figures")}
     assert {"cylinder_deviations_1", "cylinder_deviations_2", "cylinder_means"} <= drawn

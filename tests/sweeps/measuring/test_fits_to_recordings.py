@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -42,7 +43,7 @@ def test_speed_over_angle(over_angle: Path) -> None:
     assert fit.attrs["likelihood_of_noise"] > 0.01
     assert fit.sizes["interval"] == 180 and "tooth_error" not in fit and "wheel" not in fit.attrs
     assert fit.recorded_cycles.values.tolist() == [15, 15, 15]
-    np.testing.assert_allclose(fit.speed, 1500.0, rtol=1e-3)
+    assert_allclose(fit.speed, 1500.0, rtol=1e-3)
     off = np.abs(fit.delta_predicted - fit.delta_measured_raw)
     unsure = np.hypot(fit.delta_predicted_deviation, fit.delta_measured_raw_uncertainty)
     assert (off < 4.0 * unsure).all()
@@ -92,7 +93,7 @@ def test_predictions_leave_out_own_parameters(over_angle: Path) -> None:
             "output": {"quantities": ["delta"]},
         }
     )  # fmt: skip
-    np.testing.assert_allclose(fit.delta_predicted, scene.delta, rtol=5e-3)
+    assert_allclose(fit.delta_predicted, scene.delta, rtol=5e-3)
 
 
 @pytest.mark.parametrize("made", [Recorded(shift=1.0), Recorded(pegging=0.3)], ids=str)

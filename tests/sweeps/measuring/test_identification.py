@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -45,7 +46,7 @@ def test_what_made_the_recordings_is_found_and_those_left_out_predicted(fitted: 
     assert np.abs(off).max() < 5.0 * float(fitted.tooth_error_deviation.mean())
     assert fitted.attrs["likelihood_of_noise"] > 0.01
     assert fitted.attrs["condition_number"] < 100.0
-    np.testing.assert_allclose(fitted.speed.values, 1500.0, rtol=2e-3)
+    assert_allclose(fitted.speed.values, 1500.0, rtol=2e-3)
     # Recordings that were left out are predicted.
     off = fitted.delta_predicted - fitted.delta_measured_raw
     unsure = np.hypot(fitted.delta_predicted_deviation, fitted.delta_measured_raw_uncertainty)
@@ -59,7 +60,7 @@ def test_shifted_diagrams_shift_the_speed(folder: Path) -> None:
     computed = SpeedsOfRecordings.of(scene, places, ["dead_centre_shift", "pegging"])
     _, speed = computed.speeds(np.array([[0.0, 0.0], [720.0, 0.0], [1.0, 0.0], [0.0, 0.5]]))
     assert speed.shape == (4, 3, 720)
-    np.testing.assert_allclose(speed[1], speed[0], rtol=1e-9)
+    assert_allclose(speed[1], speed[0], rtol=1e-9)
     assert np.abs(speed[2] - speed[0]).max() > 0.01
     assert np.abs(speed[3] - speed[0]).max() > 0.01
     own = SpeedsOfRecordings.of(scene, places, ["inertia@2"])
@@ -79,7 +80,7 @@ def test_a_wrong_dead_centre_moves_diagrams_and_wheel(folder: Path) -> None:
         return np.array(Seen(given, computed, starts[0], starts)(np.array([values])))
 
     both = seen(["recording_shift"], [2.0])
-    np.testing.assert_allclose(both, seen(["dead_centre_shift", "gap_angle"], [2.0, 2.0]))
+    assert_allclose(both, seen(["dead_centre_shift", "gap_angle"], [2.0, 2.0]))
     for key in ("dead_centre_shift", "gap_angle"):
         assert np.abs(both - seen([key], [2.0])).max() > 1e-4
 
@@ -90,7 +91,7 @@ def test_predictions_are_near_the_measured_speeds(folder: Path) -> None:
     off = (fit.omega_predicted / fit.omega_raw - 1.0).values[:, used]
     assert 0.0 < np.abs(off).max() < 0.01  # teeth alone are wrong by 0.4 %, speeds by 2 %
     shown = fit.omega_predicted.values[:, used]
-    np.testing.assert_allclose(np.ptp(shown, axis=1) / shown.mean(axis=1), fit.delta_predicted,
+    assert_allclose(np.ptp(shown, axis=1) / shown.mean(axis=1), fit.delta_predicted,
                                rtol=1e-3)  # fmt: skip
 
 

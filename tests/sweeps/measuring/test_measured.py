@@ -14,13 +14,7 @@ from sweeps.errors import SceneError
 from sweeps.figures import draw
 from tests.support.commands import ok, refused
 from tests.support.scenes import refusal_of, write_scene
-from tests.support.teeth import (
-    SampledEngine,
-    noisy,
-    random_errors,
-    tooth_times,
-    write_times,
-)
+from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
 LOADS = [20, 50, 80]
 GAP = 100.0  # degree
@@ -225,11 +219,7 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
             "speed",
             "begins again after 360 degrees",
         ),
-        (
-            "angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n",
-            "speed",
-            "line 4: the crank angle goes",
-        ),
+        ("angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n", "speed", "line 4: the crank angle goes"),
     ],
 )
 def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said: str) -> None:

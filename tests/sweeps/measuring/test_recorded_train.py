@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -120,10 +121,10 @@ def test_mean_speeds_and_deltas_of_cycles(recorded: Recorded, followed: xr.Datas
     assert np.isnan(measured[0])  # the first tooth passes within it
     known = np.isfinite(measured)
     assert known.sum() >= CYCLES - 2
-    np.testing.assert_allclose(measured[known], true[known], rtol=2e-4)
-    np.testing.assert_allclose(followed["omega_mean_followed"].values[1:], true[1:], rtol=1e-3)
+    assert_allclose(measured[known], true[known], rtol=2e-4)
+    assert_allclose(followed["omega_mean_followed"].values[1:], true[1:], rtol=1e-3)
     deltas = [np.ptp(part) / part.mean() for part in parts[1:]]
-    np.testing.assert_allclose(followed["delta_followed"].values[1:], deltas, rtol=0.01)
+    assert_allclose(followed["delta_followed"].values[1:], deltas, rtol=0.01)
 
 
 def test_the_closed_train_repeats_and_jumps(followed: xr.Dataset) -> None:
@@ -158,9 +159,7 @@ def test_a_recording_that_begins_later_is_put_in_its_place(
     found = sweeps.follow_cycles(scene)
     assert found.attrs["first_cycle_of_speed"] == 3
     if recorded.cylinders == 1:
-        np.testing.assert_allclose(
-            found["omega_followed"], followed["omega_followed"][1:], rtol=5e-4
-        )
+        assert_allclose(found["omega_followed"], followed["omega_followed"][1:], rtol=5e-4)
 
 
 def test_without_a_measured_speed_the_mean_is_the_nominal_one(recorded: Recorded) -> None:
@@ -186,8 +185,8 @@ def test_equal_cycles_need_no_jump(recorded: Recorded, tmp_path: Path) -> None:
     for word in ("closed", "repeated"):
         # the nominal speed of the scene is a power mean, that of the train a mean over the angle
         one, other = (found[f"omega_{w}"] / found[f"omega_{w}"].mean() for w in (word, "followed"))
-        np.testing.assert_allclose(one, other, rtol=2e-5)
-        np.testing.assert_allclose(found[f"delta_{word}"], found["delta_followed"], rtol=1e-3)
+        assert_allclose(one, other, rtol=2e-5)
+        assert_allclose(found[f"delta_{word}"], found["delta_followed"], rtol=1e-3)
 
 
 @pytest.mark.parametrize(
