@@ -82,7 +82,6 @@ def test_files_and_reports(archive: xr.Dataset, tmp_path: Path) -> None:
         archive.dyn.to_excel(tmp_path / "out.csv")
     with pytest.raises(sweeps.SceneError, match="path = 3: must be the path of a file"):
         archive.dyn.to_excel(3)
-    # Reports.
     pytest.importorskip("bokeh")
     path = archive.drop_dims("crank_angle").dyn.report(tmp_path / "out.html")
     assert "a &lt;made up&gt; archive" in path.read_text("utf-8")

@@ -252,7 +252,6 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
             continue
         values = found[name].values
         assert np.isfinite(values[:2]).all() and np.isnan(values[2]).all(), name
-    # The others are what they are alone.
     alone = computed(
         names, engine, axes={"characteristic_share": shares[:2]}, characteristic=curve, **scene
     )

@@ -74,7 +74,6 @@ def shell(
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The small map, run once."""
     folder = tmp_path_factory.mktemp("archive")
     folder.joinpath("scene.toml").write_text(SCENE)
     path = folder / "out.nc"
@@ -220,7 +219,6 @@ def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
     short = ok("info", archive)
     assert "history: " not in short and "--provenance" in short
-    # Info tells values.
     with sweeps.open(archive) as data:
         low, high = float(data.delta.min()), float(data.delta.max())
     rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
@@ -277,7 +275,6 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     for key in engine.values:
         assert f"  {key} = " in text
     assert "[1]" not in text
-    # An archive carries them too.
     scene = tmp_path / "scene.toml"
     scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')
     ok("run", scene, "-o", tmp_path / "out.nc")
@@ -440,7 +437,6 @@ def test_rows_of_published_values() -> None:
     assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
     assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
     assert "not requested in [output] quantities: mu" in lines[-1]
-    # Rows of further axes and words.
     dataset = xr.Dataset(
         {
             "delta": (("method", "speed"), [[0.1, 0.2], [0.11, 0.21]]),

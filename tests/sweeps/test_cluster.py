@@ -41,7 +41,6 @@ cloudpickle.register_pickle_by_value(sys.modules[__name__])
 
 
 def workers(number: int, threads: int = 1, processes: bool = True, **more: Any) -> Any:
-    """A scheduler with so many workers."""
     return distributed.LocalCluster(
         n_workers=number, threads_per_worker=threads, processes=processes, memory_limit=0,
         dashboard_address="127.0.0.1:0", silence_logs=60, **more,
@@ -59,13 +58,11 @@ def scheduler() -> Iterator[str]:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Some ten blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e5)
 
 
 @pytest.fixture
 def scene(tmp_path: Path, small: None) -> Path:
-    """A file of many designs, which are some ten blocks."""
     path = tmp_path / "scene.toml"
     path.write_text(LARGE_MAP)
     return path

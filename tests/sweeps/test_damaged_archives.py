@@ -132,7 +132,6 @@ def test_a_group_that_holds_itself(tmp_path: Path, capfd: pytest.CaptureFixture[
     for command in READING:
         told = refused(*words(command, path, tmp_path))
         assert "perhaps by itself" in told
-    # Nothing is printed by the library's callback.
     assert hdf5_links.external_member(path)
     assert capfd.readouterr().err == ""
 

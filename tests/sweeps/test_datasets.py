@@ -49,11 +49,9 @@ def test_every_variable_is_described_and_words_are_coordinates(dataset: xr.Datas
     assert json.loads(dataset.attrs["scene"]) == SCENE
     for key in ("title", "history", "source", "software", "engine", "parameters"):
         assert dataset.attrs[key], key
-    # Words are auxiliary coordinates.
     assert dataset["delta"].dims == ("inertia", "load_offset", "method")
     assert dataset["method"].values.tolist() == [0, 1]
     assert dataset["method_name"].values.tolist() == ["auto", "thesis"]
-    # Angles and means.
     angle = dataset["crank_angle"].values
     assert (angle[0], angle[-1], len(angle)) == (-360.0, 356.0, 180)
     mean = dataset["torque"].mean("crank_angle")

@@ -96,7 +96,6 @@ def test_what_an_engine_lacks_is_told(tmp_path: Path) -> None:
         read_scene(scene)
     read_scene({**scene, "set": {"inertia": 2}})
     read_scene({**scene, "output": {"quantities": ["torque"]}})
-    # All that is missing is told at once.
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta", "rotating_mass"]}}
     with pytest.raises(SceneError) as told:

@@ -133,7 +133,6 @@ def test_words_and_lists_are_selectors() -> None:
     table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
     told = dict(zip(table["quantity"], table["value"], strict=True))
     assert told["mass"] == "7" and told["imep"] == "3"
-    # Archives of others and empty ones.
     assert explore(hostile()) is not None
     assert explore(xr.Dataset({"delta": ((), 0.1)})) is not None
     with pytest.raises(SceneError, match="no numbers"):

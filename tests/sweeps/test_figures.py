@@ -281,7 +281,6 @@ def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     assert "$Z$ = 8" in words(eight)
     rods = legend_texts(thesis_plates["kinematics"])
     assert rods == ["0.25, $m$ = 6.67 kg (nominal)", "0.3333, $m$ = 6.95 kg"]
-    # Published values stand beside computed ones.
     data = thesis_like()
     figure = thesis_plates["delta_inertia"]
     assert legend_texts(figure) == [
@@ -416,7 +415,6 @@ def test_maps_over_two_axes_and_more() -> None:
     assert "(rpm)" in said
     assert "Coefficient of speed fluctuation $\\delta$ (–)" in said
     assert {"delta_inertia", "delta_speed"} <= set(found)
-    # Three axes give at most nine maps.
     axes = {"inertia": np.geomspace(0.5, 12, 13), "speed": np.linspace(600, 3000, 12)}
     data = product(**axes, load=np.arange(0, 91, 9))[["delta", "status"]]
     figure = plates(data)["delta_map_inertia_speed_by_load"]
@@ -424,7 +422,6 @@ def test_maps_over_two_axes_and_more() -> None:
     assert len(panels) == 9
     assert panels[0].get_title(loc="left") == "$L$ = 0 %"
     assert "9 of 11 values of load shown" in texts(figure)
-    # More axes are cut and the slice is stated.
     axes = {"inertia": np.geomspace(0.5, 12, 5), "speed": np.linspace(600, 3000, 6)}
     data = product({"method": ["thesis", "newton"]}, **axes, load=[0.0, 50.0, 90.0])
     figure = plates(data)["delta_map_inertia_speed_by_method"]
@@ -488,7 +485,6 @@ def constant_map(noise: float, tolerance: float) -> xr.Dataset:
 @pytest.mark.parametrize(("noise", "tolerance"), [(1e-9, 1e-6), (9e-4, 1e-3)])
 def test_what_the_tolerance_leaves_is_no_map(noise: float, tolerance: float) -> None:
     assert plates(constant_map(noise, tolerance)) == {}
-    # Designs that failed are not the same as the others.
     for code, said in ((status.STALLED, "Stalled"), (status.TOLERANCE_NOT_MET, "Tolerance not")):
         data = constant_map(0.0, tolerance)
         data["status"][0, 0] = code
@@ -570,7 +566,6 @@ def test_designs_without_an_answer() -> None:
     stalled = int((data.status == status.STALLED).sum())
     said = " ".join(legend_texts(found["status"]))
     assert f"Stalled ({100 * stalled / data.status.size:.3g} %)" in said
-    # Designs without an answer are marked on curves.
     data = product(inertia=[0.2, 0.28, 0.4, 1.0, 4.0, 12.0])
     found = plates(data)
     figure = found["delta_inertia"]
@@ -591,7 +586,6 @@ def test_designs_without_an_answer() -> None:
     assert legend_texts(found["omega_inertia"])[0] == "0.5: stalled"
     assert "Stalled" in legend_texts(found["delta_load"])
     assert any("stalled" in text for text in legend_texts(found["torque_components_load"]))
-    # A study in which all failed.
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))
     data["status"][:] = status.NO_STEADY_STATE
     for name in ("delta", "omega"):
@@ -724,7 +718,6 @@ def test_arrangements_are_drawn_with_their_firing_stars() -> None:
     assert texts(plate).count("90°") == 8
     for members in ("1, 3, 5, 7", "2, 4, 6, 8", "1, 2", "3, 4", "5, 6", "7, 8"):
         assert members in said
-    # Each arrangement of an axis is drawn.
     found = plates(described("V4 90", "boxer 4", "in-line 4"))
     assert set(found) == {
         f"{kind}_{name}"
@@ -734,7 +727,6 @@ def test_arrangements_are_drawn_with_their_firing_stars() -> None:
     assert "intervals" in words(found["arrangement_V4_90_shared-pin"])
     assert "Boxer 4" in words(found["arrangement_boxer_4"])
     assert plates(described("in-line 1")) == {}
-    # Banks stand about the middle and flat engines lie.
     assert arrangement._middle(np.array([0.0, 0.0, 90.0])) == pytest.approx(45.0)
     assert arrangement._middle(np.array([0.0, 180.0])) == pytest.approx(90.0)
     assert arrangement._middle(np.arange(0.0, 360.0, 40.0)) == 0.0

@@ -224,7 +224,6 @@ def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
     # The legend goes down as the areas do.
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts == ["fmep of the torque", *reversed(COMPONENTS.values())]
-    # Kinds are bars and one design shows its shares.
     data = friction("valve_train")
     found = drawn(friction_components, friction_names, study_of(data, {}))
     panel = found["friction_components_valve_train"].axes[0]
@@ -331,7 +330,6 @@ def test_each_journal_has_a_panel_and_none_is_missed(found: dict[str, Any]) -> N
         assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
         assert len(figure.axes[2].lines) == 2  # only the axes of coordinates
     assert "no value" not in words(found["main_journal_load_max_main_bearing"]).lower()
-    # Points without a line from one bearing to the next.
     (line,) = single["main_journal_load_max_main_bearing"].axes[0].get_lines()
     assert line.get_linestyle() == "None"
 
@@ -355,7 +353,6 @@ def test_orders_are_bars_at_their_order(found: dict[str, Any]) -> None:
     (single,) = orders_of(found["phase_vector_sum"].axes[0])
     sums = mechanism()["phase_vector_sum"].values
     assert single == pytest.approx(np.arange(1, 13)[sums > 0] / 2)
-    # Many values have a panel each.
     data = mechanism()[["torque_order"]].isel(speed=[0, 0, 0, 1])
     data["speed"] = ("speed", [1000.0, 1200.0, 1400.0, 1600.0], data["speed"].attrs)
     figure = plates(data)["torque_order_speed"]

@@ -98,14 +98,12 @@ def test_strokes_of_cylinders() -> None:
         assert here == [(fires, fires + 180.0)]
     assert "firing order 1-3-4-2" in words(drawn)
     assert words(drawn).count("compression") == 4
-    # Strokes count the angle as the options say.
     drawn = figure(engine(), "strokes", options_of(angle="0..720", zero="bdc"))
     # 0 is the bottom dead centre before compression: cylinder 1 fires at 180
     begin, end, colour = bars(drawn, 0)[1]
     assert (begin, end) == (180.0, 360.0)
     assert drawn.axes[0].get_xlim() == (0.0, 720.0)
     assert bars(drawn, 1)[2] == (360.0, 540.0, colour)
-    # Strokes that the ends of the axis cut are in two parts.
     shifted = FOUR | {"firing_angles": [0.0, 90.0, 300.0, 450.0]}
     drawn = figure(engine(shifted), "strokes")
     for row in range(4):
@@ -113,7 +111,6 @@ def test_strokes_of_cylinders() -> None:
         assert covered[0][0] == -360.0 and covered[-1][1] == 360.0
         assert sum(end - begin for begin, end, _ in covered) == pytest.approx(720.0)
     assert len(bars(drawn, 2)) == 5
-    # A two stroke has two strokes and a misfiring cylinder no power.
     drawn = figure(engine(TWO), "strokes")
     assert [(b, e) for b, e, _ in bars(drawn, 0)] == [(-180.0, 0.0), (0.0, 180.0)]
     assert "exhaust" not in words(drawn)
@@ -136,11 +133,9 @@ def test_throws_of_the_crank_star() -> None:
     assert journals == ["1", "2", "3", "4", "5"]
     star = {t.get_text() for t in drawn.axes[1].texts if t.get_text()}
     assert star == {"1", "2", "3, 4"}
-    # Rods on one pin share a throw.
     vee = FOUR | {"throws": [0.0, 0.0, 180.0, 180.0], "positions": [0.0, 0.0, 1.0, 1.0]}
     side = figure(engine(vee), "crank_star").axes[0]
     assert [t.get_text() for t in side.texts if t.get_weight() == "bold"] == ["1, 2", "3, 4"]
-    # Counterweights are drawn where the archive gives them.
     plain = figure(engine(), "crank_star")
     drawn = figure(engine(counterweight_fraction=0.5), "crank_star")
     assert len(drawn.axes[0].patches) == len(plain.axes[0].patches) + 8
@@ -178,7 +173,6 @@ def test_arrows_of_the_crank_train_and_its_angle() -> None:
     forces = sorted(abs(float(data[name].sel(crank_angle=25.0))) for name in data.data_vars)
     assert np.array(lengths) / lengths[-1] == pytest.approx(np.array(forces) / forces[-1])
     assert "at 25° crank angle" in words(drawn)
-    # The crank train stands at the largest tangential force.
     data = cylinder()
     largest = float(data["tangential_force"].idxmax())
     assert f"at {largest:g}° crank angle" in words(figure(data, "crank_train"))

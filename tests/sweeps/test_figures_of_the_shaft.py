@@ -125,7 +125,6 @@ def test_shapes_nodes_and_marks_of_modes(drawn: dict) -> None:
     joined = np.array([True])
     assert zero_crossings(np.array([1.0, -2.0 / 6.0]), joined) == pytest.approx([6.0 / (2.0 + 6.0)])
     assert zero_crossings(np.array([1.0, -1.0]), ~joined).size == 0
-    # Marks are as large as the vector sums.
     one = drawn["campbell"]
     panel = one.axes[0]
     marks = panel.collections[0]
@@ -164,7 +163,6 @@ def test_labels_of_many_crossings_lie_apart() -> None:
     speeds = [int(text.get_text()) for text in panel.texts if float(text.get_text()) > 100.0]
     assert 5 <= len(speeds) < 13 and set(speeds) <= {round(12000.0 / nu) for nu in order}
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
-    # The largest that lie apart are taken.
     places, sizes = np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1])
     assert free_places(places, sizes, 0.15) == [1, 3]
 
@@ -181,7 +179,6 @@ def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
         half = line(one, "half range of their sum", panel).get_ydata()
         assert half[middle] == pytest.approx(140.0 * factor)
         assert one.axes[panel].get_ylim()[1] > 210.0
-    # Each shaft has its worst misfire and its limit.
     one = drawn["shaft_stress_half_range_speed"]
     assert [panel.get_title(loc="left") for panel in one.axes] == [
         "crank - flywheel; cylinder 2", "crank - ring; cylinder 2"
@@ -189,7 +186,6 @@ def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     healthy, worst, limit = (one.axes[0].lines[place].get_ydata() for place in range(3))
     assert [healthy[10], worst[10], limit[10]] == pytest.approx([70.0, 105.0, 50.0])
     assert len(one.axes[1].lines) == 2  # without limit
-    # What is above the limit is shaded: barred speeds.
     barred = one.axes[0].collections
     assert len(barred) == 1 and not one.axes[1].collections
     heights = barred[0].get_paths()[0].vertices[:, 1]

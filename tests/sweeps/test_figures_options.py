@@ -286,7 +286,6 @@ def test_the_front_is_what_no_other_design_beats_and_that_of_the_search() -> Non
     assert "Brake power (W), more is better" in words(drawn)
     assert "Fluctuation (–), less is better" in words(drawn)
     assert f"{expected.shape[1]} of {good.sum()} designs" in words(drawn)
-    # The front is that of the search.
     data = choices()
     drawn = figure(data, "pareto", options_of(quantities="inertia,delta"))
     found = sweeps.pareto(data, "inertia", "delta", within=["speed > 0", "load > 0"])
@@ -305,7 +304,6 @@ def test_slabs_give_the_front_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
     again = pareto.front(view, ["delta", "brake_power"])
     assert (again.values == whole.values).all() and (again.places == whole.places).all()
     assert again.count == whole.count == 51
-    # Of journals the largest load counts.
     found = pareto.front(view, ["inertia", "main_journal_load_max"])
     assert found.dims == ("inertia", "speed", "load")
     assert found.values[1].min() == pytest.approx(1.0 + 20.0 / 40.0)

@@ -273,11 +273,9 @@ def test_what_no_order_and_what_no_reversal_changes(six: xr.Dataset) -> None:
     assert_allclose(
         six["torque_order"], six["torque_order"].isel(arrangement=[0] * 8), atol=1e-9 * largest
     )
-    # And one crankshaft, or its mirror image, shakes alike.
     for name in ("shaking_force_max", "shaking_moment_max"):
         values = six[name].values
         assert np.ptp(values) <= 1e-6 * 2720.0, name
-    # Reverse orders excite the shaft alike.
     for order in six["firing_order"].values.tolist():
         other = str(of(six, order, "other_way"))
         for name in ("first_mode_torque_order", "first_mode_vector_sum", "first_mode_torque_rms"):

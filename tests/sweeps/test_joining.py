@@ -339,7 +339,6 @@ def test_the_same_command_goes_on_with_an_extension(
     count = len(seen) + 3
     assert_extended(path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-    # In one go it would have been as many blocks.
     seen.clear()
     run(tmp_path / "scene.toml", path, overwrite=True)
     seen.clear()

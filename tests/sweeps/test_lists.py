@@ -86,7 +86,6 @@ def test_an_unknown_list_is_refused_in_one_line(word: str, said: str) -> None:
 
 def test_words_of_values_are_shown() -> None:
     assert "valve_train = dohc_roller_finger_follower " in commands.ok("info", "si_four_87x101")
-    # An archive and its report show the words of its values.
     node = xr.Dataset(attrs={"parameters": '{"valve_train": 7.0, "bore": 0.08}', "history": "now"})
     lines = archive_text(node, __file__, provenance=True).splitlines()
     assert "    valve_train: dohc_roller_finger_follower (7)" in lines

@@ -30,7 +30,6 @@ def test_series_of_the_mechanism() -> None:
     assert found["acceleration_coefficient"].dims == ("crank_ratio", "order")
     assert found["order"].values.tolist() == list(range(1, 13))  # two-stroke
     assert found["acceleration_truncation_error"].dims == ("crank_ratio", "truncation")
-    # Shortened forms are a choice with a default.
     names = ["acceleration_truncated", "velocity_truncated", "position_truncated"]
     plain = computed(names)
     phi = np.radians(plain["crank_angle"].values)
@@ -40,7 +39,6 @@ def test_series_of_the_mechanism() -> None:
     exact = slider_crank.acceleration(phi, 9 / 35)
     error = np.abs(four["acceleration_truncated"].values - exact).max()
     assert 0.0 < error < np.abs(wanted - exact).max()
-    # Series of an offset mechanism are refused.
     for name in ("position_coefficient", "position_mean", "velocity_truncated",
                  "position_truncation_error"):  # fmt: skip
         with pytest.raises(SceneError, match=f"{name} is that of a centred mechanism"):
@@ -119,7 +117,6 @@ def test_kakaitsas_masses_of_the_rod() -> None:
     assert float(found["two_mass_rod_inertia"]) == pytest.approx(two, rel=1e-12)
     assert found["rod_inertia_excess"].values == pytest.approx([0.1 - two, 0.0], abs=1e-15)
     assert found["rod_torque_error"].values[1] == pytest.approx(0.0, abs=1e-12)
-    # Without the rod's inertia two masses are the rod.
     plain = computed(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
     for name in plain.data_vars:
         assert (plain[name] == 0.0).all(), name
@@ -209,7 +206,6 @@ def test_orders_cancel_and_throws_add_up() -> None:
     product = sums * found["cylinder_torque_order"]
     assert np.allclose(found["torque_order"], product, rtol=1e-11)
     assert found["cylinder_torque_order"].dims == ("order",)
-    # Throws add up to the engine.
     found = computed(
         ["throw_torque_order", "throw_torque_phase", "torque_order", "torque_phase"], "v6_96x81"
     )
@@ -230,7 +226,6 @@ def test_journals_and_their_largest_load() -> None:
     known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
     assert known.values.tolist() == [2, 5, 7]
     assert np.isfinite(found["main_journal_x"].sel(cylinders=6)).all()
-    # Largest load is that of the curve.
     found = computed(
         ["crank_pin_load", "crank_pin_load_max", "crank_pin_load_mean", "crank_pin_peak_angle",
          "piston_pin_load", "piston_pin_load_max", "main_journal_load", "main_journal_load_max",
@@ -355,7 +350,6 @@ def test_range_and_journals_are_those_of_the_curves(found: xr.Dataset) -> None:
     curves = found["torque_after_throw"]
     ranges = curves.max("crank_angle") - curves.min("crank_angle")
     assert_allclose(found["torque_after_throw_range"], ranges.max("cylinder"), rtol=1e-12)
-    # All journals are taken.
     curves = found["main_journal_load"]
     squares = (curves**2).mean("crank_angle")
     # The curves stand at the angles at which the kernel samples.

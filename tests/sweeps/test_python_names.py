@@ -30,11 +30,9 @@ def test_names_help_and_wrong_names() -> None:
     assert {"run", "open", "plan", "best", "Scene", "SceneError", "__version__"} <= set(names)
     assert not [name for name in names if not getattr(sweeps, name).__doc__]
     assert sweeps.__version__ == version("engine-dyn")
-    # Help lists functions and their parameters.
     text = pydoc.plain(pydoc.render_doc(sweeps))
     assert "run(" in text and "stream(" in text and "class Plan" in text
     assert f"VERSION\n    {sweeps.__version__}" in text
-    # Wrong name tells the nearest.
     with pytest.raises(
         AttributeError, match=r"'sweeps' has no attribute 'rum'; did you mean 'run'"
     ):
@@ -66,7 +64,6 @@ def test_keywords_are_the_tables_of_a_scene() -> None:
         assert named < parameters, "help and completion have all tables"
         options |= parameters - named - {"scene"}
     assert set(OPTIONS) == options
-    # Functions that take a scene take its tables.
     for name in sweeps.__all__:
         asked = getattr(getattr(sweeps, name), "__annotations__", {})
         assert ("scene" not in asked) or getattr(sweeps, name) in (*of_scenes, sweeps.Plan), name
@@ -224,7 +221,6 @@ def test_settings_and_ends_of_ranges_are_objects() -> None:
     drawn = {"number": 4, "seed": 1, "inertia": {"low": 2 * UNITS.kg * UNITS.m**2, "high": 3.0}}
     columns = sweeps.read_scene(**ASKED, set=SET, sample=drawn).designs
     assert len(columns["inertia"]) == 4 and columns["inertia"].min() >= 2.0
-    # Settings are objects.
     given = {
         "speed": 25 * UNITS.turn / UNITS.s, "load": xr.DataArray(90), "inertia": np.float32(2),
         "bore": np.array(0.1),

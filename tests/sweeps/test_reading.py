@@ -172,7 +172,6 @@ def test_best_is_what_looking_at_all_finds(
     assert found["imep"].ndim == 0
     most = sweeps.best(whole, most="delta", within="speed > 0")
     assert float(most["delta"]) == float(whole["delta"].max())
-    # Axes that do not matter stay.
     found = sweeps.best(table, most="stroke")
     assert "design" not in found["imep"].dims
     assert set(table["delta"].dims) - set(found["delta"].dims) == {"design"}

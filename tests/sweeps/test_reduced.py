@@ -72,7 +72,6 @@ def portions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> xr.Dataset:
-    """All designs of the sample."""
     return sweeps.run(**SAMPLE)
 
 
@@ -176,7 +175,6 @@ def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
 
 @pytest.fixture
 def archive(portions: None, tmp_path: Path) -> Iterator[Path]:
-    """An archive of the reduced sample."""
     path = tmp_path / "reduced.nc"
     sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
     yield path

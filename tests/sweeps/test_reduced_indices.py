@@ -56,7 +56,6 @@ def indices_of(sample: Sample, values: Floats) -> Indices:
 
 
 def by_salib(values: Floats, many: int) -> Floats:
-    """First and total indices."""
     problem = {"num_vars": many, "names": [*map(str, range(many))], "bounds": [[0, 1]] * many}
     found = sobol.analyze(problem, values, calc_second_order=False, seed=1)
     return np.array([found["S1"], found["ST"]])
@@ -240,13 +239,11 @@ ASKED: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def stored() -> xr.Dataset:
-    """All designs."""
     return sweeps.run(**STORED)
 
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same designs, reduced."""
     path = tmp_path_factory.mktemp("reduced") / "reduced.nc"
     sweeps.stream(**STORED, reduce=ASKED, archive=path)
     return path

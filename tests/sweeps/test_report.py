@@ -73,7 +73,6 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     links = [a.get(k) or "" for _, a in Tags(written).found for k in ("src", "href", "action")]
     assert all(link.startswith(("#", "data:,")) for link in links if link)
     assert "default-src 'none'" in written
-    # Every section is there in its order.
     keys = [a["id"] for t, a in Tags(written).found if t == "section"]
     assert keys == [
         "computed", "results", "pictures", "explore", "outcomes", "warnings", "assumptions",
@@ -84,7 +83,6 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     assert "without torsional vibration" in section(written, "limits")
     assert "Kakaitsas" in section(written, "cite")
     assert "All values of the archive are in this page" in section(written, "explore")
-    # The page holds the archives numbers.
     found = data_of(written)
     quantities = found["quantities"]
     assert set(quantities) == {str(n) for n in archive.data_vars}
@@ -95,7 +93,6 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     inertia = np.frombuffer(base64.b64decode(found["columns"]["inertia"]["values"]), "<f8")
     assert_array_equal(inertia, archive.inertia)
     assert {f["kind"] for f in found["figures"]} == {"numbers", "map", "curves"}
-    # Failed designs are told.
     lost = int((archive.status == 1).sum())
     assert 0 < lost < archive.status.size
     told = section(written, "outcomes")
@@ -159,7 +156,6 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
         where[dim] = values
     assert_allclose(numbers, archive.omega.sel(where), rtol=1e-6)
     assert_allclose(numbers_of(found["quantities"]["delta"]), archive.delta, rtol=1e-6)
-    # Long names keep the limit, and one that is too small is refused.
     size = 20_000
     names = [f"Κινητήρας {i} {'long ' * 15}" for i in range(size)]
     named = xr.Dataset({"delta": ("design", np.ones(size))}, {"case": ("design", names)})

@@ -483,7 +483,6 @@ def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:
     names = ["natural_frequency", "delta", "shaft_inertia"]
     found = sweeps.run(engine=str(path), set={"speed": 1500}, output={"quantities": names})
     assert float(found.shaft_inertia) == pytest.approx(2.3552)
-    # The scene's shaft replaces the engine's.
     other = run(names, GEARED, engine=str(path))
     assert other.natural_frequency[0] < 0.2 * found.natural_frequency[0]
 

@@ -49,13 +49,11 @@ def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None
     assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
     assert found.designs == 12 and found.curves == ("omega",)
     assert set(found.table["status"]) == {"converged"}
-    # Designs without a number come last.
     data = archive.copy(deep=True)
     data.delta[1, 2] = np.nan
     for sort in ("delta", "-delta"):
         found = rows(data, sort=sort).table["delta"]
         assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
-    # Changes in percent of a design.
     found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
     here = archive.delta.sel(load=50)
     assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
@@ -105,7 +103,6 @@ def test_units_for_people_and_their_factors(archive: xr.Dataset) -> None:
     assert re.search(r"omega_max +[0-9.]+ +rad/s", kept)
     other = rows_text(rows(archive), units="power=hp,omega_max=1/min")
     assert "brake_power [hp]" in other and "omega_max [1/min]" in other
-    # Factors of units.
     assert factor("rad s-1", "rpm") == pytest.approx(30.0 / np.pi)
     assert factor("kg m2", "g*m^2") == pytest.approx(1e3)
     assert factor("bar", "MPa") == pytest.approx(0.1)
@@ -260,7 +257,6 @@ def test_several_numbers_for_each_design_have_rows_or_hints(
         expected = data.main_journal_load_max.sel(main_bearing=2).values / 1e3
     assert all(number_text(float(value)) in one for value in expected)
     assert "not shown" not in one  # what was not asked for
-    # Bearings and orders have a row each.
     with sweeps.open(of_bearings) as data:
         found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
         loads = data.main_journal_load_max.sel(load=50)
@@ -275,7 +271,6 @@ def test_several_numbers_for_each_design_have_rows_or_hints(
     names = "torque_order,main_journal_load_max"
     told = refused("show", of_bearings, "--quantities", names)
     assert "(over main_bearing) do not fit into one table" in told
-    # Hints are those of python.
     with sweeps.open(of_bearings) as data:
         data.dyn.show()
     told = capsys.readouterr().out
@@ -303,7 +298,6 @@ def test_nominal_is_the_engines_own_design(grid: Path) -> None:
     own = named[(named["speed"] == 1200.0) & (named["inertia"] == 2.0)]
     assert own["delta"].item() == 0.0 and (named["delta"] != 0.0).sum() == 5
     assert "+" in ok("show", grid, "--relative-to", "nominal")
-    # A grid without the engines value.
     with sweeps.open(grid) as found:
         part = found.isel(speed=[0, 2])
         with pytest.raises(SceneError, match="speed = 1200, the engine's own value, is not on"):

@@ -49,7 +49,6 @@ TABLE: dict[str, Any] = {
 
 
 def alone(raw: dict[str, Any], engine: str, **settings: Any) -> xr.Dataset:
-    """The same scene of one engine."""
     axes = {k: v for k, v in raw["axes"].items() if k not in ("engine", "arrangement")}
     given = {**raw.get("set", {}), **settings}
     return sweeps.run({**raw, "engine": engine, "axes": axes, "set": given})
@@ -205,7 +204,6 @@ def test_a_quantity_that_none_has_is_refused():
 
 @pytest.fixture
 def small(monkeypatch):
-    """Many blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
 
 

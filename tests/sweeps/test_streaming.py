@@ -50,7 +50,6 @@ main()
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Many blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", SMALL)
 
 
@@ -308,7 +307,6 @@ def test_blocks_of_other_runs_and_flipped_bits_are_found(tmp_path: Path) -> None
     mine.write_bytes(foreign.read_bytes())
     with pytest.raises(partial.Damaged, match="belongs to another run"):
         ours.read(0)
-    # Every flipped bit is found.
     folder = Partial(tmp_path)
     folder.begin({"identity": {}, "lengths": {}})
     folder.write(0, {"delta": np.arange(3.0), "status": np.zeros(3, "i1")})
@@ -513,7 +511,6 @@ def wait_for(what: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """The same in one go."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "scene.toml").write_text(LARGE_MAP)
     return sweeps.run(folder / "scene.toml")

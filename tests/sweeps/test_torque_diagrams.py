@@ -35,7 +35,6 @@ LOAD = {"mean": 25e3, "harmonics": [{"order": 1, "sine": 4.2e3}]}
 
 
 def posed(folder: Path, diagram: str, quantities: list[str], **scene: Any) -> xr.Dataset:
-    """Results of a scene on an engine with this diagram."""
     file = folder / "engine.toml"
     file.write_text(ENGINE + diagram, encoding="utf-8")
     found: xr.Dataset = sweeps.run(

@@ -59,7 +59,6 @@ def test_the_sheets_of_many_cycles_and_of_one() -> None:
         "Rate of apparent heat release", "Apparent net heat released",
         "Imep, mean and standard deviation", "Largest pressure over its angle",
     ]  # fmt: skip
-    # The sheet of one cycle without a compression ratio.
     geometry = replace(engine.GEOMETRY, compression_ratio=None)
     data = evaluated(engine.cycles(1.0), geometry)
     assert "cylinder_volume" not in data
@@ -197,11 +196,9 @@ def test_engines_need_no_diagrams_and_give_measures_and_firing_angles(tmp_path: 
     assert (found.geometry.bore, found.geometry.stroke) == (0.1, 0.12)
     assert found.geometry.compression_ratio is None
     assert not any("assumed" in line for line in found.warnings)
-    # Firing angles come from the file.
     four_cylinders(tmp_path / "four.csv")
     told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
     assert "cylinders fire at 0, 540, 180, 360 degree, from the engine file" in told
-    # An engine of the catalogue has the same measures either way.
     own(tmp_path / "raw.csv")
     by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
     loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry

@@ -52,7 +52,6 @@ def test_each_cycle_is_that_cycle_alone_and_all_scatter_about_their_mean(
         here = cycles.sel(recorded_cycle=number)
         for name in QUANTITIES:
             assert_allclose(here[name], alone[name], rtol=2e-6)
-    # Cycles scatter about their mean.
     mean = sweeps.run(scene(folder, keys={"average": True}, axes={"inertia": [2.0, 4.0]}))
     assert len(np.unique(cycles["imep"])) == COUNT
     # imep is linear in the pressure, delta nearly so.

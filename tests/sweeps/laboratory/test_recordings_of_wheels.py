@@ -79,7 +79,6 @@ def test_another_edge_is_a_tooth_away_and_a_chosen_one_told(raw: Path) -> None:
     """What a wrong edge costs is far more than the tolerance above."""
     mean = read_pressure(raw, edge="falling", gap_angle=RISING, threshold=2.5, **KEYS).mean
     assert abs(imep(mean.angle, mean.pressure[0]) / true_imep() - 1.0) > 0.05
-    # An edge that was chosen is told.
     told = "\n".join(read_pressure(raw, gap_angle=RISING, **KEYS).steps)
     assert "edge was chosen" in told and "one tooth width away" in told
 
@@ -109,7 +108,6 @@ def test_threshold_hysteresis_and_a_missing_gap_angle(raw: Path) -> None:
         read_pressure(raw, gap_angle=RISING, threshold=7.0, **KEYS)
     with pytest.raises(sweeps.SceneError, match="'rising' or 'falling'"):
         read_pressure(raw, gap_angle=RISING, edge="both", **KEYS)
-    # A missing gap angle is refused.
     with pytest.raises(sweeps.SceneError) as failure:
         read_pressure(raw, edge="falling", **KEYS)
     message = str(failure.value)

@@ -81,7 +81,6 @@ def test_missed_cycles_and_the_weak_cylinder_are_found_and_no_others(found: xr.D
         assert float(found["imep_deviation_of_cycle"].values[place]) == pytest.approx(
             -lacking, rel=0.12
         )
-    # The weak cylinder is found and no other.
     assert found["weak"].values.tolist() == [0.0, 1.0, 0.0, 0.0]
     assert not found["dead"].values.any()
     lacking = float(found["imep_of_combustion"])
@@ -121,7 +120,6 @@ def test_a_sound_engine_has_no_alarms_and_a_dead_cylinder_no_missed_cycle(
     assert not (found["missed"] > 0.0).any()
     assert not (found["weak"] > 0.0).any()
     assert (found["missed_threshold"] < -4.0 * found["imep_deviation_of_cycle_std"]).all()
-    # A dead cylinder is no missed cycle.
     given = factors(2)
     given[:, 2] = 0.0
     record(tmp_path / "dead.csv", pressures, given)

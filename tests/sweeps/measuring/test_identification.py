@@ -49,7 +49,6 @@ def test_what_made_the_recordings_is_found_and_those_left_out_predicted(fitted: 
     assert fitted.attrs["likelihood_of_noise"] > 0.01
     assert fitted.attrs["condition_number"] < 100.0
     assert_allclose(fitted.speed.values, 1500.0, rtol=2e-3)
-    # Recordings that were left out are predicted.
     off = fitted.delta_predicted - fitted.delta_measured_raw
     unsure = np.hypot(fitted.delta_predicted_deviation, fitted.delta_measured_raw_uncertainty)
     assert (np.abs(off) < 4.0 * unsure).all()
@@ -261,7 +260,6 @@ FIGURES = {"fitted_speed", "fit_residuals", "fit_delta", "fit_correlations", "to
 
 
 def test_figures(of_teeth: Path, tmp_path: Path) -> None:
-    """Each figure is drawn, and nothing of a fit goes to other kinds."""
     output = tmp_path / "fit.nc"
     ok("identify", of_teeth, "--vary", "inertia,gap_angle", "-o", output)
     assert {Path(line).stem for line in ok("plot", output).splitlines()} == FIGURES

@@ -83,7 +83,6 @@ def test_computed_speed_is_found_again_with_its_orders(
     assert np.all(compared.correlation_raw > 0.995)
     assert compared["load"].values.tolist() == LOADS
     assert compared.recorded_cycles.values.tolist() == [CYCLES] * 3
-    # Orders of both.
     omega = computed.omega.sel(load=80).values
     angle = np.deg2rad(computed.crank_angle.values)
     for order in (0.5, 1.0, 1.5, 6.0):
@@ -245,7 +244,6 @@ FIGURES = {
 
 
 def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
-    """Each figure is drawn, and nothing of a comparison goes to the general kinds."""
     paths = draw(compared, tmp_path, "svg")
     assert {path.stem for path in paths} == FIGURES
     text = (tmp_path / "measured_speed.svg").read_text()
@@ -293,7 +291,6 @@ LATE = (0, 10, 20)  # teeth after the first one with which the recordings begin
 
 @pytest.fixture(scope="module")
 def engines() -> dict[int, SampledEngine]:
-    """`ntua` at some loads."""
     computed = sweeps.run(
         {"engine": "ntua", "set": {"speed": 1200}, "axes": {"load": LOADS},
          "output": {"quantities": ["omega"]}}
@@ -309,7 +306,6 @@ def write(path: Path, engine: SampledEngine, late: int, errors: np.ndarray) -> N
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory, engines: dict[int, SampledEngine]) -> Path:
-    """Times of the teeth."""
     folder = tmp_path_factory.mktemp("symmetric")
     for load, late in zip(LOADS, LATE, strict=True):
         write(folder / f"load_{load}.csv", engines[load], late, GROUPS_OFF)

@@ -96,7 +96,6 @@ def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
     told = replace(more[3], prior=0.0, prior_deviation=0.1)
     fit = fit_speeds(of_turn, (*PARAMETERS, told), exact(), teeth=TEETH, largest_condition=1e7)
     assert fit.deviation[3] == pytest.approx(0.1, rel=0.01)  # the prior is all that is known
-    # Without effect.
     idle = (*PARAMETERS, Parameter("bore", 1.0))
     with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())

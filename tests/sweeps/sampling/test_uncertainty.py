@@ -46,7 +46,6 @@ def test_shares_of_a_linear_function_and_without_some_draws() -> None:
     assert share == pytest.approx(np.array([9.0, 4.0, 0.0]) / 13.0, abs=0.03)
     curved, _ = shares(draws, draws[:, 0] ** 2)
     assert curved < 0.05
-    # Draws without a number are left out.
     random = np.random.default_rng(2)
     draws = random.uniform(-1.0, 1.0, (512, 2))
     values = np.stack([draws @ [1.0, 2.0], draws @ [2.0, 1.0]], axis=1)
