@@ -355,6 +355,7 @@ def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
     path.write_bytes(sound_archive())
     ok("plot", path, "--format", "svg")
     figures = sorted((tmp_path / "a").iterdir())
+    assert {figure.suffix for figure in figures} == {".svg"}
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
     figures[0].unlink()
