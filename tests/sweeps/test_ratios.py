@@ -1,13 +1,9 @@
 """Fractions such as 1/200 where a ratio is wanted, and numbers with units."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import openpyxl
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
@@ -16,7 +12,6 @@ from sweeps.cli.arguments import axis_slice, new_points
 from sweeps.errors import SceneError
 from sweeps.exploring.slices import nearest
 from sweeps.ratios import number_or_ratio, ratio_text
-from sweeps.reading.design_files import read_designs
 from sweeps.reading.numbers_with_units import number_with_unit
 from sweeps.scene.conditions import constraint
 from sweeps.scene.reading import read_scene
@@ -65,38 +60,6 @@ def test_scene_reads_them_everywhere():
 )
 def test_only_ratios(tables, words):
     assert words in refusal(scene(**tables))
-
-
-def _table(path: Path) -> Path:
-    texts = ["1/100", "1/200", "0.02"]
-    if path.suffix == ".csv":
-        path.write_text("wanted_delta,speed\n" + "".join(f"{t},1500\n" for t in texts))
-    elif path.suffix == ".xlsx":
-        book = openpyxl.Workbook()
-        book.active.append(["wanted_delta", "speed"])
-        book.active.append(["1", "rpm"])
-        for text in ["1/100", "1/200", 0.02]:
-            book.active.append([text, 1500])
-        book.save(path)
-    elif path.suffix == ".parquet":
-        pq.write_table(pa.table({"wanted_delta": texts, "speed": [1500.0] * 3}), path)
-    else:
-        columns = {"wanted_delta": ("row", texts), "speed": ("row", [1500.0] * 3)}
-        xr.Dataset(columns).to_netcdf(path, engine="netcdf4")
-    return path
-
-
-@pytest.mark.parametrize("ending", [".csv", ".xlsx", ".parquet", ".nc"])
-def test_tables_of_designs(tmp_path, ending):
-    columns, _ = read_designs(_table(tmp_path / f"designs{ending}"), "designs")
-    assert_array_equal(columns["wanted_delta"], [1 / 100, 1 / 200, 0.02])
-
-
-def test_wrong_fraction_in_a_table_is_told_with_its_line(tmp_path):
-    path = tmp_path / "designs.csv"
-    path.write_text("wanted_delta\n1/100\n1/x\n")
-    with pytest.raises(SceneError, match="line 3: wanted_delta = '1/x': must be a finite number"):
-        read_designs(path, "designs")
 
 
 def test_conditions_and_slices():

@@ -18,7 +18,7 @@ from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene import engine_choices
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted, shards
+from tests.support.archives import assert_same, assert_same_in_parts, interrupted
 from tests.support.commands import ok, refused
 from tests.support.scenes import asking, refusal, write_scene
 
@@ -202,31 +202,15 @@ def test_a_quantity_that_none_has_is_refused():
         read_scene(raw)
 
 
-@pytest.fixture
-def small(monkeypatch):
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
-
-
 @pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
-def test_blocks_and_resuming(raw, tmp_path, monkeypatch, small):
-    del small
+def test_parts_and_resumed_runs_are_the_whole(raw, tmp_path, monkeypatch):
+    assert_same_in_parts(raw, tmp_path, monkeypatch)
     plan, output = make_plan(read_scene(raw)), tmp_path / "out.nc"
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
     interrupted(plan, output, monkeypatch)
     done = into_archive.run(plan, output, Options(resume=True))
-    assert done.before == 3
-    assert done.blocks > 6
+    assert done.before == 3 and done.blocks > 6
     assert_same(output, sweeps.run(raw))
-
-
-@pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
-def test_shards_merge_and_rerun(raw, tmp_path):
-    whole = tmp_path / "whole.nc"
-    sweeps.stream(raw, whole)
-    ok("merge", *shards(raw, 3, tmp_path), "-o", tmp_path / "merged.nc")
-    assert "differ" not in ok("compare", whole, tmp_path / "merged.nc", "--tolerance", "0")
-    ok("rerun", tmp_path / "merged.nc", "-o", tmp_path / "again.nc")
-    with sweeps.open_archive(tmp_path / "again.nc") as again:
-        assert_same(whole, again.load())
 
 
 def test_extend_adds_points_but_no_engine(tmp_path):
