@@ -106,10 +106,9 @@ def test_strokes_of_cylinders() -> None:
     assert words(drawn).count("compression") == 4
     drawn = figure(engine(), "strokes", options_of(angle="0..720", zero="bdc"))
     # 0 is the bottom dead centre before compression: cylinder 1 fires at 180
-    begin, end, colour = bars(drawn, 0)[1]
-    assert (begin, end) == (180.0, 360.0)
+    assert bars(drawn, 0)[1] == (180.0, 360.0, power)
     assert drawn.axes[0].get_xlim() == (0.0, 720.0)
-    assert bars(drawn, 1)[2] == (360.0, 540.0, colour)
+    assert bars(drawn, 1)[2] == (360.0, 540.0, power)
     shifted = FOUR | {"firing_angles": [0.0, 90.0, 300.0, 450.0]}
     drawn = figure(engine(shifted), "strokes")
     for row in range(4):
