@@ -23,11 +23,7 @@ from sweeps.reading import hdf5_links, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import write_scene
-from tests.sweeps.processes import python
-
-ROOT = Path(__file__).resolve().parents[2]
-
-COMMAND = "from sweeps.cli.main import main; main()"
+from tests.sweeps.processes import COMMAND, ROOT, python
 
 READING = ("info", "show", "compare", "export", "plot", "rerun", "merge", "extend")
 """Commands that read archives."""

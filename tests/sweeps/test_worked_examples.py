@@ -3,15 +3,13 @@
 import importlib
 import re
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from engine_dyn.units import BAR, RPM
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import ROOT
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
