@@ -1,7 +1,5 @@
 """`archive.dyn`: numbers, designs, files and figures of an archive."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +11,7 @@ from matplotlib.figure import Figure
 import sweeps
 import sweeps.accessor
 from sweeps.figures.kinds import KINDS
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
 
 
 @pytest.fixture
@@ -85,7 +82,6 @@ def test_files_and_reports(archive: xr.Dataset, tmp_path: Path) -> None:
         archive.dyn.to_excel(tmp_path / "out.csv")
     with pytest.raises(sweeps.SceneError, match="path = 3: must be the path of a file"):
         archive.dyn.to_excel(3)
-    # Reports.
     pytest.importorskip("bokeh")
     path = archive.drop_dims("crank_angle").dyn.report(tmp_path / "out.html")
     assert "a &lt;made up&gt; archive" in path.read_text("utf-8")
@@ -140,15 +136,5 @@ def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: s
 )
 def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
     code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], cwd=ROOT, capture_output=True, text=True
-    )
+    done = python(code, environment={"PYTHONWARNINGS": "error"})
     assert "<archive.dyn of ''" in done.stdout, done.stderr
-
-
-def test_the_command_does_not_load_it() -> None:
-    code = "import sweeps.cli.main, sweeps; sweeps.SceneError; import sys; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert "sweeps.accessor" not in done.stdout.split()

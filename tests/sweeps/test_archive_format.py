@@ -41,14 +41,12 @@ def test_an_archive_of_version_0_1_is_opened(old: Path, tmp_path: Path) -> None:
         assert list(archive["case"].values) == ["rod 300 mm", "rod 450 mm"]
         small = sweeps.best(archive, least="delta", at_every="speed")
         assert float(small["inertia"]) == 8.0
-    # An archive of version 0 1 is told drawn exported and compared.
     told = ok("info", old)
     assert "12 designs" in told and "converged: 12" in told
     assert len(ok("plot", old, "-o", tmp_path / "figures").splitlines()) >= 3
     ok("export", old, "-o", tmp_path / "old.csv")
     assert len((tmp_path / "old.csv").read_text().splitlines()) == 13
     assert "axes: the same" in ok("compare", old, OLD, "--tolerance", "0")
-    # An archive of version 0 1 is not extended.
     line = refused("extend", old, "--axis", "speed=1200")
     assert "would be made in a different way now: version of engine-dyn (was 0.1.0" in line
     assert "; version of kernels (was" in line

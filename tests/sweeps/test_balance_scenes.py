@@ -1,4 +1,4 @@
-"""Scenes on balance, flywheel and speed characteristic: axes, labels, agreement, bad input."""
+"""Scenes on balance, flywheel and characteristic, and of engines without a diagram."""
 
 import math
 from pathlib import Path
@@ -6,16 +6,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn import flywheel
 from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import even_cylinders
+from sweeps.errors import SceneError
 from sweeps.figures import draw
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
+from sweeps.scene.reading import read_scene
 from tests.support.commands import ok
+from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import computed, write_scene
 
 pytestmark = pytest.mark.compiled
@@ -49,10 +53,10 @@ def test_forces_on_axes() -> None:
             )  # fmt: skip
             here = found.sel(cylinders=count, speed=1200, counterweight_fraction=share)
             force, moment = gear.force(phi), gear.moment(phi)
-            np.testing.assert_allclose(
+            assert_allclose(
                 here["shaking_force"].values, [force.real, force.imag], rtol=1e-12, atol=1e-8
             )
-            np.testing.assert_allclose(
+            assert_allclose(
                 here["shaking_moment"].values, [moment.real, moment.imag], rtol=1e-12, atol=1e-8
             )
             assert float(here["shaking_force_max"]) == float(gear.force_max())
@@ -154,7 +158,7 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     )  # fmt: skip
     assert found["wanted_delta"].values.tolist() == [1 / 300, 1 / 20, 1.9]
     good = found.isel(wanted_delta=slice(2))
-    np.testing.assert_allclose(
+    assert_allclose(
         good["delta"], np.broadcast_to(good["wanted_delta"].values[:, None, None], (2, 2, 2)),
         rtol=1e-6,
     )  # fmt: skip
@@ -168,10 +172,8 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     )
     assert float(again["delta"][1]) == pytest.approx(1 / 20, rel=1e-6)
     added = good["inertia_required"] - good["engine_inertia"]
-    np.testing.assert_allclose(good["flywheel_inertia_required"], added)
-    np.testing.assert_allclose(
-        good["flywheel_mass"], flywheel.ring_mass(added.values, 0.6, 0.4), rtol=1e-12
-    )
+    assert_allclose(good["flywheel_inertia_required"], added)
+    assert_allclose(good["flywheel_mass"], flywheel.ring_mass(added.values, 0.6, 0.4), rtol=1e-12)
 
 
 def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
@@ -189,7 +191,7 @@ def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
     driven = computed(["inertia_required", "delta"], engine="compressor_79x83",
                       axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
     assert (driven["status"] == 0).all()
-    np.testing.assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
+    assert_allclose(driven["delta"], driven["wanted_delta"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["diesel", "propeller"])
@@ -204,7 +206,7 @@ def test_the_load_follows_the_speed(kind: str) -> None:
     for brake, curve in (("torque_mean", "characteristic_torque"),
                          ("brake_power", "characteristic_power")):  # fmt: skip
         wanted = found[curve].values[:, None] * share
-        np.testing.assert_allclose(found[brake].values, wanted, rtol=1e-10)
+        assert_allclose(found[brake].values, wanted, rtol=1e-10)
     assert found["characteristic_torque"].dims == ("speed",)
     assert found["delta"].dims == ("speed", "characteristic_share")
     # the same diagram named by its load gives the same
@@ -220,7 +222,7 @@ def test_the_load_follows_with_all_that_the_torque_depends_on() -> None:
         set={"rated_power": 60e3, "rated_speed": 5000, "pressure_factor": [1, 1, 0.9, 1]},
         characteristic={"coefficients": [1.0, 1.0]},
     )  # fmt: skip
-    np.testing.assert_allclose(
+    assert_allclose(
         found["torque_mean"].values,
         np.broadcast_to(found["characteristic_torque"].values, (2, 2)), rtol=1e-10,
     )  # fmt: skip
@@ -250,13 +252,12 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
             continue
         values = found[name].values
         assert np.isfinite(values[:2]).all() and np.isnan(values[2]).all(), name
-    # The others are what they are alone.
     alone = computed(
         names, engine, axes={"characteristic_share": shares[:2]}, characteristic=curve, **scene
     )
     for name in names:
         if "characteristic_share" in found[name].dims:
-            np.testing.assert_array_equal(found[name].values[:2], alone[name].values, name)
+            assert_array_equal(found[name].values[:2], alone[name].values, name)
     none = computed(
         ["delta", "inertia_required"], engine, characteristic=curve,
         set={**scene["set"], "characteristic_share": 40.0, "wanted_delta": 0.02},
@@ -292,9 +293,7 @@ def test_asgari_reproduces_its_source(asgari: Any) -> None:
     largest = asgari["shaking_force_max"].values
     assert largest.argmin() == 0
     second = float(first["shaking_force_major"].sel(order=2.0))
-    np.testing.assert_allclose(
-        asgari["shaking_force_major"].sel(order=2.0).values, second, rtol=1e-12
-    )
+    assert_allclose(asgari["shaking_force_major"].sel(order=2.0).values, second, rtol=1e-12)
     assert largest[0] == pytest.approx(second, rel=0.05)
 
 
@@ -316,15 +315,15 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
             for n in (1.0, 2.0)
         ]
         for values, value in zip(got, expected, strict=True):
-            np.testing.assert_allclose(values, value, atol=1e-12)
+            assert_allclose(values, value, atol=1e-12)
     # Two in line: the sign is the printed one too. The middle of the crank is between the throws.
     two = found.isel(design=names.index("two in line, 180 degrees"), direction=0)
     phi = np.radians(found["crank_angle"].values)
     moment = -0.2 * two["inertia_force_unit"].values[:, None] * np.cos(phi)
-    np.testing.assert_allclose(two["shaking_moment"], moment, atol=1e-12 * np.abs(moment).max())
-    np.testing.assert_allclose(found["delta"], 0.03, rtol=1e-6)
+    assert_allclose(two["shaking_moment"], moment, atol=1e-12 * np.abs(moment).max())
+    assert_allclose(found["delta"], 0.03, rtol=1e-6)
     assert (found["status"] == 0).all()
-    np.testing.assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
+    assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
 
 
 def test_two_opposed_cylinders_of_the_lecture() -> None:
@@ -337,7 +336,7 @@ def test_two_opposed_cylinders_of_the_lecture() -> None:
     # Printed with a plus sign. Counted in the sense of two in line, which has a minus sign in print
     # and in the test above, it is this one.
     expected = -0.06 * unit[:, None] * (np.cos(phi) + lam * np.cos(2.0 * phi))
-    np.testing.assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
+    assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
 
 
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
@@ -385,3 +384,89 @@ def test_a_v8_has_its_spacing_and_a_missing_fraction_its_reason(
     if engine.startswith("v8_cross"):
         assert moment[1] < 1e-9 * moment[0]
     assert moment[0] == pytest.approx(moment[2], rel=1e-9)
+
+
+RADIUS, LENGTH, SPACING, OMEGA = 0.045, 0.15, 0.11, 100.0 * math.pi
+TURNING, RECIPROCATING = 0.6 * (1.0 - 0.04 / LENGTH), 0.5 + 0.6 * 0.04 / LENGTH
+
+HEAD = """
+title = "V8 of 90 degrees"
+cycle = "four-stroke"
+"""
+VALUES = """
+[values]
+stroke = 0.09
+rod_length = 0.15
+piston_mass = 0.5
+rod_mass = 0.6
+rod_centre_of_gravity = 0.04
+crank_mass = 0.0
+cylinder_spacing = 0.11
+"""
+NAMED = HEAD + 'arrangement = "V8 cross-plane"\n' + VALUES + "cylinders = 8\nspeed = 3000\n"
+ANGLES = HEAD + VALUES + """
+[arrangement]
+banks = [0, 90]
+throws = [{ angle = 0 }, { angle = 270 }, { angle = 90 }, { angle = 180 }]
+cylinders = [
+  { throw = 1, bank = 1, firing_angle = 0 }, { throw = 2, bank = 1, firing_angle = 90 },
+  { throw = 3, bank = 1, firing_angle = 270 }, { throw = 4, bank = 1, firing_angle = 180 },
+  { throw = 1, bank = 2, firing_angle = 450 }, { throw = 2, bank = 2, firing_angle = 540 },
+  { throw = 3, bank = 2, firing_angle = 360 }, { throw = 4, bank = 2, firing_angle = 630 },
+]
+"""  # fmt: skip
+BALANCE = ["shaking_force_max", "shaking_moment_max", "shaking_moment_major", "engine_inertia",
+           "counterweight_required", "balance_couple_required", "best_fraction_rms"]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", [NAMED, ANGLES], ids=["named", "angles alone"])
+def test_the_balance_of_a_cross_plane_v8(text: str, tmp_path: Path) -> None:
+    """(2 m_rod + m_rec) r omega^2 a sqrt(10): the pair of a pin pulls with m_rec all around."""
+    path = tmp_path / "v8.toml"
+    path.write_text(text, encoding="utf-8")
+    assert load_engine(path).values["cylinders"] == 8.0
+    scene = {
+        "engine": str(path), "output": {"quantities": BALANCE},
+        "set": {"speed": 3000.0, "counterweight_mass": 0.0, "counterweight_radius": 0.045},
+    }  # fmt: skip
+    found = sweeps.run(scene)
+    moment = (2.0 * TURNING + RECIPROCATING) * RADIUS * OMEGA**2 * SPACING * math.sqrt(10.0)
+    assert moment == pytest.approx(2379.0, abs=0.5)
+    first = found["shaking_moment_major"].sel(order=1.0)
+    assert float(first) == pytest.approx(moment, rel=1e-12)
+    assert float(found["engine_inertia"]) == pytest.approx(0.0126, abs=5e-6)
+    assert "no diagrams" in ok("info", path)
+
+
+def test_one_line_names_all_that_the_speed_needs(tmp_path: Path) -> None:
+    path = tmp_path / "v8.toml"
+    path.write_text(NAMED, encoding="utf-8")
+    scene = {"engine": str(path), "output": {"quantities": ["delta", "shaking_force_max"]}}
+    with pytest.raises(SceneError) as refused:
+        read_scene(scene)
+    (line,) = str(refused.value).splitlines()
+    assert "'delta' needs [[diagram]], which engine v8 does not give; must be in its file" in line
+    assert all(f"{key} (" in line for key in ("inertia", "load", "bore", "friction_constant"))
+    assert "shaking_force_max" not in line
+
+    with pytest.raises(SceneError, match=r"\[set\] heat: not allowed: engine v8 has no diagrams"):
+        read_scene({**scene, "set": {"heat": 20.0}})
+
+
+def test_a_measured_diagram_gives_the_pressure(tmp_path: Path) -> None:
+    """The indicated work is the sum of p dV, here by trapezoids of the same points."""
+    path = tmp_path / "v8.toml"
+    path.write_text(NAMED, encoding="utf-8")
+    rows = [(a, p * (1.0 + 0.5 * math.sin(math.radians(a)) * (0 < a < 180))) for a, p in points()]
+    (tmp_path / "pressure.csv").write_text(indicator_text(rows))
+    found = sweeps.run(
+        engine=str(path), indicator={"file": str(tmp_path / "pressure.csv")},
+        set={"bore": 0.1, "load": 100.0, "friction_constant": 0.0, "friction_peak_pressure": 0.0,
+             "friction_mean_piston_speed": 0.0, "crankcase_pressure": 1.0},
+        output={"quantities": ["imep"]},
+    )  # fmt: skip
+    phi, bar = np.radians([a for a, _ in rows]), np.array([p for _, p in rows])
+    travel = RADIUS * (1.0 - np.cos(phi)) + LENGTH
+    travel -= np.sqrt(LENGTH**2 - (RADIUS * np.sin(phi)) ** 2)
+    mean = np.sum(0.5 * (bar[1:] + bar[:-1]) * np.diff(travel)) / (2.0 * RADIUS)
+    assert float(found["imep"]) == pytest.approx(mean, rel=2e-3) and mean > 1.0

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from sweeps.planning import blocks
 from sweeps.planning.plan import Plan, make_plan
@@ -29,7 +30,7 @@ def test_blocks_change_nothing(name: str, limit: float, monkeypatch: pytest.Monk
     assert list(cut) == list(whole)
     for quantity, array in whole.items():
         assert cut[quantity].dtype == array.dtype
-        np.testing.assert_array_equal(cut[quantity], array)
+        assert_array_equal(cut[quantity], array)
 
 
 def test_blocks_cover_every_design_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: files, what is printed, exit status."""
+"""The command line as a user meets it: files, what is printed, lists, exit status."""
 
 import errno
 import itertools
@@ -17,21 +17,28 @@ import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
+from numpy.testing import assert_array_equal
 
 import sweeps
-from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
+from engine_dyn.quantities.graph import DIMENSIONS, NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
+from sweeps.presenting.archives import archive_text
+from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, value_text
 from sweeps.presenting.lists import symbol_text
 from sweeps.presenting.published import text as reference_text
+from sweeps.presenting.quantity_search import found_quantities
+from sweeps.presenting.report.sections import assumed
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.shaft_tables import built_in_shafts
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support import commands
 from tests.support.archives import sound_archive
 from tests.support.commands import invoke, ok, refused
+from tests.sweeps.processes import COMMAND, ROOT, python
 
 SCENE = """\
 title = "A small map"
@@ -72,15 +79,11 @@ def shell(
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The small map, run once."""
     folder = tmp_path_factory.mktemp("archive")
     folder.joinpath("scene.toml").write_text(SCENE)
     path = folder / "out.nc"
     assert invoke("run", folder / "scene.toml", "-o", path, "-q").output == ""
     return path
-
-
-# --- in processes of their own ------------------------------------------------------------------
 
 
 def test_a_first_session(tmp_path: Path) -> None:
@@ -151,24 +154,19 @@ def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
     assert "stalled 1" in done.stderr
     assert "stalled 1" in done.stdout
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
-        np.testing.assert_array_equal(dataset["status"], [MEANINGS.index("stalled"), 0])
-        np.testing.assert_array_equal(np.isnan(dataset["delta"]), [True, False])
+        assert_array_equal(dataset["status"], [MEANINGS.index("stalled"), 0])
+        assert_array_equal(np.isnan(dataset["delta"]), [True, False])
 
 
 def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
     code = (
-        "import sys\n"
-        "from sweeps.cli.main import main\n"
-        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "import sys\nfrom sweeps.cli.main import main\nmain(['--help'], standalone_mode=False)\n"
         "heavy = {'numba', 'xarray', 'matplotlib', 'numpy', 'pydantic'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     began = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    python(code, check=True)
     assert time.perf_counter() - began < 5.0  # typically 0.1 s; a busy machine is allowed for
-
-
-# --- run ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -213,17 +211,6 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     assert out.read_text() == "kept"
 
 
-# --- plan, plot, info, list, new ----------------------------------------------------------------
-
-
-def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "figures"
-    lines = ok("plot", archive, "-o", folder, "--format", "svg").splitlines()
-    assert lines
-    assert sorted(map(Path, lines)) == sorted(folder.iterdir())
-    assert {p.suffix for p in folder.iterdir()} == {".svg"}
-
-
 def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     archive: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -237,7 +224,6 @@ def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
     short = ok("info", archive)
     assert "history: " not in short and "--provenance" in short
-    # Info tells values.
     with sweeps.open(archive) as data:
         low, high = float(data.delta.min()), float(data.delta.max())
     rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
@@ -294,7 +280,6 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     for key in engine.values:
         assert f"  {key} = " in text
     assert "[1]" not in text
-    # An archive carries them too.
     scene = tmp_path / "scene.toml"
     scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')
     ok("run", scene, "-o", tmp_path / "out.nc")
@@ -423,9 +408,6 @@ def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:
     assert read_scene(path).dimensions == ("load", "inertia")
 
 
-# --- published against computed -----------------------------------------------------------------
-
-
 def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> None:
     tmp_path.joinpath("published.csv").write_text(
         "inertia,delta,omega_mean\n2,0.1,125.6\n5,,125.6\n"
@@ -435,7 +417,7 @@ def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> Non
     text = ok("run", path, "-o", tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
         delta = float(dataset["delta"].sel(inertia=2.0, speed=1200.0))
-        np.testing.assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
+        assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
         assert reference_text(dataset) in text
     row = next(line for line in text.splitlines() if line.startswith("inertia 2, speed 1200"))
     assert f"{delta:.6g}" in row
@@ -460,7 +442,6 @@ def test_rows_of_published_values() -> None:
     assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
     assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
     assert "not requested in [output] quantities: mu" in lines[-1]
-    # Rows of further axes and words.
     dataset = xr.Dataset(
         {
             "delta": (("method", "speed"), [[0.1, 0.2], [0.11, 0.21]]),
@@ -486,20 +467,15 @@ def test_rows_of_published_values() -> None:
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
 def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
-    code = "from sweeps.cli.main import main; main()"
-    command = f'exec "$0" -c "$1" run first -o "$2" {closed}'
-    done = subprocess.run(
-        ["sh", "-c", command, sys.executable, code, str(output)],
-        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    for words in ("run first -o", "info"):
+        command = f'exec "$0" -c "$1" {words} "$2" {closed}'
+        done = subprocess.run(
+            ["sh", "-c", command, sys.executable, COMMAND, str(output)],
+            cwd=ROOT, capture_output=True, text=True, timeout=300,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
     with xr.open_dataset(output, engine="netcdf4") as archive:
         assert set(archive["status"].values.reshape(-1)) == {0}
-    done = subprocess.run(
-        ["sh", "-c", f'exec "$0" -c "$1" info "$2" {closed}', sys.executable, code, str(output)],
-        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")
@@ -586,3 +562,85 @@ def test_plot_takes_slices_and_refuses_bad_ones(tmp_path: Path) -> None:
 def test_wrong_options_are_refused_in_one_line(arguments: tuple[str, ...], said: str) -> None:
     told = refused(*arguments)
     assert said in told and "--help`" in told
+
+
+def listed(*words: str) -> list[str]:
+    return commands.ok("list", *words).splitlines()
+
+
+def names(*words: str) -> list[str]:
+    return [line.split()[0] for line in listed(*words) if line and line[0] != "#"]
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        ("gudgeon pin", "wrist pin", "piston pin", "piston-pin", "Gudgeon"),
+        ("conrod", "con-rod", "connecting rod", "connecting-rod", "rods"),
+        ("crank pin", "crankpin", "big end"),
+        ("main journal", "main bearings"),
+    ],
+)
+@pytest.mark.parametrize("of", ["quantities", "keys"])
+def test_names_of_one_thing_find_the_same(of: str, same: tuple[str, ...]) -> None:
+    first, *others = (names(of, *words.split()) for words in same)
+    assert len(first) > 1
+    assert all(other == first for other in others)
+
+
+def test_keys_are_found_by_their_other_names() -> None:
+    for key, words in WORDS_OF_KEYS.items():
+        assert key in PARAMETERS
+        for one in words.split(" (")[0].split(", "):
+            assert key in names("keys", *one.split()), (key, one)
+    assert names("keys", "gudgeon", "pin")[-2:] == ["piston_pin_diameter", "piston_pin_width"]
+
+
+def test_a_near_spelling_is_told() -> None:
+    first, *rest = listed("quantities", "gudegon", "pin")
+    assert first.startswith("# nothing found for 'gudegon'; did you mean 'gudgeon'?")
+    assert rest[1:] == listed("quantities", "gudgeon", "pin")
+    assert listed("keys", "irregularty")[0].startswith("# nothing found for 'irregularty'")
+    assert found_quantities("irregularity")[1] == ""
+
+
+@pytest.mark.parametrize("name", ["torque_mean", "torque", "crank_angle", "gas_torque_rms"])
+def test_an_exact_name_comes_first(name: str) -> None:
+    assert names("quantities", name)[0] == name
+    assert names("quantities", *name.split("_"))[0] == name
+
+
+def test_axes_of_curves_are_found_and_not_listed_as_quantities() -> None:
+    assert sorted(names("quantities", "axes", "of", "curves")) == sorted(DIMENSIONS)
+    assert "0 at firing top dead centre" in "".join(listed("quantities", "crank", "angle")[:2])
+    assert not set(names("quantities")) & set(DIMENSIONS)
+
+
+def test_keys_print_names_and_defaults() -> None:
+    lines = {line.split()[0]: line for line in listed("keys")}
+    assert lines["friction_law"].endswith(
+        "one of chen_flynn, patton_nitschke_heywood; default chen_flynn"
+    )
+    assert "one of ohv, sohc_finger_follower" in lines["valve_train"]
+    assert lines["flywheel_density"].endswith("or a name: cast iron, steel")
+    assert lines["wanted_delta"].endswith("or a name such as pump")
+    assert lines["gear_ratio"].endswith("; default 1")
+    assert default_text(PARAMETERS["passes"]) == ""  # 0, outside the range: there is none
+    assert value_text(PARAMETERS["valve_train"], 7.0) == "dohc_roller_finger_follower"
+    assert value_text(PARAMETERS["flywheel_density"], 7850.0) == "7850"
+
+
+@pytest.mark.parametrize(
+    ("word", "said"), [("quantity", "did you mean 'quantities'"), ("units", "quantities and keys")]
+)
+def test_an_unknown_list_is_refused_in_one_line(word: str, said: str) -> None:
+    assert said in commands.refused("list", word)
+
+
+def test_words_of_values_are_shown() -> None:
+    assert "valve_train = dohc_roller_finger_follower " in commands.ok("info", "si_four_87x101")
+    node = xr.Dataset(attrs={"parameters": '{"valve_train": 7.0, "bore": 0.08}', "history": "now"})
+    lines = archive_text(node, __file__, provenance=True).splitlines()
+    assert "    valve_train: dohc_roller_finger_follower (7)" in lines
+    assert "    bore: 0.08" in lines
+    assert "dohc_roller_finger_follower (7)" in assumed(node, {})

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.compilation import COMPILING
@@ -27,11 +28,11 @@ from tests.support.archives import assert_same, interrupted, plan_of
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP, write_scene
+from tests.sweeps.processes import COMMAND, ROOT, python
 
 cloudpickle = pytest.importorskip("cloudpickle")
 distributed = pytest.importorskip("distributed")
 
-ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -40,7 +41,6 @@ cloudpickle.register_pickle_by_value(sys.modules[__name__])
 
 
 def workers(number: int, threads: int = 1, processes: bool = True, **more: Any) -> Any:
-    """A scheduler with so many workers."""
     return distributed.LocalCluster(
         n_workers=number, threads_per_worker=threads, processes=processes, memory_limit=0,
         dashboard_address="127.0.0.1:0", silence_logs=60, **more,
@@ -58,13 +58,11 @@ def scheduler() -> Iterator[str]:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Some ten blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e5)
 
 
 @pytest.fixture
 def scene(tmp_path: Path, small: None) -> Path:
-    """A file of many designs, which are some ten blocks."""
     path = tmp_path / "scene.toml"
     path.write_text(LARGE_MAP)
     return path
@@ -77,9 +75,6 @@ def same_but_machine(path: Path, expected: xr.Dataset) -> None:
         expected.attrs["machine"] = opened.attrs["machine"]
         assert re.match(r"(tcp://\S+|local:2): 2 workers on ", opened.attrs["machine"])
     assert_same(path, expected)
-
-
-# --- the same bytes -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["map", "one block", "table", "files", "thesis", "float32"])
@@ -158,10 +153,7 @@ def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> 
     assert provenance.differences(identity, provenance.identity(again)) == []
     assert again.designs == plan.designs and again.outputs == plan.outputs
     for name, values in plan.scene.axes.items():
-        np.testing.assert_array_equal(again.scene.axes[name], values)
-
-
-# --- killed -------------------------------------------------------------------------------------
+        assert_array_equal(again.scene.axes[name], values)
 
 
 def slow_block(folder: str, key: str, number: int) -> Any:
@@ -302,9 +294,6 @@ def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, scene: Path) -> None:
     assert_same(tmp_path / "out.nc", sweeps.run(scene))
 
 
-# --- refused ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "bad",
     ["", "local", "local:", "local:0", "local:-1", "local:2.5", "local:1025", "local:²",
@@ -335,12 +324,9 @@ def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
 @pytest.mark.parametrize("scheme", ["tls", "wss", "ucx"])
 def test_a_protocol_that_is_not_set_up(scheme: str, tmp_path: Path) -> None:
     """In a process of its own, which must end: dask's client kept it alive."""
-    code = "from sweeps.cli.main import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-c", code, "run", "first", "-o", str(tmp_path / "no.nc"), "--scheduler",
-         f"{scheme}://127.0.0.1:1"],
-        cwd=ROOT, capture_output=True, text=True, timeout=120,
-        env={**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300ms"},
+    done = python(
+        COMMAND, "run", "first", "-o", tmp_path / "no.nc", f"--scheduler={scheme}://127.0.0.1:1",
+        environment={"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300ms"}, timeout=120,
     )  # fmt: skip
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
@@ -355,18 +341,12 @@ def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
 ) -> None:
     (tmp_path / name).mkdir()
     (tmp_path / name / "__init__.py").write_text(f'raise ImportError("no {name}")')
-    code = "from sweeps.cli.main import main; main()"
-    said = []
-    for more in ([], ["--scheduler", "local:2", "--overwrite"]):
-        done = subprocess.run(
-            [sys.executable, "-c", code, "run", "first", "-o", str(tmp_path / "out.nc"), *more],
-            capture_output=True, text=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
-        )  # fmt: skip
-        said.append((done.returncode, done.stderr))
-    assert said[0][0] == 0, said
-    assert said[1][0] == 2 and said[1][1].count("\n") == 1
-    assert "needs dask" in said[1][1] and "pip install 'engine-dyn[cluster]'" in said[1][1]
+    words = ["run", "first", "-o", tmp_path / "out.nc"]
+    done = python(COMMAND, *words, path=tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = python(COMMAND, *words, "--scheduler", "local:2", "--overwrite", path=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "needs dask" in done.stderr and "pip install 'engine-dyn[cluster]'" in done.stderr
 
 
 def elsewhere(folder: str, key: str) -> str:
@@ -530,9 +510,6 @@ def test_a_scheduler_that_goes_away(
     kept = len(finished(tmp_path))
     assert sweeps.stream(scene, tmp_path / "out.nc", resume=True).before == kept >= 2
     assert_same(tmp_path / "out.nc", sweeps.run(scene))
-
-
-# --- the kind of machine ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("key", ["processor", "instructions", "C library"])

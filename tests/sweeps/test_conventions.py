@@ -79,7 +79,6 @@ def everything() -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def written(folder: Path) -> list[Path]:
-    """Archives of every kind."""
     found: list[Path] = []
 
     def run(name: str, raw: Mapping[str, Any], **options: Any) -> Path:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.pressure.cycle_table import CycleTable
@@ -46,7 +47,7 @@ def some_of(scene: dict[str, Any], places: Any) -> dict[str, Any]:
 
 def assert_same(found: Any, expected: Any, places: Any) -> None:
     for name, values in found.data_vars.items():
-        np.testing.assert_array_equal(values.values, expected[name].values[places], err_msg=name)
+        assert_array_equal(values.values, expected[name].values[places], err_msg=name)
 
 
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +92,7 @@ def test_any_number_of_cycles_in_blocks(tmp_path: Path, monkeypatch: pytest.Monk
     part = in_memory.compute(shard(plan, 2, 3))
     for name in ("delta", "imep"):
         expected = in_memory.compute(plan)[name][500:1000]
-        np.testing.assert_array_equal(part[name], expected)
+        assert_array_equal(part[name], expected)
 
 
 def test_few_rows_are_kept_in_a_long_study() -> None:
@@ -173,6 +174,6 @@ def test_orders_and_loads_of_bearings_are_those_of_single_diagrams(tmp_path: Pat
         asked = {"quantities": list(names)}
         alone = sweeps.run({"engine": str(own), "set": change, "output": asked})
         for name in names:
-            np.testing.assert_allclose(
+            assert_allclose(
                 many[name].values[i], alone[name].values, rtol=1e-8, atol=1e-7, err_msg=name
             )

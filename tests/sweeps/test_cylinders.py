@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn import PeriodicSpeed, periodic_speed
@@ -52,9 +53,6 @@ def alone(here: Any, **more: Any) -> PeriodicSpeed:
     return periodic_speed(engine.family.at(values["load"]), friction_torque=friction, **given)
 
 
-# --- arrangements -------------------------------------------------------------------------------
-
-
 def vee(places: int) -> dict[str, Any]:
     """A V engine of two rods on each pin that fires evenly: a table of throws and cylinders."""
     step = 360.0 / places
@@ -89,13 +87,13 @@ def test_engines_of_17_to_24_cylinders(count: int, arrangement: Any) -> None:
     order = found["order"].values
     left = order % (0.5 * count) == 0.0
     all_in_step = count * found["cylinder_torque_order"].values
-    np.testing.assert_allclose(found["torque_order"].values[left], all_in_step[left], rtol=1e-9)
+    assert_allclose(found["torque_order"].values[left], all_in_step[left], rtol=1e-9)
     assert np.abs(found["torque_order"].values[~left]).max() < 1e-9 * all_in_step.max()
     assert left.sum() == 3
     if 1440 % count == 0:
         alone = one["torque"].values
         whole = sum(np.roll(alone, k * 1440 // count) for k in range(count))
-        np.testing.assert_allclose(found["torque"].values, whole, atol=1e-9 * np.abs(alone).max())
+        assert_allclose(found["torque"].values, whole, atol=1e-9 * np.abs(alone).max())
     # A shaft of so much inertia gains the work between its extremes: delta = W/(Theta omega^2).
     swing = float(found["energy_swing"]) / (20.0 * (1200.0 * np.pi / 30.0) ** 2)
     assert float(found["delta"]) == pytest.approx(swing, rel=0.02)
@@ -266,9 +264,6 @@ def test_two_stroke_engines(tmp_path: Path) -> None:
         run(path, set={"firing_angles": [0, 360]})
 
 
-# --- unequal cylinders --------------------------------------------------------------------------
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("engine", ["ntua", "diesel_105x137"])
 def test_a_misfire(engine: str) -> None:
@@ -297,7 +292,7 @@ def test_factors_hold_at_their_own_number_of_cylinders() -> None:
     for count, own in ((2, {}), (3, factors)):
         alone = run(quantities=names, set={"cylinders": count, **own})
         for name in names:
-            np.testing.assert_array_equal(axis[name].sel(cylinders=count), alone[name], name)
+            assert_array_equal(axis[name].sel(cylinders=count), alone[name], name)
     assert float(axis["pressure"].sel(cylinders=3).max()) < float(
         axis["pressure"].sel(cylinders=2).max()
     )
@@ -329,8 +324,6 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
     assert "pin_offset" not in found["fmep"].dims
 
 
-# --- sets of cylinders --------------------------------------------------------------------------
-
 OTHERS = (*DELTA, "imep", "peak_pressure", "gas_torque", "torque_after_throw", "omega")
 
 
@@ -359,7 +352,7 @@ def test_arrangements_and_misfires_as_axes() -> None:
             for name in OTHERS:
                 where = {"misfire": misfire, "arrangement": place}
                 here = found[name].sel({k: v for k, v in where.items() if k in found[name].dims})
-                np.testing.assert_array_equal(here, alone[name], name)
+                assert_array_equal(here, alone[name], name)
 
 
 @pytest.mark.compiled
@@ -377,9 +370,6 @@ def test_misfires_beside_numbers_of_cylinders() -> None:
     none = run(axes={"misfire": [0]})
     assert none.attrs["axes_without_effect"] == "misfire"
     assert "4 cylinders: whole cycle" in planned(set={"cylinders": 4}, axes={"misfire": [1, 2]})
-
-
-# --- throws of unequal radius, friction over the stroke -------------------------------------------
 
 
 @pytest.mark.compiled
@@ -407,22 +397,17 @@ def test_unequal_throws_and_friction_through_a_scene() -> None:
     area = 0.25 * np.pi * values["bore"] ** 2
     stroke = values["stroke"] * np.mean(radii)
     assert float(found["displacement"]) == pytest.approx(3.0 * area * stroke, rel=1e-12)
-    np.testing.assert_allclose(found["mean_piston_speed"], stroke * found["speed"] / 30.0)
+    assert_allclose(found["mean_piston_speed"], stroke * found["speed"] / 30.0)
     # Torque times angle is the work of the mean pressures.
     work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
-    np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
+    assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
     friction = found["instantaneous_friction_torque"]
     assert (friction > 0.0).all()
     assert (friction.max("crank_angle") > 2.0 * friction.min("crank_angle")).all()
     of_curves = friction.mean("crank_angle") / found["friction_torque"]
-    np.testing.assert_allclose(of_curves, 1.0, rtol=1e-3)
-    np.testing.assert_allclose(found["torque"].max("crank_angle"), found["torque_max"], rtol=1e-3)
-    np.testing.assert_allclose(
-        found["torque_after_throw"].isel(cylinder=0), found["torque"], atol=1e-9
-    )
-
-
-# --- offset -------------------------------------------------------------------------------------
+    assert_allclose(of_curves, 1.0, rtol=1e-3)
+    assert_allclose(found["torque"].max("crank_angle"), found["torque_max"], rtol=1e-3)
+    assert_allclose(found["torque_after_throw"].isel(cylinder=0), found["torque"], atol=1e-9)
 
 
 @pytest.mark.compiled
@@ -452,11 +437,8 @@ def test_offset_with_a_given_rod() -> None:
     ratio = run(
         quantities=("velocity", "imep"), set={"crank_ratio": radius / 0.35, "pin_offset": 0.03}
     )
-    np.testing.assert_allclose(rod["velocity"], ratio["velocity"], rtol=1e-12, atol=1e-13)
+    assert_allclose(rod["velocity"], ratio["velocity"], rtol=1e-12, atol=1e-13)
     assert float(rod["imep"]) == pytest.approx(float(ratio["imep"]), rel=1e-12)
-
-
-# --- bad input ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -579,9 +561,6 @@ def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> No
     assert re.search(r"\[set\] pressure_factor: .* no compression line", told)
 
 
-# --- parameters of single cylinders ---------------------------------------------------------------
-
-
 @pytest.mark.compiled
 def test_single_cylinders_are_the_lists_with_one_value_changed() -> None:
     """Each parameter as an axis, against the list of [set] that says the same."""
@@ -629,6 +608,6 @@ def test_unequal_throws_with_an_offset_through_a_scene() -> None:
         speed = np.mean(strokes) * values["speed"] / 30.0
         assert float(here["mean_piston_speed"]) == pytest.approx(speed, rel=1e-12)
     work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
-    np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
+    assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
     whole, torque = found["torque_after_throw"].isel(cylinder=0), found["torque"].values
-    np.testing.assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))
+    assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))

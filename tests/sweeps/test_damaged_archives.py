@@ -23,10 +23,7 @@ from sweeps.reading import hdf5_links, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import write_scene
-
-ROOT = Path(__file__).resolve().parents[2]
-
-COMMAND = "from sweeps.cli.main import main; main()"
+from tests.sweeps.processes import COMMAND, ROOT, python
 
 READING = ("info", "show", "compare", "export", "plot", "rerun", "merge", "extend")
 """Commands that read archives."""
@@ -84,10 +81,7 @@ def test_a_heap_without_sizes_does_not_hang(
     path.write_bytes(make())
     # In a process of its own first: inside the library this test could not be stopped.
     code = "from sweeps.reading import netcdf_child\nnetcdf_child.SECONDS = 0.3\n" + COMMAND
-    done = subprocess.run(
-        [sys.executable, "-c", code, "info", path], timeout=120, capture_output=True, text=True,
-        cwd=ROOT,
-    )  # fmt: skip
+    done = python(code, "info", path, timeout=120)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
     for command in READING:
@@ -134,7 +128,6 @@ def test_a_group_that_holds_itself(tmp_path: Path, capfd: pytest.CaptureFixture[
     for command in READING:
         told = refused(*words(command, path, tmp_path))
         assert "perhaps by itself" in told
-    # Nothing is printed by the library's callback.
     assert hdf5_links.external_member(path)
     assert capfd.readouterr().err == ""
 

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps import checks
@@ -90,8 +91,22 @@ def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
     for key, values in COLUMNS.items():
         # Excel has 15 digits.
         precision = 1e-15 if name == "table.xlsx" else 0.0
-        np.testing.assert_allclose(columns[key], np.array(values, dtype=float), rtol=precision)
+        assert_allclose(columns[key], np.array(values, dtype=float), rtol=precision)
         assert columns[key].dtype == np.float64
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet", "table.xlsx"])
+def test_ratios_are_numbers_in_every_format(name: str, tmp_path: Path) -> None:
+    last = 0.02 if name == "table.xlsx" else "0.02"
+    columns = {"wanted_delta": ["1/100", "1/200", last], "speed": [1500.0] * 3}
+    units = {"wanted_delta": "1", "speed": "rpm"} if name == "table.xlsx" else None
+    found, _ = read_designs(write(tmp_path / name, columns, units), name)
+    assert_array_equal(found["wanted_delta"], [1 / 100, 1 / 200, 0.02])
+
+
+def test_a_wrong_ratio_is_told_with_its_line(tmp_path: Path) -> None:
+    path = write(tmp_path / "table.csv", {"wanted_delta": ["1/100", "1/x"]})
+    refused(path, "line 3: wanted_delta = '1/x': must be a finite number")
 
 
 @pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet"])
@@ -104,8 +119,8 @@ def test_tables_longer_than_a_piece(
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
     columns, _ = read_designs(path, name)
-    np.testing.assert_array_equal(columns["inertia"], values)
-    np.testing.assert_array_equal(columns["load"], values * 40.0)
+    assert_array_equal(columns["inertia"], values)
+    assert_array_equal(columns["load"], values * 40.0)
     values[90] = -1.0
     path = write(tmp_path / name, {"inertia": values})
     where = "line 92" if name.endswith("csv") else "row 91"
@@ -134,7 +149,7 @@ def test_an_index_of_a_data_frame_is_no_column(tmp_path: Path) -> None:
     frame = pd.DataFrame({"inertia": [1.0, 2.0, 3.0]})
     frame[frame.inertia != 2.0].to_parquet(tmp_path / "table.parquet")
     columns, _ = read_designs(tmp_path / "table.parquet", "table")
-    np.testing.assert_array_equal(columns["inertia"], [1.0, 3.0])
+    assert_array_equal(columns["inertia"], [1.0, 3.0])
 
 
 @pytest.mark.parametrize("name", ["table.nc", "table.parquet", "table.xlsx"])
@@ -282,7 +297,7 @@ def test_numbers_are_read_to_the_last_digit(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text("inertia\n" + "\n".join(texts) + "\n")
     columns, _ = read_designs(path, "table.csv")
-    np.testing.assert_array_equal(columns["inertia"], [float(t) for t in texts])
+    assert_array_equal(columns["inertia"], [float(t) for t in texts])
 
 
 def test_rows_are_read_without_looking_at_each(
@@ -305,6 +320,6 @@ def test_rows_are_read_without_looking_at_each(
     scene["designs"] = {"inertia": values.tolist(), "speed": 1000.0 * values}
     listed = sweeps.run(scene)
     listed.attrs.pop("input_files")
-    np.testing.assert_array_equal(listed["mean_piston_speed"], result["mean_piston_speed"])
+    assert_array_equal(listed["mean_piston_speed"], result["mean_piston_speed"])
     assert max(len(str(value)) for value in listed.attrs.values()) < 2000
     assert json.loads(listed.attrs["scene"])["designs"]["inertia"].startswith("50000 values")

@@ -1,18 +1,15 @@
 """Runs on a card, which numba's simulator stands for."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import sweeps
 from sweeps.errors import SceneError
+from tests.sweeps.processes import python
 
 pytestmark = pytest.mark.compiled
 
-ROOT = Path(__file__).parents[2]
 SCENE = {
     "engine": "ntua", "set": {"speed": 1500, "load": 90}, "axes": {"inertia": [2, 4, 8]},
     "output": {"quantities": ["delta", "delta_error"]},
@@ -41,11 +38,8 @@ except sweeps.SceneError as error:
 
 
 def test_run_and_stream_take_a_card(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_ENABLE_CUDASIM": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, repr(SCENE), str(tmp_path / "found.nc")], cwd=ROOT,
-        text=True, capture_output=True, check=False, env=environment,
-    )  # fmt: skip
+    simulated = {"NUMBA_ENABLE_CUDASIM": "1"}
+    done = python(SCRIPT, repr(SCENE), tmp_path / "found.nc", environment=simulated)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "device 'cuda': not allowed with a scheduler and its workers\n"
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -61,9 +62,6 @@ def written(folder: Path, *tables: dict[str, Any], head: str = "", **changes: An
     path = folder / "machine.toml"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return str(path)
-
-
-# --- an independent machine -----------------------------------------------------------------------
 
 
 def travel(phi: Any) -> Any:
@@ -137,9 +135,6 @@ def independent_delta(torque_of: Any, inertia: float = 60.0) -> float:
     return float(np.ptp(omega) / omega.mean())
 
 
-# --- tests ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("layout", "firing"), THROWS)
 def test_torque_and_speed_of_any_throws(tmp_path: Path, layout: Any, firing: list[float]) -> None:
     count = len(firing)
@@ -151,7 +146,7 @@ def test_torque_and_speed_of_any_throws(tmp_path: Path, layout: Any, firing: lis
     phi = np.radians(found["crank_angle"].values)
     expected = torque(phi, firing)
     both = (found["gas_torque"] + found["inertia_torque"]).values
-    np.testing.assert_allclose(both, expected, rtol=0.0, atol=2e-8 * np.abs(expected).max())
+    assert_allclose(both, expected, rtol=0.0, atol=2e-8 * np.abs(expected).max())
     # The friction takes the largest pressure of the gas at either end, not the effective one.
     largest = float(found["peak_pressure"]) * BAR
     lost = (0.3 * BAR + 0.01 * largest) * count * 0.25 * np.pi * BORE**2 * STROKE / (2.0 * np.pi)
@@ -185,7 +180,7 @@ def test_rod_loads(tmp_path: Path, speed: float) -> None:
     parts["combined_rod_load"] = sum(parts.values())
     for name, expected in parts.items():
         size = np.abs(expected).max()
-        np.testing.assert_allclose(found[name].values, expected, rtol=0.0, atol=1e-7 * size)
+        assert_allclose(found[name].values, expected, rtol=0.0, atol=1e-7 * size)
     fine = np.arange(36000) * (2.0 * np.pi / 36000)
     load = gas(fine) + inertia(fine, PISTON, speed)
     most = max(load.max(), -load.min())
@@ -292,9 +287,7 @@ def test_gas_shakes_no_frame(tmp_path: Path) -> None:
     assert float(double["shaking_force_max"]) == float(alone["shaking_force_max"])
     phi = np.radians(double["crank_angle"].values)
     moment = -torque(phi, [0.0, 0.0])
-    np.testing.assert_allclose(
-        double["overturning_moment"].values, moment, atol=2e-8 * np.abs(moment).max()
-    )
+    assert_allclose(double["overturning_moment"].values, moment, atol=2e-8 * np.abs(moment).max())
 
 
 def test_the_figure_marks_the_reversal(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.loads.driven_machine import torque_over_angle
@@ -81,9 +82,7 @@ def test_torques_balance_at_every_angle_and_over_the_cycle(settings: dict[str, A
     rest = found["torque"] - found["load_torque"] + found["driver_torque"]
     inertia = load_engine("ntua", Path()).values
     size = float(np.ptp(found["torque"].values))
-    np.testing.assert_allclose(
-        rest, inertia["inertia"] * found["angular_acceleration"], atol=1e-7 * size
-    )
+    assert_allclose(rest, inertia["inertia"] * found["angular_acceleration"], atol=1e-7 * size)
     # The trapezoidal rule at whole degrees of a curve that is a spline.
     assert abs(float(rest.mean())) < 1e-6 * size
     assert float((1.0 / found["omega"]).mean()) == pytest.approx(30.0 / (np.pi * 1200.0), rel=1e-9)
@@ -104,7 +103,7 @@ def test_what_varies_is_an_axis_of_what_depends_on_it() -> None:
     # Mean of the load at the crank: i times its own.
     k = found["load_coefficient"] * (1200.0 * np.pi / 30.0) ** 2
     expected = float(found["torque_mean"]) - np.array([0.5, 1.0]) * 20.0
-    np.testing.assert_allclose(k, expected, rtol=1e-9)
+    assert_allclose(k, expected, rtol=1e-9)
     one = run(set={"load_table": "own.csv", "gear_ratio": 0.5, "load_phase": 45.0})
     assert float(one["delta"]) == pytest.approx(
         float(found["delta"].sel(gear_ratio=0.5, load_phase=45.0)), rel=1e-12
@@ -122,7 +121,7 @@ def test_load_over_the_crank_angle_has_no_gear() -> None:
     variable = found["load_torque"].values - over(phi)
     # What is left is k omega^2.
     k = variable / found["omega"].values ** 2
-    np.testing.assert_allclose(k, k[0], rtol=1e-9)
+    assert_allclose(k, k[0], rtol=1e-9)
 
 
 @compiled
@@ -132,17 +131,13 @@ def test_factors_on_tables() -> None:
         axes={"speed": [1000.0, 1500.0]},
     )  # fmt: skip
     assert found["load_coefficient"].attrs["units"] == "1"
-    np.testing.assert_allclose(found["load_torque_nominal"], found["torque_mean"], rtol=1e-12)
-    np.testing.assert_allclose(
-        found["load_coefficient"], found["torque_mean"] / [60.0, 135.0], rtol=1e-12
-    )
+    assert_allclose(found["load_torque_nominal"], found["torque_mean"], rtol=1e-12)
+    assert_allclose(found["load_coefficient"], found["torque_mean"] / [60.0, 135.0], rtol=1e-12)
     found = run(
         ["delta", "driver_factor", "torque_mean", "load_coefficient", "load_torque_nominal"],
         set={**MOTORED, "driver_table": "engine.csv"}, axes={"speed": [1000.0, 1500.0]},
     )  # fmt: skip
-    np.testing.assert_allclose(
-        found["driver_factor"], -found["torque_mean"] / [70.0, 50.0], rtol=1e-12
-    )
+    assert_allclose(found["driver_factor"], -found["torque_mean"] / [70.0, 50.0], rtol=1e-12)
     assert float(found["load_coefficient"]) == float(found["load_torque_nominal"]) == 0.0
     assert (found["status"] == 0).all()
 
@@ -156,7 +151,7 @@ def test_a_motor_by_its_slip_and_behind_a_gear() -> None:
                 axes={"speed": [800.0, 1200.0]})  # fmt: skip
     assert slip["status"].values.tolist() == [0, 0]
     assert fixed["status"].values.tolist() == [2, 0]  # beyond the breakdown
-    np.testing.assert_allclose(slip["delta"][1], fixed["delta"][1], rtol=1e-12)
+    assert_allclose(slip["delta"][1], fixed["delta"][1], rtol=1e-12)
     # Speeds at its shaft are i times the crank's, its torque at the crank is i times its own.
     asked = ["delta", "driver_factor", "driver_torque"]
     at_crank = run(asked, set={**MOTORED, **MOTOR})
@@ -167,15 +162,15 @@ def test_a_motor_by_its_slip_and_behind_a_gear() -> None:
     }
     geared = run(asked, set={**MOTORED, **own}, axes={"motor_gear_ratio": [1.4, 1.41]})
     for name in asked:
-        np.testing.assert_allclose(geared[name][0], at_crank[name], rtol=1e-11)
+        assert_allclose(geared[name][0], at_crank[name], rtol=1e-11)
     # A little more and the motor slips less: less of its torque is there.
     assert geared["driver_factor"][1] > 1.01 * geared["driver_factor"][0]
     assert geared["delta"][1] != geared["delta"][0]
     # Gear or supply that follow the speed: the slip is as given, whatever the gear.
     follows = {"motor_slip": 0.04, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 90.0}
     found = run(asked, set={**MOTORED, **follows}, axes={"motor_gear_ratio": [1.0, 2.0]})
-    np.testing.assert_allclose(found["driver_factor"][1], 0.5 * found["driver_factor"][0])
-    np.testing.assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-12)
+    assert_allclose(found["driver_factor"][1], 0.5 * found["driver_factor"][0])
+    assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-12)
 
 
 def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
@@ -259,16 +254,14 @@ def test_a_pump_on_a_motor(folder: Path) -> None:
     swept = 3 * 0.25 * np.pi * 0.05**2 * 0.06
     work = (60e5 + 0.3e5) * swept  # of a turn: the levels' difference, and friction
     # The levels change over 5 degrees, in which the piston moves little.
-    np.testing.assert_allclose(found["torque_mean"], -work / (2.0 * np.pi), rtol=2e-3)
-    np.testing.assert_allclose(found["imep"], -60.0, rtol=2e-3)
+    assert_allclose(found["torque_mean"], -work / (2.0 * np.pi), rtol=2e-3)
+    assert_allclose(found["imep"], -60.0, rtol=2e-3)
     # What the motor gives over a turn is what the pump takes: its table's factor and the slip.
     power = (found["driver_torque"].mean("crank_angle") + found["torque_mean"]) * found["speed"]
     assert abs(power).max() < 1e-6 * abs(found["torque_mean"] * found["speed"]).max()
     slip = 1.0 - 4.8 * found["speed"].values / 1500.0
     torque = 4.8 * 2.0 * 60.0 / (slip / 0.2 + 0.2 / slip)
-    np.testing.assert_allclose(
-        found["driver_factor"], -found["torque_mean"].values / torque, rtol=1e-12
-    )
+    assert_allclose(found["driver_factor"], -found["torque_mean"].values / torque, rtol=1e-12)
     # One cylinder's flow stops for half a turn, three's never does: alone it needs a flywheel.
     asked = ["delta", "energy_swing"]
     one = [
@@ -335,9 +328,6 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     assert "driver_table: torque over the crank speed from 1000 to 1500 rpm, 3 points" in told
 
 
-# --- bad input ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
@@ -401,7 +391,7 @@ def test_a_load_over_its_own_speed_is_one_over_the_cranks_through_the_gear() -> 
             axes={"inertia": [2.0, 3.0]},
         )  # fmt: skip
         for name in quantities:
-            np.testing.assert_allclose(found[name], at_crank[name], rtol=1e-9)
+            assert_allclose(found[name], at_crank[name], rtol=1e-9)
     # The gear as an axis: each as alone, and whatever the table means, its mean takes the engine's.
     table = {"load_table": "own1.0.csv"}
     swept = run(quantities, set=table, axes={"gear_ratio": [0.6, 1.0, 1.5]})
@@ -409,7 +399,7 @@ def test_a_load_over_its_own_speed_is_one_over_the_cranks_through_the_gear() -> 
     for i in (0.6, 1.5):
         one = run(quantities, set={**table, "gear_ratio": i})
         assert float(one["delta"]) == pytest.approx(float(swept["delta"].sel(gear_ratio=i)))
-    np.testing.assert_allclose(swept["load_torque_nominal"], swept["torque_mean"], rtol=1e-12)
+    assert_allclose(swept["load_torque_nominal"], swept["torque_mean"], rtol=1e-12)
     # Of a table over the crank's speed the gear is no part.
     other = run(quantities, set={"load_table": "fan.csv"}, axes={"gear_ratio": [0.6, 1.0]})
     assert "gear_ratio" not in other["delta"].dims

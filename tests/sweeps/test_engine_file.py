@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.quantities.friction_components import NODES as FOUR_STROKE_FRICTION
@@ -50,10 +50,10 @@ def test_ntua_is_the_engine_of_table_4_1() -> None:
     assert (values["bore"], values["stroke"], values["inertia"]) == (0.14, 0.18, 2.0)
     assert values["crank_ratio"] == pytest.approx(90.0 / 350.0, rel=1e-12)
     assert (values["speed"], values["load"], values["load_exponent"]) == (1200.0, 50.0, 2.0)
-    np.testing.assert_array_equal(engine.family.loads, [0.0, 50.0, 90.0])
+    assert_array_equal(engine.family.loads, [0.0, 50.0, 90.0])
     # Table 5.2 with (3.8) and (3.9) fixes the peak pressures.
     peaks = [diagram.peak / 1e5 for diagram in engine.family.diagrams]
-    np.testing.assert_allclose(peaks, [51.4, 65.4, 80.8], atol=0.1)
+    assert_allclose(peaks, [51.4, 65.4, 80.8], atol=0.1)
 
 
 def test_points_are_read_from_beside_the_engine_file(tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_points_are_read_from_beside_the_engine_file(tmp_path: Path) -> None:
     assert engine.pressure_scale is None
     assert engine.firing_order is None
     expected = read_indicator(tmp_path / "pressure.csv")
-    np.testing.assert_array_equal(engine.family.diagrams[0].pressure, expected.pressure)
+    assert_array_equal(engine.family.diagrams[0].pressure, expected.pressure)
 
 
 def test_everything_optional(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_everything_optional(tmp_path: Path) -> None:
     assert engine.assumed == {"bore": "a guess"}
     assert engine.sources == ("Author 1999", "Other 2001")
     assert engine.pressure_scale is not None
-    np.testing.assert_array_equal(engine.pressure_scale[1], [1.0, 1.2])
+    assert_array_equal(engine.pressure_scale[1], [1.0, 1.2])
     _, cycle, rest = VALUES.partition("cycle = ")
     for name, head in (("mine", ""), ("own", 'name = "own"\n')):
         plain = load_engine(written(tmp_path, head + cycle + rest + modelled()), Path())
@@ -96,7 +96,6 @@ def test_what_an_engine_lacks_is_told(tmp_path: Path) -> None:
         read_scene(scene)
     read_scene({**scene, "set": {"inertia": 2}})
     read_scene({**scene, "output": {"quantities": ["torque"]}})
-    # All that is missing is told at once.
     path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
     scene = {"engine": str(path), "output": {"quantities": ["delta", "rotating_mass"]}}
     with pytest.raises(SceneError) as told:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.errors import SceneError
@@ -44,11 +45,11 @@ def test_curves_follow_the_sliders(archive: xr.Dataset) -> None:
         load.value, inertia.value = i, j
         torque, gas = drawn(layout, "crank_angle")
         at = {"load": i, "inertia": j}
-        np.testing.assert_allclose(torque["y"], _of(archive.torque, at))
-        np.testing.assert_allclose(gas["y"], _of(archive.gas_torque, at))
-        np.testing.assert_allclose(torque["x"], archive.crank_angle)
+        assert_allclose(torque["y"], _of(archive.torque, at))
+        assert_allclose(gas["y"], _of(archive.gas_torque, at))
+        assert_allclose(torque["x"], archive.crank_angle)
         (line,) = drawn(layout, "line")
-        np.testing.assert_allclose(line["y"], archive.delta.isel(load=i))
+        assert_allclose(line["y"], archive.delta.isel(load=i))
         table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
         told = dict(zip(table["quantity"], table["value"], strict=True))
         assert float(told["delta"]) == pytest.approx(float(archive.delta[i, j]), rel=1e-3)
@@ -68,21 +69,21 @@ def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) 
     choices = part(layout, "line").select(panel.widgets.Select)
     choices[0].value = "omega_max"
     (line,) = drawn(layout, "line")
-    np.testing.assert_allclose(line["y"], archive.omega_max.isel(load=0) * 30.0 / np.pi)
+    assert_allclose(line["y"], archive.omega_max.isel(load=0) * 30.0 / np.pi)
     choices[2].value = "load"
     lines = drawn(layout, "line")
     for place, line in enumerate(lines):
         wanted = archive.omega_max.isel(load=place) * 30.0 / np.pi
-        np.testing.assert_allclose(line["y"], wanted)
+        assert_allclose(line["y"], wanted)
     assert len(lines) == 3
     choices[2].value = "no other axis"
     choices[1].value = "load"
     (line,) = drawn(layout, "line")
-    np.testing.assert_allclose(line["x"], archive["load"])
+    assert_allclose(line["x"], archive["load"])
     group = part(layout, "crank_angle").select(panel.widgets.Select)[0]
     group.value = "rpm"
     (speed,) = drawn(layout, "crank_angle")
-    np.testing.assert_allclose(speed["y"], archive.omega.isel(load=0, inertia=0) * 30.0 / np.pi)
+    assert_allclose(speed["y"], archive.omega.isel(load=0, inertia=0) * 30.0 / np.pi)
     (cells,) = drawn(layout, "map")
     at = {"inertia": cells["x"][5], "load": cells["y"][5]}
     assert cells["value"][5] == archive.delta.sel(at)
@@ -112,7 +113,7 @@ def test_only_what_is_drawn_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         lazy = explore(opened)
         axis(lazy, "speed").value = 11
         assert len(sizes) > 5 and max(sizes) <= 40 * 40  # the map; a curve has 90, all have 144000
-        np.testing.assert_allclose(drawn(lazy, "crank_angle")[0]["y"], data.omega[11, 20])
+        assert_allclose(drawn(lazy, "crank_angle")[0]["y"], data.omega[11, 20])
     assert layout is not None
 
 
@@ -132,7 +133,6 @@ def test_words_and_lists_are_selectors() -> None:
     table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
     told = dict(zip(table["quantity"], table["value"], strict=True))
     assert told["mass"] == "7" and told["imep"] == "3"
-    # Archives of others and empty ones.
     assert explore(hostile()) is not None
     assert explore(xr.Dataset({"delta": ((), 0.1)})) is not None
     with pytest.raises(SceneError, match="no numbers"):

@@ -1,4 +1,4 @@
-"""Tables of archives: the same numbers, in order, in bounded pieces, whole or not there."""
+"""Tables of archives, and two archives against each other."""
 
 import sys
 from pathlib import Path
@@ -9,10 +9,14 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
+from sweeps.exploring import compare as comparing
 from sweeps.exploring import export
+from sweeps.exploring.compare import compare
+from sweeps.presenting.comparison import comparison_text
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import DESIGN_TABLE, TO_JOIN, asking
@@ -57,7 +61,7 @@ def test_a_table_has_the_numbers_of_the_archive(
     expected = values.reset_index()
     for name in table.columns:
         if name != "status":
-            np.testing.assert_array_equal(table[name], expected[name])
+            assert_array_equal(table[name], expected[name])
     assert set(table["status"]) == {"converged"}
     if kind == "parquet":
         schema = pq.read_schema(tmp_path / "t.parquet")
@@ -79,7 +83,7 @@ def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
     for _, row in table.iloc[[0, 17, 40, -1]].iterrows():
         one = sweeps.nearest(archive, case=row["case"], load=row["load"], method=row["method"])
         for name in ("delta", "imep", "stroke", "cylinders"):
-            np.testing.assert_array_equal(row[name], float(one[name]))
+            assert_array_equal(row[name], float(one[name]))
     assert table["delta"].isna().sum() == int(archive["delta"].isnull().sum()) > 6
     done = sweeps.export(archive, path, quantities=["torque_after_throw", "imep"], overwrite=True)
     table = read(path)
@@ -130,8 +134,8 @@ def test_by_the_command_whole_or_a_slice(folder: Path, archive: xr.Dataset, tmp_
     chosen = ("--select", f"speed={first}", "--units", "speed=rad/s", "--overwrite")
     ok("export", source, "-o", path, *chosen)
     table, part = read(path), archive.isel(speed=0)
-    np.testing.assert_array_equal(table["delta"], part.delta)
-    np.testing.assert_allclose(table["speed"], first * np.pi / 30.0)
+    assert_array_equal(table["delta"], part.delta)
+    assert_allclose(table["speed"], first * np.pi / 30.0)
     told = invoke("export", source, "-o", path, "--select", "speed=1501", "--overwrite")
     assert "speed = 1501 is not in the archive; the nearest value, 1500, was taken" in told.stderr
     outside = ("--select", "speed=9", "--overwrite")
@@ -166,7 +170,7 @@ def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path:
     table = read(tmp_path / "t.csv")
     table[["speed", "inertia"]].to_csv(tmp_path / "designs.csv", index=False)
     scene = asking(["delta"], designs={"file": str(tmp_path / "designs.csv")})
-    np.testing.assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
+    assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
 
 
 def test_what_is_refused(
@@ -205,7 +209,7 @@ def test_an_excel_file_has_units_and_what_was_assumed(archive: xr.Dataset, tmp_p
         cells = results[place].iloc[2:].reset_index(drop=True)
         if name in archive and archive[name].dtype.kind == "f":
             assert units[name] == archive[name].attrs["units"] or archive[name].units == "1"
-            np.testing.assert_allclose(cells.to_numpy(float), table[name], rtol=1e-6)
+            assert_allclose(cells.to_numpy(float), table[name], rtol=1e-6)
         else:
             assert (cells.astype(str) == table[name].astype(str)).all()
     assert "load_offset" in set(sheets["assumptions"][0])
@@ -242,3 +246,145 @@ def test_heads_have_units_on_request(archive: xr.Dataset, tmp_path: Path) -> Non
     assert any("[" in head for head in named.values())
     with pytest.raises(SceneError, match=r"head_units is for \.csv"):
         sweeps.export(archive, tmp_path / "t.parquet", head_units=True)
+
+
+@pytest.fixture(scope="module")
+def joined(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    joined = tmp_path_factory.mktemp("compare")
+    (joined / "scene.toml").write_text(TO_JOIN)
+    run(joined / "scene.toml", joined / "a.nc")
+    return joined
+
+
+@pytest.fixture
+def whole(joined: Path) -> xr.Dataset:
+    with sweeps.open(joined / "a.nc") as opened:
+        return opened.load()
+
+
+def test_an_archive_is_the_same_as_itself(joined: Path) -> None:
+    run(joined / "scene.toml", joined / "again.nc", overwrite=True)
+    text = ok("compare", joined / "a.nc", joined / "again.nc", "--tolerance", "0")
+    assert text.startswith("axes: the same\n")
+    assert "delta" in text and "the same in 28 values" in text
+    assert "differ" not in text
+    assert "otherwise" not in text
+
+
+def test_the_largest_difference_and_where(
+    whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(comparing.ranges, "__defaults__", (24.0,))  # three values at a time
+    other = whole.copy(deep=True)
+    delta = other["delta"].values
+    delta[1, 2] *= 1.001
+    delta[3, 0] *= 0.99
+    delta[0, 4] = np.nan
+    imep = other["imep"].values
+    imep += 0.25
+    found = {d.name: d for d in compare(whole, other).quantities}
+    first = whole["delta"].values
+    assert found["delta"].count == 28
+    assert found["delta"].differing == 3
+    assert found["delta"].only_one == 1
+    inertia = whole["inertia"].values
+    assert found["delta"].only_at == {"speed": 1000.0, "inertia": inertia[4]}
+    assert found["delta"].relative == pytest.approx(0.01, rel=1e-9)
+    assert found["delta"].relative_at == {"speed": 1600.0, "inertia": inertia[0]}
+    assert found["delta"].relative_pair == (first[3, 0], delta[3, 0])
+    gap = np.abs(delta - first)
+    assert found["delta"].largest == np.nanmax(gap)
+    at = np.unravel_index(np.nanargmax(gap), gap.shape)
+    assert list(found["delta"].largest_at.values()) == [
+        whole["speed"].values[at[0]], inertia[at[1]],
+    ]  # fmt: skip
+    assert found["imep"].largest == pytest.approx(0.25, rel=1e-12)
+    assert found["fmep"].differing == 0
+    assert not compare(whole, other).same
+    text = comparison_text(compare(whole, other))
+    assert "3 of 28 values differ" in text
+    assert "largest relative difference 0.01: " in text
+    assert "at speed=1600, inertia=1.5" in text
+    assert "1 with a number in only one archive, first at speed=1000, inertia=" in text
+
+
+def test_infinities_zeros_and_both_not_a_number() -> None:
+    one = xr.Dataset({"q": ("x", [0.0, np.nan, np.inf, np.inf, 1.0, 0.0])})
+    two = xr.Dataset({"q": ("x", [0.0, np.nan, np.inf, -np.inf, 1.0, -0.0])})
+    (found,) = compare(one, two).quantities
+    assert found.differing == 1
+    assert found.relative == np.inf
+    assert found.relative_at == {"x": 3}
+    (found,) = compare(one.isel(x=[0, 1, 2, 4, 5]), two.isel(x=[0, 1, 2, 4, 5])).quantities
+    assert found.differing == 0
+
+
+def test_where_axes_differ_common_values_are_compared(whole: xr.Dataset) -> None:
+    other = whole.isel(speed=[3, 0, 2]).copy(deep=True)
+    other["delta"].values[0, 0] += 1.0  # at 1600 rpm
+    found = compare(whole, other)
+    assert found.axes == ["speed: 3 values in both, of 4 in the first and 3 in the second"]
+    (delta,) = (d for d in found.quantities if d.name == "delta")
+    assert delta.count == 21
+    assert delta.differing == 1
+    assert delta.largest_at["speed"] == 1600.0
+    turned = compare(whole, whole.isel(inertia=slice(None, None, -1)))
+    assert turned.axes == ["inertia: the same 7 values in another order"]
+    assert not any(d.differing for d in turned.quantities)
+    apart = compare(whole.isel(speed=[0]), whole.isel(speed=[1]))
+    assert "delta: no axis point is in both archives" in apart.not_compared
+
+
+def test_words_and_tables_of_designs() -> None:
+    table = sweeps.run(DESIGN_TABLE)
+    other = table.isel(method=[1], design=[4, 2]).copy(deep=True)
+    other["delta"].values[0] *= 2.0
+    found = compare(table, other)
+    assert found.axes == [
+        "design: 2 values in both, of 12 in the first and 2 in the second",
+        "method: 1 value in both, of 2 in the first and 1 in the second",
+    ]
+    (delta,) = (d for d in found.quantities if d.name == "delta")
+    assert delta.relative == 0.5
+    assert delta.relative_at["design"] == "design 4"
+    assert delta.relative_at["method"] == "newton"
+
+
+def test_quantities_of_one_archive_only(whole: xr.Dataset) -> None:
+    other = whole.drop_vars("imep").assign(more=whole["delta"])
+    other["fmep"] = other["fmep"].assign_attrs(units="Pa")
+    other["torque_max"] = other["torque_max"].isel(inertia=0) if (
+        "inertia" in other["torque_max"].dims
+    ) else other["torque_max"].expand_dims(inertia=other["inertia"])  # fmt: skip
+    found = compare(whole, other)
+    assert found.only_first == ["imep"]
+    assert found.only_second == ["more"]
+    assert "fmep: in bar and in Pa" in found.not_compared
+    assert any(text.startswith("torque_max: over (") for text in found.not_compared)
+    assert not found.within(1.0)
+    text = comparison_text(found)
+    assert "only in the first: imep" in text
+
+
+def test_by_the_command(joined: Path) -> None:
+    (joined / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
+    run(joined / "other.toml", joined / "other.nc", overwrite=True)
+    text = ok("compare", joined / "a.nc", joined / "other.nc")
+    names = joined / "a.nc", joined / "other.nc"
+    assert f"axes: inertia: 1 value in both, of 7 in {names[0]} and 7 in {names[1]}" in text
+    assert (
+        f"made in different ways: scene: [axes] inertia stop (in {names[0]} 9.0, in {names[1]} 9.1)"
+        in text
+    )
+    told = invoke("compare", joined / "a.nc", joined / "other.nc", "--tolerance", "0.1")
+    assert told.exit_code == 1
+    assert "differ by more than 0.1" in told.stderr
+
+
+def test_comparisons_that_are_refused(joined: Path) -> None:
+    (joined / "text.nc").write_text("text")
+    assert "no such file" in refused("compare", joined / "none.nc", joined / "a.nc")
+    assert "not a netCDF archive" in refused("compare", joined / "a.nc", joined / "text.nc")
+    for wrong in ("-1", "nan", "much", "inf"):
+        text = refused("compare", joined / "a.nc", joined / "a.nc", "--tolerance", wrong)
+        assert "--tolerance" in text

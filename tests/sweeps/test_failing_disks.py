@@ -31,7 +31,6 @@ def failing(error: OSError) -> Any:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Many blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e4)
 
 

@@ -1,14 +1,13 @@
 """Figures from synthetic archives: right names and attributes, simple formulas."""
 
 import json
-import subprocess
-import sys
 
 import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import PolyCollection, QuadMesh
+from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import cylinders_of
@@ -25,6 +24,7 @@ from sweeps.figures.traces import draw_curves
 from sweeps.figures.views import pick
 from sweeps.figures.wording import axis_label, number_text, unit_text, wrap
 from tests.support.figures import assert_inside, plates, style, texts, variable, words
+from tests.sweeps.processes import python
 
 ATTRIBUTES = {
     "reciprocating_mass": ("reciprocating mass per cylinder", "m", "kg"),
@@ -166,9 +166,6 @@ def thesis_plates() -> dict:
     return plates(thesis_like(), laid_out=True)
 
 
-# ----------------------------------------------------------------------------- wording
-
-
 @pytest.mark.parametrize(
     ("units", "printed"),
     [("rad s-1", "rad/s"), ("rad s-2", "rad/s²"), ("kg m2", "kg m²"), ("kg m^2", "kg m²"),
@@ -221,9 +218,6 @@ def test_picked_values_are_even_and_keep_the_nominal_one() -> None:
             assert {chosen[0], chosen[-1]} <= {0, size - 1} | {keep}
 
 
-# ----------------------------------------------------------------------------- kinds
-
-
 def test_a_new_kind_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     def draw_mine(study, names):
         figure, panels = new_sheet(1, 1, 2.0)
@@ -244,9 +238,6 @@ def test_a_shaking_force_without_its_directions_is_a_curve() -> None:
     data = xr.Dataset({"shaking_force": force})
     data.coords["crank_angle"] = ("crank_angle", angles(), attributes("crank_angle"))
     assert set(plates(data)) == {"shaking_force"}
-
-
-# ----------------------------------------------------------------------------- the thesis
 
 
 def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
@@ -290,7 +281,6 @@ def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     assert "$Z$ = 8" in words(eight)
     rods = legend_texts(thesis_plates["kinematics"])
     assert rods == ["0.25, $m$ = 6.67 kg (nominal)", "0.3333, $m$ = 6.95 kg"]
-    # Published values stand beside computed ones.
     data = thesis_like()
     figure = thesis_plates["delta_inertia"]
     assert legend_texts(figure) == [
@@ -298,18 +288,18 @@ def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     ]  # fmt: skip
     lines = figure.axes[0].get_lines()
     members = [3, 0, 4, 2]
-    np.testing.assert_array_equal(lines[0].get_xdata(), [0.5, 2, 5, 12])
-    np.testing.assert_array_equal(lines[0].get_ydata(), data.delta.values[members])
-    np.testing.assert_array_equal(lines[1].get_ydata(), data.delta_published.values[members])
+    assert_array_equal(lines[0].get_xdata(), [0.5, 2, 5, 12])
+    assert_array_equal(lines[0].get_ydata(), data.delta.values[members])
+    assert_array_equal(lines[1].get_ydata(), data.delta_published.values[members])
     assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
     percent = thesis_plates["published"].axes[0].get_lines()[0].get_xdata()
-    np.testing.assert_allclose(percent, np.full(14, 100 * (1 / 1.02 - 1)))  # one is not published
+    assert_allclose(percent, np.full(14, 100 * (1 / 1.02 - 1)))  # one is not published
     # Friction is drawn as it acts.
     figure = thesis_plates["torque_components"]
     lines = dict(zip(legend_texts(figure), figure.axes[0].get_lines(), strict=False))
     parts = [line.get_ydata() for line in list(lines.values())[:3]]
     total = list(lines.values())[3].get_ydata()
-    np.testing.assert_allclose(parts[0] + parts[1] + parts[2][0], total)
+    assert_allclose(parts[0] + parts[1] + parts[2][0], total)
     assert any(text.startswith("\N{MINUS SIGN}Mean friction torque") for text in lines)
 
 
@@ -338,9 +328,6 @@ def test_what_is_left_of_figures_and_of_published_values_in_other_units() -> Non
     assert "Torque and speed" in texts(found["torque_and_speed"])
     assert "load torque" not in words(found["torque_and_speed"]).lower()
     assert "published" not in found and "Published" not in words(found["delta_speed"])
-
-
-# ----------------------------------------------------------------------------- curves
 
 
 def test_curves_are_closed_or_have_a_gap() -> None:
@@ -403,16 +390,13 @@ def test_orders_and_padded_cylinders() -> None:
     assert "no value" not in words(found["torque_after_throw_cylinders"])
 
 
-# ----------------------------------------------------------------------------- any archive
-
-
 def test_one_axis_gives_curves_and_one_value_is_a_slice() -> None:
     data = product(inertia=[12.0, 0.5, 2.0, 6.0], speed=[1200.0])  # not in order
     found = plates(data)
     assert set(found) == {"omega_inertia", "delta_inertia"}
     line = found["delta_inertia"].axes[0].get_lines()[0]
-    np.testing.assert_array_equal(line.get_xdata(), [0.5, 2, 6, 12])
-    np.testing.assert_array_equal(line.get_ydata(), data.delta[:, 0].sortby("inertia").values)
+    assert_array_equal(line.get_xdata(), [0.5, 2, 6, 12])
+    assert_array_equal(line.get_ydata(), data.delta[:, 0].sortby("inertia").values)
     assert "(kg m²)" in words(found["delta_inertia"])
     assert "$n$ = 1200 rpm" in texts(found["delta_inertia"])
 
@@ -423,7 +407,7 @@ def test_maps_over_two_axes_and_more() -> None:
     panel = found["delta_map_inertia_speed"].axes[0]
     assert (panel.get_xscale(), panel.get_yscale()) == ("log", "linear")
     (mesh,) = [item for item in panel.collections if isinstance(item, QuadMesh)]
-    np.testing.assert_array_equal(
+    assert_array_equal(
         np.ma.filled(mesh.get_array(), np.nan), data.delta.transpose("speed", "inertia").values
     )
     said = words(found["delta_map_inertia_speed"])
@@ -431,7 +415,6 @@ def test_maps_over_two_axes_and_more() -> None:
     assert "(rpm)" in said
     assert "Coefficient of speed fluctuation $\\delta$ (–)" in said
     assert {"delta_inertia", "delta_speed"} <= set(found)
-    # Three axes give at most nine maps.
     axes = {"inertia": np.geomspace(0.5, 12, 13), "speed": np.linspace(600, 3000, 12)}
     data = product(**axes, load=np.arange(0, 91, 9))[["delta", "status"]]
     figure = plates(data)["delta_map_inertia_speed_by_load"]
@@ -439,7 +422,6 @@ def test_maps_over_two_axes_and_more() -> None:
     assert len(panels) == 9
     assert panels[0].get_title(loc="left") == "$L$ = 0 %"
     assert "9 of 11 values of load shown" in texts(figure)
-    # More axes are cut and the slice is stated.
     axes = {"inertia": np.geomspace(0.5, 12, 5), "speed": np.linspace(600, 3000, 6)}
     data = product({"method": ["thesis", "newton"]}, **axes, load=[0.0, 50.0, 90.0])
     figure = plates(data)["delta_map_inertia_speed_by_method"]
@@ -449,7 +431,7 @@ def test_maps_over_two_axes_and_more() -> None:
     assert "$L$ = 90 %; newton" in texts(figure)
     (mesh,) = [c for c in figure.axes[0].collections if isinstance(c, QuadMesh)]
     expected = data.delta.sel({"load": 90.0, "method": 1}).transpose("speed", "inertia").values
-    np.testing.assert_array_equal(np.ma.filled(mesh.get_array(), np.nan), expected)
+    assert_array_equal(np.ma.filled(mesh.get_array(), np.nan), expected)
 
 
 @pytest.mark.parametrize(
@@ -490,9 +472,6 @@ def test_a_single_design_gives_curves_and_no_table() -> None:
     assert set(plates(thesis_like().isel(design=[0]))) == set(found)
 
 
-# ------------------------------------------------------------- nothing that is not there
-
-
 def constant_map(noise: float, tolerance: float) -> xr.Dataset:
     """A wanted delta over two axes, met to some relative noise."""
     data = product(inertia=np.geomspace(2, 12, 6), speed=np.linspace(1500, 3000, 7))
@@ -506,7 +485,6 @@ def constant_map(noise: float, tolerance: float) -> xr.Dataset:
 @pytest.mark.parametrize(("noise", "tolerance"), [(1e-9, 1e-6), (9e-4, 1e-3)])
 def test_what_the_tolerance_leaves_is_no_map(noise: float, tolerance: float) -> None:
     assert plates(constant_map(noise, tolerance)) == {}
-    # Designs that failed are not the same as the others.
     for code, said in ((status.STALLED, "Stalled"), (status.TOLERANCE_NOT_MET, "Tolerance not")):
         data = constant_map(0.0, tolerance)
         data["status"][0, 0] = code
@@ -578,9 +556,6 @@ def test_a_number_of_all_designs_beside_its_published_value() -> None:
     assert dots.get_xdata()[0] == pytest.approx(100 * (0.4446 / 0.445 - 1))
 
 
-# ----------------------------------------------------------------------------- outcomes
-
-
 def test_designs_without_an_answer() -> None:
     data = product(inertia=[0.5, 1.1, 1.6, 4.0, 12.0], speed=[600.0, 1200, 2000, 3000, 4000])
     found = plates(data)
@@ -591,13 +566,12 @@ def test_designs_without_an_answer() -> None:
     stalled = int((data.status == status.STALLED).sum())
     said = " ".join(legend_texts(found["status"]))
     assert f"Stalled ({100 * stalled / data.status.size:.3g} %)" in said
-    # Designs without an answer are marked on curves.
     data = product(inertia=[0.2, 0.28, 0.4, 1.0, 4.0, 12.0])
     found = plates(data)
     figure = found["delta_inertia"]
     assert legend_texts(figure) == ["Computed", "Not converged", "Stalled", "Tolerance not met"]
     drawn = figure.axes[0].get_lines()[0].get_ydata()
-    np.testing.assert_array_equal(np.isfinite(drawn), np.isfinite(data.delta.values))
+    assert_array_equal(np.isfinite(drawn), np.isfinite(data.delta.values))
     assert any("stalled" in text for text in legend_texts(found["omega_inertia"]))
     infinite = product(inertia=np.linspace(2, 12, 6))[["delta"]]
     infinite["delta"][2] = np.inf
@@ -612,7 +586,6 @@ def test_designs_without_an_answer() -> None:
     assert legend_texts(found["omega_inertia"])[0] == "0.5: stalled"
     assert "Stalled" in legend_texts(found["delta_load"])
     assert any("stalled" in text for text in legend_texts(found["torque_components_load"]))
-    # A study in which all failed.
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))
     data["status"][:] = status.NO_STEADY_STATE
     for name in ("delta", "omega"):
@@ -621,9 +594,6 @@ def test_designs_without_an_answer() -> None:
     for stem in ("delta_map_inertia_speed", "delta_inertia", "omega_inertia", "status"):
         assert "no steady state" in words(found[stem]).lower(), stem
     assert not found["delta_inertia"].axes[0].yaxis.get_tick_params()["labelleft"]
-
-
-# ----------------------------------------------------------------------------- lists of designs
 
 
 def unrelated(count: int, labels: list[str] | None = None) -> xr.Dataset:
@@ -686,9 +656,6 @@ def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
     assert "unit N m s^alpha" in texts(figure)
 
 
-# ----------------------------------------------------------------------------- files
-
-
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_files_are_written_and_come_out_the_same_again(tmp_path, kind: str) -> None:
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))[["delta"]]
@@ -727,13 +694,8 @@ assert sweeps.figures.draw(data, {str(tmp_path)!r})
 assert "matplotlib.figure" in sys.modules
 assert "matplotlib.pyplot" not in sys.modules
 """
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120
-    )
+    done = python(code, environment={"PYTHONWARNINGS": "error"}, timeout=120)
     assert done.returncode == 0, done.stderr
-
-
-# ----------------------------------------------------------------------------- arrangements
 
 
 def described(*texts: str, **factors: tuple[float, ...]) -> xr.Dataset:
@@ -756,7 +718,6 @@ def test_arrangements_are_drawn_with_their_firing_stars() -> None:
     assert texts(plate).count("90°") == 8
     for members in ("1, 3, 5, 7", "2, 4, 6, 8", "1, 2", "3, 4", "5, 6", "7, 8"):
         assert members in said
-    # Each arrangement of an axis is drawn.
     found = plates(described("V4 90", "boxer 4", "in-line 4"))
     assert set(found) == {
         f"{kind}_{name}"
@@ -766,7 +727,6 @@ def test_arrangements_are_drawn_with_their_firing_stars() -> None:
     assert "intervals" in words(found["arrangement_V4_90_shared-pin"])
     assert "Boxer 4" in words(found["arrangement_boxer_4"])
     assert plates(described("in-line 1")) == {}
-    # Banks stand about the middle and flat engines lie.
     assert arrangement._middle(np.array([0.0, 0.0, 90.0])) == pytest.approx(45.0)
     assert arrangement._middle(np.array([0.0, 180.0])) == pytest.approx(90.0)
     assert arrangement._middle(np.arange(0.0, 360.0, 40.0)) == 0.0

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES, QUANTITIES
@@ -47,7 +48,7 @@ def test_torque_from_in_front_of_the_cut(model: str, cylinders: int) -> None:
         driving = found["gas_torque"] + found["inertia_torque_actual"] - found["friction_torque"]
         in_front = driving - turning * rate
     near = 2e-4 * float(np.ptp(in_front.values))
-    np.testing.assert_allclose(found["flywheel_shaft_torque"], in_front, rtol=0.0, atol=near)
+    assert_allclose(found["flywheel_shaft_torque"], in_front, rtol=0.0, atol=near)
 
 
 def test_limits_of_the_cut() -> None:
@@ -58,8 +59,8 @@ def test_limits_of_the_cut() -> None:
             set={"auxiliary_inertia": 2.0},
         )
     )
-    np.testing.assert_array_equal(found["flywheel_shaft_torque"], found["load_torque"])
-    np.testing.assert_array_equal(found["load_shaft_torque"], found["load_torque"])
+    assert_array_equal(found["flywheel_shaft_torque"], found["load_torque"])
+    assert_array_equal(found["load_shaft_torque"], found["load_torque"])
     found = sweeps.run(
         scene(
             ["flywheel_shaft_torque", "torque", "engine_inertia"],
@@ -68,7 +69,7 @@ def test_limits_of_the_cut() -> None:
         )
     )  # fmt: skip
     assert float(found["engine_inertia"]) < 1e-7
-    np.testing.assert_allclose(
+    assert_allclose(
         found["flywheel_shaft_torque"],
         found["torque"],
         atol=2e-4 * float(np.ptp(found["torque"].values)),
@@ -116,7 +117,7 @@ def test_a_driver_acts_behind_the_cut() -> None:
     )  # fmt: skip
     rest = found["load_torque"] - found["driver_torque"]
     expected = rest + found["angular_acceleration"]
-    np.testing.assert_allclose(found["flywheel_shaft_torque"], expected, rtol=1e-12)
+    assert_allclose(found["flywheel_shaft_torque"], expected, rtol=1e-12)
     # The compressor takes torque: the shaft hands it on from the motor to the running gear.
     mean = float(found["flywheel_shaft_torque_mean"])
     assert mean == pytest.approx(float(found["torque_mean"]), rel=1e-4) and mean < 0.0
@@ -134,7 +135,7 @@ def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
         found = alone[name + "_rms"]
         assert found.dims == tuple(d for d in curves[name].dims if d != "crank_angle")
         assert found.attrs["units"] == curves[name].attrs["units"]
-        np.testing.assert_allclose(found, expected, rtol=1e-14)
+        assert_allclose(found, expected, rtol=1e-14)
     assert alone["gas_force_rms"].dims == ()
     # A step of one degree is fine enough beside a twentieth of it.
     own = {"engine": "ntua", "set": PARTS}
@@ -159,7 +160,7 @@ def test_names_that_there_were_before_mean_the_same() -> None:
     found = sweeps.run(scene([*pairs, *pairs.values()], set={**PARTS, **more}))
     for name, curve in pairs.items():
         mean = found[curve].mean("crank_angle")
-        np.testing.assert_allclose(found[name], mean, rtol=2e-5, err_msg=name)
+        assert_allclose(found[name], mean, rtol=2e-5, err_msg=name)
     vector = sweeps.run(scene(["shaking_force_rms", "shaking_force"], set={**PARTS, **more}))
     size = np.sqrt((vector["shaking_force"] ** 2).sum("direction").mean("crank_angle"))
     assert float(vector["shaking_force_rms"]) == pytest.approx(float(size), rel=1e-9)

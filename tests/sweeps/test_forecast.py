@@ -13,13 +13,7 @@ from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.planning import forecast
 from sweeps.planning.blocks import divided
-from sweeps.planning.forecast import (
-    diagram_count,
-    seconds,
-    seconds_of_computing,
-    text,
-    work_of,
-)
+from sweeps.planning.forecast import diagram_count, seconds, seconds_of_computing, text, work_of
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.rates import SECONDS
 from sweeps.scene.reading import read_scene
@@ -69,7 +63,6 @@ def test_sets_of_cylinders_and_traces_are_told() -> None:
     told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
     assert "work over the angle of up to 2 diagrams and 3 sets of cylinders, for 72 designs" in told
     assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
-    # Traces are told.
     assert "traces over crank angle kept: none" in text(plan_of("delta"))
     assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
     assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))

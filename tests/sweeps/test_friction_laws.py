@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.reading.engine_files import load_engine
@@ -62,15 +63,15 @@ def test_shares_add_up_and_the_law_makes_the_torque() -> None:
     ]
     for found in both:
         parts = sum(found[name] for name in PARTS)
-        np.testing.assert_allclose(parts, found["fmep_components"], rtol=1e-12)
-        np.testing.assert_allclose(sum(found[name] for name in shares), 1.0, rtol=1e-12)
+        assert_allclose(parts, found["fmep_components"], rtol=1e-12)
+        assert_allclose(sum(found[name] for name in shares), 1.0, rtol=1e-12)
     usual, by_component = both
     for name in (*PARTS, *shares, "fmep_components"):  # whatever law the friction is by
-        np.testing.assert_array_equal(usual[name], by_component[name])
-    np.testing.assert_array_equal(by_component["fmep"], by_component["fmep_components"])
+        assert_array_equal(usual[name], by_component[name])
+    assert_array_equal(by_component["fmep"], by_component["fmep_components"])
     assert (np.abs(usual["fmep"] / usual["fmep_components"] - 1.0) > 0.01).any()
     torque = by_component["fmep"] * 1e5 * by_component["displacement"] / (4.0 * np.pi)
-    np.testing.assert_allclose(by_component["friction_torque"], torque, rtol=1e-12)
+    assert_allclose(by_component["friction_torque"], torque, rtol=1e-12)
     # The gas presses on the rings: less of it at part load. All else knows no load.
     assert (by_component["fmep_ring_gas_pressure"].diff("load") > 0.0).all()
     assert set(by_component["fmep_valve_train"].dims) == {"speed"}
@@ -113,7 +114,7 @@ def test_the_curve_of_one_cylinder_by_hand() -> None:
         + skirt * of_skirt / of_skirt.mean("crank_angle")
     )  # fmt: skip
     expected = found["friction_torque"] * shape
-    np.testing.assert_allclose(found["instantaneous_friction_torque"], expected, rtol=2e-4)
+    assert_allclose(found["instantaneous_friction_torque"], expected, rtol=2e-4)
     assert 0.1 < float(rings) < 0.6 and 0.05 < float(skirt) < 0.6
 
 
@@ -125,9 +126,7 @@ def test_a_speed_characteristic_finds_the_load() -> None:
         set={**LAW, **rated}, axes={"speed": [2500, 4000]},
         characteristic={"kind": "spark ignition"},
     )  # fmt: skip
-    np.testing.assert_allclose(
-        found["torque_mean"], 0.6 * found["characteristic_torque"], rtol=1e-6
-    )
+    assert_allclose(found["torque_mean"], 0.6 * found["characteristic_torque"], rtol=1e-6)
     for speed in (2500, 4000):
         load = float(found["characteristic_load"].sel(speed=speed))
         alone = run(FOUR, "fmep", set={**LAW, "speed": speed, "load": load})
@@ -218,7 +217,7 @@ def test_a_bearing_pressure_is_its_load_over_the_projected_area(bearing: str) ->
         width = pressure[f"{bearing}_width"]
         assert width.values.tolist() == widths
         expected = (load / (diameter * width) * 1e-6).transpose(*pressure.dims)
-        np.testing.assert_allclose(pressure, expected, rtol=1e-12)
+        assert_allclose(pressure, expected, rtol=1e-12)
         assert f"{bearing}_width" not in load.dims
 
 

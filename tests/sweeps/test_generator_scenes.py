@@ -28,7 +28,6 @@ STROKES = ["intake_duration", "compression_duration", "expansion_duration", "exh
 
 
 def run(quantities: list[str], engine: Any = ENGINE, **tables: Any) -> xr.Dataset:
-    """What a scene of the diesel gives."""
     own = {**SET, **tables.pop("set", {})}
     for table in ("axes", "designs"):
         own = {key: value for key, value in own.items() if key not in tables.get(table, {})}

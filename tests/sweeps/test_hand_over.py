@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 import pyuff
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -58,9 +59,6 @@ def sum_of_orders(mean: float, table: pd.DataFrame, angle: Any) -> Any:
     return mean + parts.sum(axis=1)
 
 
-# --- orders as a table ----------------------------------------------------------------------------
-
-
 def test_orders_are_a_table_with_its_convention(archive: xr.Dataset, tmp_path: Path) -> None:
     done = sweeps.export(archive, tmp_path / "t.csv", orders="throw_torque")
     head = [line for line in (tmp_path / "t.csv").read_text().splitlines() if line[0] == "#"]
@@ -71,11 +69,11 @@ def test_orders_are_a_table_with_its_convention(archive: xr.Dataset, tmp_path: P
     assert done.columns == (*archive["throw_torque_order"].dims, *table.columns[3:])
     expected = archive[["throw_torque_order", "throw_torque_phase", "order_frequency"]]
     rows = expected.to_dataframe(list(archive["throw_torque_order"].dims)).reset_index()
-    np.testing.assert_array_equal(table["amplitude"], rows["throw_torque_order"])
-    np.testing.assert_array_equal(table["phase"], rows["throw_torque_phase"])
-    np.testing.assert_allclose(table["order_frequency"], table["order"] * table["speed"] / 60)
+    assert_array_equal(table["amplitude"], rows["throw_torque_order"])
+    assert_array_equal(table["phase"], rows["throw_torque_phase"])
+    assert_allclose(table["order_frequency"], table["order"] * table["speed"] / 60)
     number = table["amplitude"] * np.exp(1j * np.deg2rad(table["phase"]))
-    np.testing.assert_allclose(table["real"] + 1j * table["imaginary"], number, rtol=1e-12)
+    assert_allclose(table["real"] + 1j * table["imaginary"], number, rtol=1e-12)
 
 
 @pytest.mark.parametrize("more", [(), ("--units", "torque_order=kN*m,torque_phase=rad")])
@@ -92,7 +90,7 @@ def test_a_table_of_orders_is_read_as_a_torque(
         {"order": one["order"], "amplitude": one["torque_order"], "phase": one["torque_phase"]}
     )
     expected = sum_of_orders(mean, table, found["crank_angle"].values)
-    np.testing.assert_allclose(found["torque"], expected, atol=1e-12 * np.abs(expected).max())
+    assert_allclose(found["torque"], expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_sine_and_cosine_are_read_as_harmonics_are(tmp_path: Path) -> None:
@@ -102,7 +100,7 @@ def test_sine_and_cosine_are_read_as_harmonics_are(tmp_path: Path) -> None:
         sweeps.run(engine_of(tmp_path, f"{way}\nmean = 25\n"))["torque"]
         for way in ('file = "t.csv"', f"harmonics = {rows}")
     )
-    np.testing.assert_array_equal(found, expected)
+    assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize(
@@ -130,8 +128,6 @@ def test_orders_that_cannot_be_written(archive: xr.Dataset, tmp_path: Path) -> N
         sweeps.export(archive, tmp_path / "t.csv", orders="torque", quantities="torque_order")
 
 
-# --- universal files ------------------------------------------------------------------------------
-
 DIGITS = 1e-11
 """Of ordinates: twelve digits are written."""
 
@@ -150,8 +146,8 @@ def test_a_universal_file_has_a_data_set_for_each_curve(
     assert done.columns == ("crank_angle", "torque", "omega")
     designs = [(name, place) for name in ("torque", "omega") for place in range(2)]
     for (name, place), one in zip(designs, sets, strict=True):
-        np.testing.assert_array_equal(one["x"], archive["crank_angle"])
-        np.testing.assert_allclose(one["data"], archive[name][place], rtol=DIGITS)
+        assert_array_equal(one["x"], archive["crank_angle"])
+        assert_allclose(one["data"], archive[name][place], rtol=DIGITS)
         assert one["id1"].startswith(f"{name}: ") and "in-line four" in one["id2"]
         assert one["id4"] == f"speed = {(1500, 3000)[place]} rpm"
         assert "phi = 0: firing dead centre of cylinder 1" in one["id5"]
@@ -172,10 +168,10 @@ def test_abscissas_of_more_than_six_digits_are_written_one_by_one(
     sweeps.export(thirds, tmp_path / "t.uff", orders="torque")
     (one, _) = data_sets(tmp_path / "t.uff")
     assert one["abscissa_spacing"] == 0
-    np.testing.assert_allclose(one["x"], thirds["order"], rtol=5.1e-6)
+    assert_allclose(one["x"], thirds["order"], rtol=5.1e-6)
     phase = np.deg2rad(archive["torque_phase"][0])
     expected = archive["torque_order"][0] * np.exp(1j * phase)
-    np.testing.assert_allclose(one["data"], expected, rtol=DIGITS)
+    assert_allclose(one["data"], expected, rtol=DIGITS)
 
 
 @pytest.mark.parametrize("more", [(), ("--units", "torque=kN*m")])
@@ -188,7 +184,7 @@ def test_a_torque_of_a_universal_file_is_read_as_points(
     found = sweeps.run(engine_of(tmp_path, 'file = "t.uff"\n'))["torque"]
     expected = archive["torque"].sel(speed=3000)
     here = expected.sel(crank_angle=found["crank_angle"])
-    np.testing.assert_allclose(found, here, atol=DIGITS * np.abs(expected).max().item())
+    assert_allclose(found, here, atol=DIGITS * np.abs(expected).max().item())
 
 
 def test_orders_of_a_universal_file_are_read_as_a_torque(
@@ -201,7 +197,7 @@ def test_orders_of_a_universal_file_are_read_as_a_torque(
         "order": one["order"], "amplitude": one["torque_order"][0], "phase": one["torque_phase"][0]
     })  # fmt: skip
     expected = sum_of_orders(25, table, found["crank_angle"].values)
-    np.testing.assert_allclose(found, expected, atol=10 * DIGITS * np.abs(expected).max())
+    assert_allclose(found, expected, atol=10 * DIGITS * np.abs(expected).max())
 
 
 def test_designs_without_values_are_left_out_and_told(archive: xr.Dataset, tmp_path: Path) -> None:
@@ -214,8 +210,6 @@ def test_designs_without_values_are_left_out_and_told(archive: xr.Dataset, tmp_p
     told = invoke("export", tmp_path / "a.nc", "-o", tmp_path / "again.uff")
     assert "do not have values: omega (speed = 3000 rpm)" in told.stderr
 
-
-# --- FMU ------------------------------------------------------------------------------------------
 
 DRIVER = """
 import json, sys
@@ -258,10 +252,10 @@ def test_an_fmu_has_the_curves_of_a_design_over_any_angle(
     expected = np.stack([one["torque"], one["omega"]], axis=1)
     for turned in (0.0, -8.0 * np.pi, 20.0 * np.pi):
         found = outputs_of(tmp_path / "t.fmu", angle + turned)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * 1e3)
+        assert_allclose(found, expected, rtol=0, atol=1e-9 * 1e3)
     times = np.deg2rad(np.arange(721.0)) / 150.0
     driven = outputs_of(tmp_path / "t.fmu", np.full(720, angle[0]), 150.0, times)
-    np.testing.assert_allclose(driven, np.roll(expected, -1, axis=0), rtol=0, atol=1e-9 * 1e3)
+    assert_allclose(driven, np.roll(expected, -1, axis=0), rtol=0, atol=1e-9 * 1e3)
 
 
 def test_an_fmu_interpolates_with_the_error_of_its_cubic(
@@ -298,9 +292,6 @@ def test_the_description_of_an_fmu(archive: xr.Dataset, tmp_path: Path) -> None:
     declared = {unit.attrib["name"]: unit[0].attrib for unit in root.iter("Unit")}
     assert declared["N.m"] == {"kg": "1", "m": "2", "s": "-2"} and len(declared) == 3
     assert [child.tag for child in root[-1]] == ["Outputs", "InitialUnknowns"]
-
-
-# --- what is refused ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import base64
 import json
 import os
 import socket
-import subprocess
 import sys
 import tempfile
 import time
@@ -40,15 +39,12 @@ from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.support.archives import PLAIN, SMALL, interrupted_files, sound_archive
 from tests.support.commands import invoke, ok, refused
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import ROOT, python
 
 SCENE = 'engine = "ntua"\n[output]\nquantities = ["delta"]\n'
 
 unix = pytest.mark.skipif(sys.platform == "win32", reason="has no such files")
 
-
-# --- references ---------------------------------------------------------------------------------
 
 REFERENCES = {
     "indicator": '[indicator]\nfile = "{}"\n', "designs": '[designs]\nfile = "{}"\n',
@@ -135,8 +131,6 @@ def test_servers_are_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     ok("info", "http://localhost/x.nc")
 
 
-# --- texts --------------------------------------------------------------------------------------
-
 TEXTS: dict[str, tuple[bytes, str]] = {
     "a whole number of 5000 digits": (b"x = " + b"9" * 5000, "not TOML: .*digits"),
     "deep lists": (b"x = " + b"[" * 100_000, "nested too deeply"),
@@ -219,8 +213,6 @@ def test_a_published_table_does_not_spread_over_all_axes(tmp_path: Path) -> None
     (tmp_path / "scene.toml").write_text(SCENE + f'[axes]\n{axes}\n[reference]\nfile = "p.csv"\n')
     assert "over 9999 x 9999 points" in refused("plan", tmp_path / "scene.toml")
 
-
-# --- memory -------------------------------------------------------------------------------------
 
 LIMITED = """
 import resource, sys
@@ -320,10 +312,7 @@ def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
 def test_small_files_do_not_fill_the_memory(tmp_path: Path) -> None:
     commands = list(bombs(tmp_path))
     assert all(p.stat().st_blocks * 512 < 50e6 for p in tmp_path.iterdir() if p.is_file())
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED], input="\n".join("\t".join(c) for c in commands),
-        capture_output=True, text=True, cwd=ROOT, timeout=1200,
-    )  # fmt: skip
+    done = python(LIMITED, input="\n".join("\t".join(c) for c in commands), timeout=1200)
     assert done.returncode == 0, done.stderr[-2000:]
     lines = done.stdout.splitlines()
     assert len(lines) == len(commands)
@@ -333,9 +322,6 @@ def test_small_files_do_not_fill_the_memory(tmp_path: Path) -> None:
             assert status == "2", (command, line)
         assert int(more) < 700, (command, line)  # megabytes
         assert "Traceback" not in message
-
-
-# --- outputs ------------------------------------------------------------------------------------
 
 
 @unix
@@ -369,6 +355,7 @@ def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
     path.write_bytes(sound_archive())
     ok("plot", path, "--format", "svg")
     figures = sorted((tmp_path / "a").iterdir())
+    assert {figure.suffix for figure in figures} == {".svg"}
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
     figures[0].unlink()
@@ -528,9 +515,6 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
     assert "no such file" in refused("plan", folder / os.fsdecode(b"\xfc.toml"))
 
 
-# --- archives -----------------------------------------------------------------------------------
-
-
 def test_texts_of_an_archive_stay_on_their_lines(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -613,48 +597,19 @@ def test_rerun_reads_no_file_but_the_archive(
     assert not (tmp_path / "out.nc").exists()
 
 
-ELSEWHERE = {
-    "external storage": """
-        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBstBtQNNh5ivwIyqPyTI1RWk+j8agNlz
-        ggVCczCMgpEIPFwdA0B0BDwdQdMFE6q6pPyiVOT06EGhvYJQm9DTNQ+DAzR9szGIAFNlcXJqHshiSUZGsA4BuBs4
-        UPIHE1IiZoTqZ0RSwAjNKYyMEAFosofTzECTGbGYzwqkQXwmJiawMDuDBtR8EGZkmIAj/8DM5YDay8wIy3ksaCoT
-        6BrPEmjlygY05xSnJhelluglZeZB+MF+/i4gf8L818A8mmdGwSggBNyd/X0YkQpUlHIKCKprUdXf4B8Ns1EwCkbB
-        KBgFo2AUjIJRMApGwSgYBaNgqAEAeIRC3w==
-    """,
-    "external link": """
-        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBctBtQNNh5ivwAzhz4CKhwS5uiKbj27P
-        KBjZwMPVMQBER0D5HFD6BBOqOlg6DKCSvTwMDlBz2RhEgLYWJ6fmpQL5koyM4JQsALeTA8V+JiRHMoL5Emg5CjWF
-        cwEVMyLZywZVz8jhwJKUX5TKx8BQnJpclFqil2HKoF8xmiBGwSgYBRQDd2d/H0YGaEGGXn4BQXUtqvob/KNhNgpG
-        wSgYBaNgFIyCUTAKRsEoGAWjYBQMNQAAh8VEJA==
-    """,
-    "virtual": """
-        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBstBtQNNh5ivwIyqPyTI1RWk+j8agNkz
-        gQVCczCMgpEIPFwdA0B0BDwdQcAJJlR1SflFqcjp0YNCewWhNqGnax4GB2j6ZmMQAabK4uTUPJDFkoyMYB0CcDdw
-        oOQPJqREzAjVz4ikgBGaUxgZIQLQZA+nmYEmM2IxnxVIg/hMzEyMEFGIu1mYYbZBHC6E5J5CbqZshM8GBwj283dh
-        BLoOls8bmEfT/igYBbQC7s7+PoxIBSpKOQUE1bWofE8GtAq/ODW5KLVEL8OUoYKBGUkcpokRqcBmROKD1D5sD/qM
-        5p4K/tE4GQWjYBSMglEwCkbBKBgFo2AUjIJRMAqoDQCZWzuw
-    """,
-    "in a group": """
-        eNrtmMFKw0AQhnd2k3Ypiit4aHvy6MlnqNhoDtKK9dBjaVnES4XWmwge65vkUfoIPoJvUbPJbMisIEqLIM4HYdjd
-        2UxI/lnI/5r2L/Zb3ZZwaC0iYUSdDTLu0rFfn2AEjCuMmfTzqlhr47zB+x8ruv/2Jklc9ibA1+k1yqgF8x9Jk7Nr
-        F8eVjkrWkubdBXpMt6x7iJVCXe+JHtZpiKNclcuZndt83AEodpjqGTR5HlkTMRQXkP7w9TLsj3X8vf4wHe4P7o/P
-        /fEe07zpw8Lusj9Gg2HfKdjr7kXR/gt1zHz9/drB+ZU1ad7Szhb28XR6P99N3cvz4RXUBEPOqZynZ5r/dsDfimEY
-        hmEYhmEYhmH+Gs6/hNqPP6ADAVBORJjnoxKmSA39zTiPbiylLKab4gT9zdLjXKGPEfqT/r4a6yrwzmYUZE5+5X2E
-        flZlyDA/4gPRHluh
-    """,
-}
+ELSEWHERE = ROOT / "tests" / "data" / "stored_elsewhere"
 """HDF5 files of one variable, `bore`, whose values are those of `secret.bin` or `secret.h5`; made
-by h5py, compressed by zlib, in base64."""
+by h5py."""
 
 
-@pytest.mark.parametrize("kind", ELSEWHERE)
+@pytest.mark.parametrize("kind", ["external_storage", "external_link", "virtual", "in_a_group"])
 def test_archives_and_tables_that_lead_to_other_files(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "secret.bin").write_bytes(b"1234")
     path = tmp_path / "a.nc"
-    path.write_bytes(zlib.decompress(base64.b64decode(ELSEWHERE[kind])))
+    path.write_bytes((ELSEWHERE / f"{kind}.h5").read_bytes())
     for command in (["info"], ["rerun", "-o", "out.nc"], ["export", "-o", "out.csv"]):
         told = refused(command[0], path, *command[1:])
         assert "is stored outside the file" in told

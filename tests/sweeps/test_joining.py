@@ -10,6 +10,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.archive.contents import read_contents
@@ -39,9 +40,6 @@ LONG = {
     "axes": {"inertia": np.geomspace(1.0, 12.0, 1500).tolist(), "load": [10, 50]},
     "output": {"quantities": ["delta", "omega_max"]},
 }
-
-
-# --- shards -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["scene", "table", "long"])
@@ -94,9 +92,6 @@ def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
 
 
-# --- merge --------------------------------------------------------------------------------------
-
-
 SPEEDS = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
 LOADS = {"load": [10.0, 30.0, 50.0, 90.0], "inertia": np.geomspace(1.0, 12.0, 12).tolist()}
 
@@ -137,7 +132,7 @@ def test_values_in_no_order_stay_as_they_come(tmp_path: Path) -> None:
     with open_archive(tmp_path / "more.nc") as more:
         assert more["speed"].values.tolist() == [1500, 1000, 1300, 1600, 1100]
         expected = sweeps.run({**scene, "axes": {"speed": more["speed"].values}})
-        np.testing.assert_array_equal(more["delta"], expected["delta"])
+        assert_array_equal(more["delta"], expected["delta"])
 
 
 def changed(path: Path, target: Path, name: str, place: Any, value: float) -> Path:
@@ -190,9 +185,6 @@ def test_conflicts_are_errors(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("no.nc*")) and not list(tmp_path.glob("*.partial"))
 
 
-# --- extend -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("axis", "values"), [("speed", "1300,1100"), ("speed", "900"), ("inertia", "4.2,20,1")]
 )
@@ -216,7 +208,7 @@ def test_extend_computes_only_what_is_new(
     with open_archive(path) as found:
         assert found[axis].values.tolist() == union.tolist()
         for name in expected.variables:
-            np.testing.assert_array_equal(found[name], expected[name])
+            assert_array_equal(found[name], expected[name])
         assert len(found.attrs["history"].splitlines()) == 3
         # What is there now can be extended again, merged, made again.
         assert json.loads(found.attrs["scene"])["axes"][axis] == union.tolist()
@@ -321,7 +313,7 @@ def assert_extended(path: Path) -> None:
         raw = json.loads(found.attrs["scene"])
         expected = sweeps.run({**raw, "axes": {**raw["axes"], "speed": speeds.tolist()}})
         for name in expected.data_vars:
-            np.testing.assert_array_equal(found[name], expected[name])
+            assert_array_equal(found[name], expected[name])
 
 
 def test_the_same_command_goes_on_with_an_extension(
@@ -347,7 +339,6 @@ def test_the_same_command_goes_on_with_an_extension(
     count = len(seen) + 3
     assert_extended(path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-    # In one go it would have been as many blocks.
     seen.clear()
     run(tmp_path / "scene.toml", path, overwrite=True)
     seen.clear()
@@ -395,9 +386,6 @@ def test_an_extension_killed_at_its_last_moments(
     ok("extend", path, "--axis", EXTENSION)
     assert_extended(path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-
-
-# --- rerun --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["files", "table", "long", "thesis"])

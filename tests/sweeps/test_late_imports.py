@@ -1,6 +1,7 @@
-"""What is not needed is not imported, with the packages or a command of theirs."""
+"""Imports: late ones, another package of the same name, and processes that are forked."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,10 @@ from pathlib import Path
 import pytest
 
 import sweeps
+from tests.support.archives import sound_archive
+from tests.support.commands import invoke, ok
 from tests.support.scenes import asking
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
 
 # Numba imports scipy itself where it is installed (scipy and its BLAS), and xarray imports cftime
 # and, by pandas, pyarrow: theirs are not counted. dask would be imported by xarray for every
@@ -41,11 +43,7 @@ def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None
         folder = tmp_path / name
         folder.mkdir()
         folder.joinpath("__init__.py").write_text(f"raise SystemExit('{name} was imported')\n")
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"],
-        cwd=ROOT, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
-    )  # fmt: skip
+    done = python(f"{code}\nimport sys; print(*sys.modules)", path=tmp_path)
     assert done.returncode == 0, done.stderr
     assert not LATE & set(done.stdout.splitlines()[-1].split())
 
@@ -62,10 +60,7 @@ def modules_after(*words: str) -> set[str]:
         f"main({list(words)!r}, standalone_mode=False)\n"
         "import sys; print(*sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return set(done.stdout.splitlines()[-1].split())
+    return set(python(code, check=True).stdout.splitlines()[-1].split())
 
 
 @pytest.mark.parametrize("command", ["list", "plan first", "info first", "schema"])
@@ -86,3 +81,103 @@ def test_a_run_prints_what_it_has_written_without_xarray(tmp_path: Path) -> None
     scene = tmp_path / "scene.toml"
     scene.write_text('engine = "ntua"\n[output]\nquantities = ["mean_piston_speed"]\n')
     assert not modules_after("run", str(scene), "-o", str(tmp_path / "out.nc")) & LABELS
+
+
+OURS = Path(sweeps.__file__).parent
+
+
+def command_in(folder: Path) -> subprocess.CompletedProcess[str]:
+    """`engine-dyn list classes` where the packages of a folder alone are installed."""
+    code = (
+        "import sys; sys.path = [p for p in sys.path if p != sys.argv[1]]; "
+        "from sweeps.cli.main import main; main(['list', 'classes'])"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", code, str(OURS.parent)], cwd=folder, capture_output=True, text=True
+    )
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> Path:
+    """A folder with both packages of this project."""
+    shutil.copytree(OURS, tmp_path / "sweeps", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "engine_dyn").symlink_to(OURS.parent / "engine_dyn")
+    return tmp_path
+
+
+def test_our_own_module_is_known(installed: Path) -> None:
+    done = command_in(installed)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"), [('__version__ = "0.3.0"\n', "another package's"), (None, "gone")]
+)
+def test_a_module_that_was_replaced_or_removed(
+    installed: Path, text: str | None, word: str
+) -> None:
+    init = installed / "sweeps" / "__init__.py"
+    if text is None:
+        init.unlink()
+    else:
+        init.write_text(text, encoding="utf-8")
+    done = command_in(installed)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert f"engine-dyn: engine-dyn's module sweeps is {word}" in done.stderr
+    assert "pip uninstall sweeps" in done.stderr
+
+
+def test_a_package_that_this_one_has_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert invoke("list", "classes").stderr == ""
+    about = tmp_path / "sweeps-0.3.0.dist-info" / "METADATA"
+    about.parent.mkdir()
+    about.write_text("Metadata-Version: 2.1\nName: sweeps\nVersion: 0.3.0\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    result = invoke("list", "classes")
+    assert result.exit_code == 0
+    assert result.stderr.startswith(
+        "warning: package 'sweeps' 0.3.0 is installed beside engine-dyn"
+    )
+    assert result.stderr.count("\n") == 1
+    assert result.stdout == ok("list", "classes")
+
+
+FORK = """
+import os, signal, sys
+from pathlib import Path
+from engine_dyn.pressure import memory
+from sweeps.reading import netcdf_child
+
+class Family:
+    pass
+
+family = Family()
+
+def remember():
+    return memory.remembered(family, "key", tuple)
+
+def read():
+    return netcdf_child.read_apart(Path(sys.argv[1]))
+
+def held(lock, wanted):
+    with lock:  # as another thread holds it; the child has only the thread that forks
+        child = os.fork()
+        if not child:
+            signal.alarm(20)
+            wanted()
+            os._exit(0)
+        return os.waitpid(child, 0)[1]
+
+lock = memory._making[id(family), "key"] = memory.threading.Lock()
+print(held(memory._lock, remember), held(lock, remember), held(netcdf_child._LOCK, read))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+def test_locks_are_free_in_a_fork(tmp_path: Path) -> None:
+    (tmp_path / "sound.nc").write_bytes(sound_archive())
+    told = python(FORK, tmp_path / "sound.nc", timeout=120)
+    assert told.stdout == "0 0 0\n", told.stderr

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.catalogue import ENGINES
@@ -38,13 +39,13 @@ def test_k_closes_the_balance_and_leaves_the_offset() -> None:
     nominal = SPEED * np.pi / 30.0
     law = found["load_linear"] * nominal + found["load_square"] * nominal**2
     surplus = found["torque_mean"] - 6.0
-    np.testing.assert_allclose(found["load_coefficient"] * law, surplus.broadcast_like(law))
-    np.testing.assert_allclose(found["load_torque_nominal"], found["load_coefficient"] * law)
+    assert_allclose(found["load_coefficient"] * law, surplus.broadcast_like(law))
+    assert_allclose(found["load_torque_nominal"], found["load_coefficient"] * law)
     omega = found["omega"]
     load = 6.0 + found["load_coefficient"] * (
         found["load_linear"] * omega + found["load_square"] * omega**2
     )
-    np.testing.assert_allclose(found["load_torque"], load.transpose(*found["load_torque"].dims))
+    assert_allclose(found["load_torque"], load.transpose(*found["load_torque"].dims))
     assert found["load_coefficient"].attrs["units"] == "1"
 
 
@@ -62,11 +63,9 @@ def test_an_engine_file_may_give_it_and_a_scene_another(tmp_path: Path) -> None:
     engine = engine_file(tmp_path, "load_linear = 2.0")
     own = sweeps.run({**scene(), "engine": engine})
     same = sweeps.run(scene(set={"load_exponent": 1.0}))
-    np.testing.assert_allclose(own["delta"], same["delta"], rtol=1e-6)
+    assert_allclose(own["delta"], same["delta"], rtol=1e-6)
     other = sweeps.run({**scene(set={"load_exponent": 2.0}), "engine": engine})
-    np.testing.assert_array_equal(
-        other["delta"], sweeps.run(scene(set={"load_exponent": 2.0}))["delta"]
-    )
+    assert_array_equal(other["delta"], sweeps.run(scene(set={"load_exponent": 2.0}))["delta"])
 
 
 @pytest.mark.parametrize(

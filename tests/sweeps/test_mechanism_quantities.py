@@ -1,9 +1,11 @@
-"""Series, forces, orders and bearing loads as scenes ask for them."""
+"""Series, forces, orders, bearing loads and the torque along the shaft, in scenes."""
 
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.forces import harmonics
@@ -28,7 +30,6 @@ def test_series_of_the_mechanism() -> None:
     assert found["acceleration_coefficient"].dims == ("crank_ratio", "order")
     assert found["order"].values.tolist() == list(range(1, 13))  # two-stroke
     assert found["acceleration_truncation_error"].dims == ("crank_ratio", "truncation")
-    # Shortened forms are a choice with a default.
     names = ["acceleration_truncated", "velocity_truncated", "position_truncated"]
     plain = computed(names)
     phi = np.radians(plain["crank_angle"].values)
@@ -38,7 +39,6 @@ def test_series_of_the_mechanism() -> None:
     exact = slider_crank.acceleration(phi, 9 / 35)
     error = np.abs(four["acceleration_truncated"].values - exact).max()
     assert 0.0 < error < np.abs(wanted - exact).max()
-    # Series of an offset mechanism are refused.
     for name in ("position_coefficient", "position_mean", "velocity_truncated",
                  "position_truncation_error"):  # fmt: skip
         with pytest.raises(SceneError, match=f"{name} is that of a centred mechanism"):
@@ -117,7 +117,6 @@ def test_kakaitsas_masses_of_the_rod() -> None:
     assert float(found["two_mass_rod_inertia"]) == pytest.approx(two, rel=1e-12)
     assert found["rod_inertia_excess"].values == pytest.approx([0.1 - two, 0.0], abs=1e-15)
     assert found["rod_torque_error"].values[1] == pytest.approx(0.0, abs=1e-12)
-    # Without the rod's inertia two masses are the rod.
     plain = computed(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
     for name in plain.data_vars:
         assert (plain[name] == 0.0).all(), name
@@ -207,7 +206,6 @@ def test_orders_cancel_and_throws_add_up() -> None:
     product = sums * found["cylinder_torque_order"]
     assert np.allclose(found["torque_order"], product, rtol=1e-11)
     assert found["cylinder_torque_order"].dims == ("order",)
-    # Throws add up to the engine.
     found = computed(
         ["throw_torque_order", "throw_torque_phase", "torque_order", "torque_phase"], "v6_96x81"
     )
@@ -228,7 +226,6 @@ def test_journals_and_their_largest_load() -> None:
     known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
     assert known.values.tolist() == [2, 5, 7]
     assert np.isfinite(found["main_journal_x"].sel(cylinders=6)).all()
-    # Largest load is that of the curve.
     found = computed(
         ["crank_pin_load", "crank_pin_load_max", "crank_pin_load_mean", "crank_pin_peak_angle",
          "piston_pin_load", "piston_pin_load_max", "main_journal_load", "main_journal_load_max",
@@ -303,8 +300,8 @@ def test_scene_mosakowski_is_compared_with_equation_16() -> None:
     ratio = found["crank_ratio"].values
     equation = ratio / (1.0 + ratio) * (1.0 / np.sqrt(1.0 - ratio**2) - 1.0)
     # Six digits are kept, which is more than a figure shows.
-    np.testing.assert_allclose(published.sel(truncation=2), equation, rtol=5e-6)
-    np.testing.assert_allclose(error.sel(truncation=2), equation, rtol=1e-12)
+    assert_allclose(published.sel(truncation=2), equation, rtol=5e-6)
+    assert_allclose(error.sel(truncation=2), equation, rtol=1e-12)
     # His text: slightly over 1 % at 0.3, over 5 % at 0.5.
     assert 0.01 < float(published.sel(crank_ratio=0.3, truncation=2)) < 0.012
     assert float(published.sel(crank_ratio=0.5, truncation=2)) > 0.05
@@ -324,3 +321,70 @@ def test_scene_rakopoulos_runs_and_agrees_with_itself() -> None:
     moment = 2.521 * (0.0685 * 2000 * np.pi / 30) ** 2
     one = found["inertia_torque_order"].sel(cylinders=1).values
     assert one == pytest.approx(np.abs(series) * moment, rel=1e-12, abs=1e-12)
+
+
+QUANTITIES = [
+    "torque_after_throw", "torque_after_throw_range", "first_mode_torque_rms",
+    "first_mode_torque_order", "first_mode_vector_sum", "throw_torque_order",
+    "throw_torque_phase", "main_journal_load", "main_journal_load_max", "main_journal_load_rms",
+    "any_main_journal_load_max", "all_main_journals_load_rms", "cylinder_torque_order",
+]  # fmt: skip
+
+SCENES = {
+    "ntua": {"cylinders": 6},
+    "v8_cross_plane_93x86": {},
+    "v6_96x81": {"mass_factor": [1.0, 1.1, 0.9, 1.0, 1.05, 1.0]},
+}
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def found(request: pytest.FixtureRequest) -> xr.Dataset:
+    speeds = [900.0, 2200.0]
+    return sweeps.run(
+        engine=request.param, set=SCENES[request.param], axes={"speed": speeds},
+        output={"quantities": QUANTITIES, "angle_step": 0.5, "highest_order": 48},
+    )  # fmt: skip
+
+
+def test_range_and_journals_are_those_of_the_curves(found: xr.Dataset) -> None:
+    curves = found["torque_after_throw"]
+    ranges = curves.max("crank_angle") - curves.min("crank_angle")
+    assert_allclose(found["torque_after_throw_range"], ranges.max("cylinder"), rtol=1e-12)
+    curves = found["main_journal_load"]
+    squares = (curves**2).mean("crank_angle")
+    # The curves stand at the angles at which the kernel samples.
+    assert_allclose(
+        found["main_journal_load_rms"].transpose(*squares.dims), np.sqrt(squares), rtol=1e-12
+    )
+    assert_allclose(
+        found["all_main_journals_load_rms"], np.sqrt(squares.mean("main_bearing")), rtol=1e-12
+    )
+    largest = found["main_journal_load_max"].max("main_bearing")
+    assert_allclose(found["any_main_journal_load_max"], largest, rtol=0.0)
+
+
+def test_first_mode_takes_up_each_throw_by_its_amplitude(found: xr.Dataset) -> None:
+    each = found["throw_torque_order"] * np.exp(1j * np.radians(found["throw_torque_phase"]))
+    each = each.dropna("cylinder", how="all")
+    throws = each.sizes["cylinder"]
+    stiffness = 2.0 * np.eye(throws) - np.eye(throws, k=1) - np.eye(throws, k=-1)
+    stiffness[-1, -1] = 1.0
+    mode = np.linalg.eigh(stiffness)[1][:, 0]
+    weights = xr.DataArray(mode / mode[-1], dims="cylinder")
+    expected = np.abs((each * weights).sum("cylinder"))
+    limit = 1e-9 * float(expected.max())
+    taken = found["first_mode_torque_order"].transpose(*expected.dims)
+    assert_allclose(taken, expected, atol=limit)
+    # Parseval: 48 orders hold all but a small rest of the torque; friction is constant.
+    rms = np.sqrt(0.5 * (expected**2).sum("order"))
+    assert_allclose(found["first_mode_torque_rms"], rms, rtol=2e-3)
+
+
+def test_equal_cylinders_have_the_vector_sum_as_factor(found: xr.Dataset) -> None:
+    if found.attrs["engine"] == "v6_96x81":
+        pytest.skip("its masses differ")
+    product = found["cylinder_torque_order"] * found["first_mode_vector_sum"]
+    assert_allclose(
+        found["first_mode_torque_order"].transpose(*product.dims), product,
+        atol=1e-9 * float(product.max()),
+    )  # fmt: skip

@@ -6,13 +6,12 @@ allocates its outputs: this is about what is around it.
 """
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import python
+
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 DESIGNS = 8_000_000
@@ -120,10 +119,7 @@ def measured(
 ) -> tuple[float, float]:
     """Bytes at the highest beyond those of a small run, and bytes of what came out."""
     scenes = json.dumps([scene(quantities, axes, count) for count in (4, DESIGNS)])
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, scenes, how],
-        cwd=folder, capture_output=True, text=True, env={"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    done = python(PROGRAM, scenes, how, cwd=folder)
     assert done.returncode == 0, done.stderr
     (folder / "out.nc").unlink()
     peak, size = json.loads(done.stdout)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
@@ -97,12 +98,12 @@ def test_a_file_makes_the_cycle(tmp_path: Path, table: dict[str, Any], kind: Any
     if table.get("wall") == "woschni":
         own |= {"bore": 0.09, "stroke": 0.1, "speed": 3000.0}
     expected = built(kind, {**own, **table})
-    np.testing.assert_array_equal(found.pressure, expected.pressure)
-    np.testing.assert_array_equal(found.slope, expected.slope)
+    assert_array_equal(found.pressure, expected.pressure)
+    assert_array_equal(found.slope, expected.slope)
     if kind is not CompressorCycle:
         assert found.motored is not None
         unfired = built(kind, {**own, **table, "heat": 0.0})
-        np.testing.assert_array_equal(found.motored().pressure, unfired.pressure)
+        assert_array_equal(found.motored().pressure, unfired.pressure)
 
 
 @pytest.mark.parametrize("kind", ["first_law", "two_stroke"])
@@ -116,7 +117,7 @@ def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) ->
     said = written(tmp_path, {**table, "offset_ratio": 0.01 / radius}, cycle=cycle)
     expected = load_engine(said, tmp_path).family.diagrams[0]
     centred = load_engine(written(tmp_path, table, cycle=cycle), tmp_path).family.diagrams[0]
-    np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-12)
+    assert_allclose(found.pressure, expected.pressure, rtol=1e-12)
     assert np.abs(found.pressure / centred.pressure - 1.0).max() > 1e-4
 
 
@@ -228,9 +229,7 @@ def test_between_the_corners(tmp_path: Path) -> None:
     for order in ({"speed": speeds[1:2], "load": loads}, {"load": loads, "speed": speeds[1:2]}):
         part = run(path, axes=order)
         for name in QUANTITIES:
-            np.testing.assert_allclose(
-                part[name].sel(speed=2710.0), found[name].sel(speed=2710.0), rtol=1e-12
-            )
+            assert_allclose(part[name].sel(speed=2710.0), found[name].sel(speed=2710.0), rtol=1e-12)
     pairs = run(path, designs={"speed": [2710.0, 5000.0], "load": [41.7, 30.0]})
     for i, (speed, load) in enumerate(((2710.0, 41.7), (5000.0, 30.0))):
         assert float(pairs["delta"][i]) == pytest.approx(
@@ -269,10 +268,10 @@ def test_square_of_the_piston_speed_and_auxiliaries(tmp_path: Path) -> None:
     plain, driven = of(), of(auxiliary_torque=7.0)
     square = of(friction_mean_piston_speed_square=0.01)
     piston = 2.0 * 0.1 * np.array(axes["speed"]) / 60.0
-    np.testing.assert_allclose(square["fmep"] - plain["fmep"], 0.01 * piston**2, rtol=1e-9)
-    np.testing.assert_allclose(driven["friction_torque"] - plain["friction_torque"], 7.0)
-    np.testing.assert_allclose(plain["torque_mean"] - driven["torque_mean"], 7.0)
-    np.testing.assert_allclose(driven["imep"] - driven["fmep"], driven["bmep"])
+    assert_allclose(square["fmep"] - plain["fmep"], 0.01 * piston**2, rtol=1e-9)
+    assert_allclose(driven["friction_torque"] - plain["friction_torque"], 7.0)
+    assert_allclose(plain["torque_mean"] - driven["torque_mean"], 7.0)
+    assert_allclose(driven["imep"] - driven["fmep"], driven["bmep"])
     assert plain["fmep"].dims == driven["fmep"].dims == ("speed",)
 
 
@@ -296,7 +295,7 @@ def test_parameters_of_the_cycle_as_axes(tmp_path: Path) -> None:
             alone = run(engine, axes={"inertia": axes["inertia"], "load": axes["load"]})
             for name in QUANTITIES:
                 expected = alone[name].transpose(*[d for d in found[name].dims if d not in own])
-                np.testing.assert_allclose(found[name].sel(own), expected, rtol=1e-8)
+                assert_allclose(found[name].sel(own), expected, rtol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -331,7 +330,7 @@ def test_combinations_that_are_no_cycle_get_a_status(tmp_path: Path) -> None:
     found = sweeps.run({"engine": path, "axes": axes, "output": asked})
     alone = sweeps.run({"engine": path, "axes": {**axes, "heat": [22.0, 12.0]}, "output": asked})
     for name in (*names, "status"):
-        np.testing.assert_array_equal(found[name].sel(heat=[22.0, 12.0]), alone[name])
+        assert_array_equal(found[name].sel(heat=[22.0, 12.0]), alone[name])
         lost = found[name].sel(heat=[150.0, 199.0])
         assert (lost == 4).all() if name == "status" else lost.isnull().all()
     at_speeds = run(

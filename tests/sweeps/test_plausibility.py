@@ -131,7 +131,6 @@ def test_python_warns_once_and_results_are_looked_at() -> None:
     assert "4 of 8 designs" in lines[0]
     assert "given by" not in lines[0]
     assert len(lines) == 1
-    # Results are looked at.
     light = {**SCENE, "axes": {"inertia": [0.2, 0.25, 0.3, 2.0], "speed": [1500, 1800, 2000]}}
     found = sweeps.run(light)
     delta = found["delta"].values
@@ -150,7 +149,6 @@ def test_only_what_is_asked_for_is_looked_at_and_not_what_is_silenced(tmp_path: 
     assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
     for names in (["inertia"], ["all"]):
         assert told_of({**SCENE, "silenced_warnings": names}) == ()
-    # Of a table it is told how many and which.
     table = tmp_path / "table.csv"
     rows = [f"case {i},{2.0 if i % 100 else 2e4 + i}" for i in range(1, 1001)]
     table.write_text("\n".join(["case,inertia", *rows]))

@@ -1,19 +1,18 @@
-"""Fractions such as 1/200 where a ratio is wanted."""
+"""Fractions such as 1/200 where a ratio is wanted, and numbers with units."""
 
-from pathlib import Path
+import math
+from typing import Any
 
 import numpy as np
-import openpyxl
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 from sweeps.cli.arguments import axis_slice, new_points
 from sweeps.errors import SceneError
 from sweeps.exploring.slices import nearest
 from sweeps.ratios import number_or_ratio, ratio_text
-from sweeps.reading.design_files import read_designs
+from sweeps.reading.numbers_with_units import number_with_unit
 from sweeps.scene.conditions import constraint
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
@@ -41,12 +40,12 @@ def test_shown_again(value, text):
 def test_scene_reads_them_everywhere():
     assert read_scene(scene(set={"wanted_delta": "1/200"})).settings["wanted_delta"] == 1 / 200
     axis = read_scene(scene(axes={"wanted_delta": ["1/100", 0.005, "pump"]})).axes["wanted_delta"]
-    np.testing.assert_array_equal(axis, [1 / 100, 0.005, 1 / 30])
+    assert_array_equal(axis, [1 / 100, 0.005, 1 / 30])
     ends = {"start": "1/300", "stop": "1/100", "num": 3}
     axis = read_scene(scene(axes={"wanted_delta": ends})).axes["wanted_delta"]
-    np.testing.assert_allclose(axis, np.linspace(1 / 300, 1 / 100, 3), rtol=1e-15)
+    assert_allclose(axis, np.linspace(1 / 300, 1 / 100, 3), rtol=1e-15)
     column = read_scene(scene(designs={"wanted_delta": ["1/100", 0.005]})).designs["wanted_delta"]
-    np.testing.assert_array_equal(column, [1 / 100, 0.005])
+    assert_array_equal(column, [1 / 100, 0.005])
 
 
 @pytest.mark.parametrize(
@@ -63,38 +62,6 @@ def test_only_ratios(tables, words):
     assert words in refusal(scene(**tables))
 
 
-def _table(path: Path) -> Path:
-    texts = ["1/100", "1/200", "0.02"]
-    if path.suffix == ".csv":
-        path.write_text("wanted_delta,speed\n" + "".join(f"{t},1500\n" for t in texts))
-    elif path.suffix == ".xlsx":
-        book = openpyxl.Workbook()
-        book.active.append(["wanted_delta", "speed"])
-        book.active.append(["1", "rpm"])
-        for text in ["1/100", "1/200", 0.02]:
-            book.active.append([text, 1500])
-        book.save(path)
-    elif path.suffix == ".parquet":
-        pq.write_table(pa.table({"wanted_delta": texts, "speed": [1500.0] * 3}), path)
-    else:
-        columns = {"wanted_delta": ("row", texts), "speed": ("row", [1500.0] * 3)}
-        xr.Dataset(columns).to_netcdf(path, engine="netcdf4")
-    return path
-
-
-@pytest.mark.parametrize("ending", [".csv", ".xlsx", ".parquet", ".nc"])
-def test_tables_of_designs(tmp_path, ending):
-    columns, _ = read_designs(_table(tmp_path / f"designs{ending}"), "designs")
-    np.testing.assert_array_equal(columns["wanted_delta"], [1 / 100, 1 / 200, 0.02])
-
-
-def test_wrong_fraction_in_a_table_is_told_with_its_line(tmp_path):
-    path = tmp_path / "designs.csv"
-    path.write_text("wanted_delta\n1/100\n1/x\n")
-    with pytest.raises(SceneError, match="line 3: wanted_delta = '1/x': must be a finite number"):
-        read_designs(path, "designs")
-
-
 def test_conditions_and_slices():
     assert constraint("delta<=1/200").limit == 1 / 200
     assert str(constraint("delta <= 1 / 200")) == "delta <= 1/200"
@@ -107,3 +74,40 @@ def test_conditions_and_slices():
 def test_a_condition_is_a_limit_from_above_or_from_below() -> None:
     above = [constraint(f"delta {sign} 0.01").above for sign in ("<=", "<", ">=", ">")]
     assert above == [True, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "value"),
+    [
+        (36.4, "kW", 36.4), ("36.4", "kW", 36.4), (" 36.4kW ", "kW", 36.4),
+        ("3.64e4 W", "kW", 36.4), ("50 hp", "kW", 50 * 0.745699872),
+        ("50 PS", "kW", 50 * 0.73549875), ("2700rpm", "rpm", 2700.0), ("2700/min", "rpm", 2700.0),
+        ("2700 1/min", "rpm", 2700.0), ("2700 min-1", "rpm", 2700.0), ("45 Hz", "rpm", 2700.0),
+        ("45/s", "rpm", 2700.0), ("45 rev/s", "rpm", 2700.0), ("282.7433388 rad/s", "rpm", 2700.0),
+        ("7.5 MPa", "bar", 75.0), ("1087.78 psi", "bar", 75.0), ("76.48 kgf/cm2", "bar", 75.0),
+        ("245 g/kWh", "g/kWh", 245.0), ("245 g/kW/h", "g/kWh", 245.0),
+        ("0.403 lb/hp/h", "g/kWh", 245.0),
+    ],
+)  # fmt: skip
+def test_is_understood(raw: Any, unit: str, value: float) -> None:
+    assert number_with_unit(raw, "--x", unit) == pytest.approx(value, rel=1e-3)
+
+
+@pytest.mark.parametrize("raw", ["40 kVA", "40kva", "40000 VA", "40 kV*A", "0.04 MVA", "40 KVA"])
+def test_apparent_power_is_no_power(raw: str) -> None:
+    with pytest.raises(SceneError, match=r"--power = .*: is apparent power; must be a power in W"):
+        number_with_unit(raw, "--power", "kW")
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        "", "kW", "36,4 kW", "36.4 kg", "nan", "inf kW", "1e999 kW", math.nan, math.inf, True, None,
+        [36.4], "9**9**9 W", "36.4 kW; import os", "36.4 __import__('os')", "٣٦ kW", "36.4 kW" * 99,
+        "36.4 " + "k" * 10**6, "1" * 10**6, "36.4 W**9**9", "20 degC",
+    ],
+)  # fmt: skip
+def test_is_refused_in_one_line(raw: Any) -> None:
+    with pytest.raises(SceneError, match=r"--x = .*: must be a number in kW") as error:
+        number_with_unit(raw, "--x", "kW")
+    assert len(str(error.value)) < 300

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.archive.netcdf import open_archive
@@ -75,15 +76,15 @@ def test_nothing_is_read_before_it_is_used(
         cut = lazy["delta"].isel(speed=1, inertia=[6, 0, 1])
         assert lazy["delta"].shape == (4, 7)
         assert not read
-        np.testing.assert_array_equal(cut.values, whole["delta"].values[1, [6, 0, 1]])
+        assert_array_equal(cut.values, whole["delta"].values[1, [6, 0, 1]])
         # Of seven points, three shards have 2, 2 and 3: the middle one is not asked.
         assert read == [(0, 1), (2,)]
         for key in (np.s_[::-1, 5], np.s_[1:3, 1::2], np.s_[2, 3], np.s_[[3, 0], [4, 2]], np.s_[:]):
             expected = whole["delta"][key] if key != np.s_[:] else whole["delta"]
-            np.testing.assert_array_equal(lazy["delta"][key].values, expected.values)
+            assert_array_equal(lazy["delta"][key].values, expected.values)
         here = xr.Variable(("front",), [3, 0, 3]), xr.Variable(("front",), [1, 6, 1])
         points = lazy["delta"].isel(speed=here[0], inertia=here[1])
-        np.testing.assert_array_equal(points, whole["delta"].values[[3, 0, 3], [1, 6, 1]])
+        assert_array_equal(points, whole["delta"].values[[3, 0, 3], [1, 6, 1]])
 
 
 def test_archives_that_differ_in_an_axis_open_as_one(tmp_path: Path) -> None:
@@ -109,7 +110,7 @@ def test_one_archive_and_closing(scene: Path, tmp_path: Path, whole: xr.Dataset)
     run(scene, tmp_path / "one.nc")
     for path in (tmp_path / "one.nc", str(tmp_path / "one.nc"), [tmp_path / "one.nc"]):
         with sweeps.open(path) as opened:
-            np.testing.assert_array_equal(opened["delta"], whole["delta"])
+            assert_array_equal(opened["delta"], whole["delta"])
     with sweeps.open(paths) as lazy:
         assert lazy["delta"].dtype == np.float32
         assert lazy["imep"].values.shape == whole["imep"].shape
@@ -126,6 +127,7 @@ def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
     for wrong, told in (
         ([], "no archive"),
         (tmp_path / "none.nc", "no such file"),
+        ("a" * 5000, "no such file"),
         (tmp_path, "is not a file"),
         (text, "not a netCDF archive"),
         (foreign, "not an archive written by `run`"),
@@ -170,7 +172,6 @@ def test_best_is_what_looking_at_all_finds(
     assert found["imep"].ndim == 0
     most = sweeps.best(whole, most="delta", within="speed > 0")
     assert float(most["delta"]) == float(whole["delta"].max())
-    # Axes that do not matter stay.
     found = sweeps.best(table, most="stroke")
     assert "design" not in found["imep"].dims
     assert set(table["delta"].dims) - set(found["delta"].dims) == {"design"}
@@ -309,7 +310,7 @@ def test_front_of_many_numbers_is_what_comparing_all_finds(many: int, data: Any)
     front.add(numbers[:, :half], np.arange(half))
     front.add(numbers[:, half:], np.arange(half, numbers.shape[1]))
     assert set(front.places) == set(found)
-    np.testing.assert_array_equal(front.values, numbers[:, front.places])
+    assert_array_equal(front.values, numbers[:, front.places])
 
 
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -321,8 +322,8 @@ def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
         for a in (cut["delta"], cut["torque_max"])
     )
     expected = sorted(looked_at(delta, -torque), key=lambda i: delta[i])
-    np.testing.assert_array_equal(front["delta"], delta[expected])
-    np.testing.assert_array_equal(front["torque_max"], torque[expected])
+    assert_array_equal(front["delta"], delta[expected])
+    assert_array_equal(front["torque_max"], torque[expected])
     assert front["delta"].dims == ("front",)
     assert front["load_torque"].dims == ("front", "crank_angle")
     for i in range(front.sizes["front"]):

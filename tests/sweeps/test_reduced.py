@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.archive.partial import Partial
 from sweeps.dimensions import REDUCTION
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
@@ -19,7 +19,9 @@ from sweeps.running import cluster, limits, reduced
 from sweeps.scene import sample
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Drawing, read_sample
+from tests.support.archives import stop_after
 from tests.support.commands import ok, refused
+from tests.support.scenes import toml
 
 pytestmark = pytest.mark.compiled
 
@@ -70,15 +72,18 @@ def portions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> xr.Dataset:
-    """All designs of the sample."""
     return sweeps.run(**SAMPLE)
+
+
+def text_of(scene: dict[str, Any]) -> str:
+    return "".join(f"{key} = {toml(value)}\n" for key, value in scene.items())
 
 
 def same(one: xr.Dataset, two: xr.Dataset) -> None:
     """Check that all variables are the same to the bit."""
     assert set(one.variables) == set(two.variables)
     for name in one.variables:
-        np.testing.assert_array_equal(one[name].values, two[name].values, str(name))
+        assert_array_equal(one[name].values, two[name].values, str(name))
 
 
 def kept(archive: xr.Dataset, number: int) -> xr.Dataset:
@@ -86,9 +91,6 @@ def kept(archive: xr.Dataset, number: int) -> xr.Dataset:
     rank = archive["rank"].values[number]
     places = np.flatnonzero(rank)
     return archive.isel(design=places[np.argsort(rank[places])])
-
-
-# --- against all designs ------------------------------------------------------------------------
 
 
 @pytest.mark.usefixtures("portions")
@@ -124,14 +126,14 @@ def test_kept_designs_are_the_best_of_all(whole: xr.Dataset) -> None:
     expected = good[np.argsort(whole.inertia.values[good], kind="stable")][:15]
     assert kept(found, 0).design.values.tolist() == expected.tolist()
     for name in (*SAMPLE["output"]["quantities"], "inertia", "crank_ratio", "status"):
-        np.testing.assert_array_equal(kept(found, 0)[name], whole[name][expected])
+        assert_array_equal(kept(found, 0)[name], whole[name][expected])
     solved = np.flatnonzero(np.isfinite(whole.delta.values))
     fastest = solved[np.argsort(-whole.omega_max.values[solved], kind="stable")][:4]
     assert kept(found, 1).design.values.tolist() == fastest.tolist()
     front = sweeps.pareto(whole, "inertia", "delta", within="crank_ratio <= 0.28")
-    np.testing.assert_array_equal(kept(found, 2).delta, front.delta)
+    assert_array_equal(kept(found, 2).delta, front.delta)
     three = sweeps.pareto(whole, "inertia", "delta", "crank_ratio", most="crank_ratio")
-    np.testing.assert_array_equal(kept(found, 3).inertia, three.inertia)
+    assert_array_equal(kept(found, 3).inertia, three.inertia)
 
 
 def test_the_same_bits_whatever_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,27 +158,23 @@ def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
     found = sweeps.run(**GRID, reduce=asked)
     over = ["inertia", "crank_ratio", "load"]
     assert found.delta_mean.dims == ("speed",)
-    np.testing.assert_allclose(found.delta_mean, all_of_them.delta.mean(over), rtol=1e-14)
-    np.testing.assert_array_equal(found.delta_largest, all_of_them.delta.max(over))
+    assert_allclose(found.delta_mean, all_of_them.delta.mean(over), rtol=1e-14)
+    assert_array_equal(found.delta_largest, all_of_them.delta.max(over))
     below = (all_of_them.delta <= 1 / 25).sum(over)
-    np.testing.assert_array_equal(found.designs_within.values[:, 0], below)
+    assert_array_equal(found.designs_within.values[:, 0], below)
     # A quantity that does not depend on the inertia has each of its values once.
     assert found.torque_mean_count.values.tolist() == [18, 18, 18]
     best = sweeps.best(all_of_them, least="inertia", within=within, at_every=["load", "speed"])
     one = sweeps.best(found, least="inertia", within=within, at_every=["speed", "load"])
     for name in ("delta", "inertia", "crank_ratio", "load", "speed"):
         values = one[name].transpose(*best[name].dims)
-        np.testing.assert_array_equal(values, best[name], name)
+        assert_array_equal(values, best[name], name)
     good = (all_of_them.delta <= 1 / 25).all(["load", "speed"])
     assert f"{int(good.sum())} of 153 designs fulfil" in one.attrs["search"]
 
 
-# --- archives -----------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def archive(portions: None, tmp_path: Path) -> Iterator[Path]:
-    """An archive of the reduced sample."""
     path = tmp_path / "reduced.nc"
     sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
     yield path
@@ -193,17 +191,8 @@ def test_an_archive_holds_what_run_returns(archive: Path) -> None:
 
 def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = archive.with_name("killed.nc")
-    written: list[int] = []
-    write = Partial.write
-
-    def stopping(self: Partial, number: int, arrays: Any) -> int:
-        if len(written) == 3:
-            raise KeyboardInterrupt
-        written.append(number)
-        return write(self, number, arrays)
-
     with monkeypatch.context() as patch:
-        patch.setattr(Partial, "write", stopping)
+        stop_after(patch, 3, KeyboardInterrupt())
         with pytest.raises(Exception, match=r"3 of .* blocks are finished"):
             sweeps.stream(**SAMPLE, reduce=ASKED, archive=path)
     done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, resume=True)
@@ -216,7 +205,7 @@ def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     scene = tmp_path / "scene.json.toml"
-    scene.write_text(toml_of({**SAMPLE, "reduce": ASKED}))
+    scene.write_text(text_of({**SAMPLE, "reduce": ASKED}))
     parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3)]
     for number, part in enumerate(parts, 1):
         ok("run", scene, "-o", part, "--shard", f"{number}/3", "-q")
@@ -236,7 +225,7 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
 def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> None:
     asked = {"best": [{"least": "delta", "number": 5}], "at_every": ["load", "speed"]}
     scene = tmp_path / "grid.toml"
-    scene.write_text(toml_of({**GRID, "reduce": asked}))
+    scene.write_text(text_of({**GRID, "reduce": asked}))
     parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3, 4)]
     for number, part in enumerate(parts, 1):
         ok("run", scene, "-o", part, "--shard", f"{number}/4", "-q")
@@ -297,9 +286,6 @@ def test_a_damaged_state_is_told(archive: Path) -> None:
         state_in(found, "reduced.nc")
 
 
-# --- samples in portions ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("method", ["sobol", "saltelli"])
 def test_portions_are_those_of_the_whole_sample(method: str) -> None:
     table = {"method": method, "number": 64, "seed": 5, "inertia": {"low": 1.0, "high": 2.0},
@@ -311,7 +297,7 @@ def test_portions_are_those_of_the_whole_sample(method: str) -> None:
         part = drawing.columns(begin, count)
         for key, values in part.items():
             expected = all_of_it[key][begin * asked.group : (begin + count) * asked.group]
-            np.testing.assert_array_equal(values, expected)
+            assert_array_equal(values, expected)
 
 
 def test_saltellis_design_is_that_of_salib() -> None:
@@ -322,7 +308,7 @@ def test_saltellis_design_is_that_of_salib() -> None:
     problem = {"num_vars": 3, "names": [*keys], "bounds": [[0.5 * v, v] for v in keys.values()]}
     points = sobol.sample(problem, 32, calc_second_order=False, scramble=True, seed=7)
     for number, (key, values) in enumerate(Drawing(asked).columns(0, 32).items()):
-        np.testing.assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
+        assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
 
 
 def test_a_billion_designs_are_planned_in_no_time() -> None:
@@ -332,9 +318,6 @@ def test_a_billion_designs_are_planned_in_no_time() -> None:
     assert plan.sizes["design"] == sample.PORTION
     with pytest.raises(SceneError, match="number = 1073741824: must be a whole number from 2"):
         read_scene(**{**SAMPLE, "sample": table})
-
-
-# --- bad input ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -369,7 +352,7 @@ def test_one_design_at_every_point() -> None:
     axes = [*GRID["axes"]]
     found = sweeps.run(**GRID, reduce={"at_every": axes, "best": [{"least": "delta"}]})
     assert found.delta.shape == (1, 17, 2, 3, 9)
-    np.testing.assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
+    assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
 
 
 def test_a_search_needs_all_axes() -> None:
@@ -394,18 +377,3 @@ def test_what_has_more_than_one_number_a_design_is_refused(more: dict[str, Any],
     with pytest.raises(SceneError) as told:
         sweeps.run(**{**SAMPLE, **more}, reduce={})
     assert said in str(told.value)
-
-
-def toml_of(raw: dict[str, Any]) -> str:
-    """A scene of plain tables as a file."""
-    lines: list[str] = []
-
-    def value(item: Any) -> str:
-        if isinstance(item, dict):
-            return "{ " + ", ".join(f"{k} = {value(v)}" for k, v in item.items()) + " }"
-        if isinstance(item, list):
-            return f"[{', '.join(map(value, item))}]"
-        return json.dumps(item)
-
-    lines += [f"{key} = {value(item)}" for key, item in raw.items()]
-    return "\n".join(lines)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -72,7 +73,6 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     links = [a.get(k) or "" for _, a in Tags(written).found for k in ("src", "href", "action")]
     assert all(link.startswith(("#", "data:,")) for link in links if link)
     assert "default-src 'none'" in written
-    # Every section is there in its order.
     keys = [a["id"] for t, a in Tags(written).found if t == "section"]
     assert keys == [
         "computed", "results", "pictures", "explore", "outcomes", "warnings", "assumptions",
@@ -83,20 +83,16 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     assert "without torsional vibration" in section(written, "limits")
     assert "Kakaitsas" in section(written, "cite")
     assert "All values of the archive are in this page" in section(written, "explore")
-    # The page holds the archives numbers.
     found = data_of(written)
     quantities = found["quantities"]
     assert set(quantities) == {str(n) for n in archive.data_vars}
-    np.testing.assert_allclose(numbers_of(quantities["delta"]), archive.delta, rtol=1e-7)
-    np.testing.assert_allclose(
-        numbers_of(quantities["omega"]), archive.omega * 30.0 / np.pi, rtol=1e-6
-    )
+    assert_allclose(numbers_of(quantities["delta"]), archive.delta, rtol=1e-7)
+    assert_allclose(numbers_of(quantities["omega"]), archive.omega * 30.0 / np.pi, rtol=1e-6)
     assert quantities["omega"]["unit"] == "rpm"
-    np.testing.assert_array_equal(numbers_of(quantities["status"]), archive.status)
+    assert_array_equal(numbers_of(quantities["status"]), archive.status)
     inertia = np.frombuffer(base64.b64decode(found["columns"]["inertia"]["values"]), "<f8")
-    np.testing.assert_array_equal(inertia, archive.inertia)
+    assert_array_equal(inertia, archive.inertia)
     assert {f["kind"] for f in found["figures"]} == {"numbers", "map", "curves"}
-    # Failed designs are told.
     lost = int((archive.status == 1).sum())
     assert 0 < lost < archive.status.size
     told = section(written, "outcomes")
@@ -158,9 +154,8 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
         if dim in omega["at"]:
             values = values[np.frombuffer(base64.b64decode(omega["at"][dim]), "<i4")]
         where[dim] = values
-    np.testing.assert_allclose(numbers, archive.omega.sel(where), rtol=1e-6)
-    np.testing.assert_allclose(numbers_of(found["quantities"]["delta"]), archive.delta, rtol=1e-6)
-    # Long names keep the limit, and one that is too small is refused.
+    assert_allclose(numbers, archive.omega.sel(where), rtol=1e-6)
+    assert_allclose(numbers_of(found["quantities"]["delta"]), archive.delta, rtol=1e-6)
     size = 20_000
     names = [f"Κινητήρας {i} {'long ' * 15}" for i in range(size)]
     named = xr.Dataset({"delta": ("design", np.ones(size))}, {"case": ("design", names)})
@@ -179,7 +174,7 @@ def test_a_list_of_designs_is_sampled_in_its_order() -> None:
     kept = np.frombuffer(base64.b64decode(found.columns["design"]["values"]), "<f8")
     assert 200 < len(kept) < size and kept[0] == 0 and kept[-1] == size - 1
     assert (np.diff(kept) > 0).all() and len({*np.diff(kept)}) > 2
-    np.testing.assert_allclose(numbers_of(found.quantities["delta"]), kept / 7.0, rtol=1e-6)
+    assert_allclose(numbers_of(found.quantities["delta"]), kept / 7.0, rtol=1e-6)
     assert found.columns["case"]["words"][5] == f"number {kept[5]:.0f}"
     assert any("a random sample" in line for line in found.left_out)
 

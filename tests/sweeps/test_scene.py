@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.loads.laws import MOTOR_KEYS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from engine_dyn.quantities.parameters import (
-    CYCLE_KEYS,
-    SOLVER_COLUMNS,
-    STROKE_SHARES,
-)
+from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS, STROKE_SHARES
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.speed.methods import METHOD_NAMES
@@ -83,9 +80,9 @@ def test_ranges_are_linear_or_logarithmic_and_keep_their_ends() -> None:
     read = read_scene(scene(axes=axes))
     inertia = np.asarray(read.axes["inertia"])
     assert (inertia[0], inertia[-1], len(inertia)) == (0.5, 12.0, 24)
-    np.testing.assert_allclose(inertia[1:] / inertia[:-1], (12.0 / 0.5) ** (1.0 / 23.0), rtol=1e-12)
-    np.testing.assert_array_equal(read.axes["speed"], [2000, 1750, 1500, 1250, 1000])
-    np.testing.assert_array_equal(read.axes["load"], [0, 45, 90])
+    assert_allclose(inertia[1:] / inertia[:-1], (12.0 / 0.5) ** (1.0 / 23.0), rtol=1e-12)
+    assert_array_equal(read.axes["speed"], [2000, 1750, 1500, 1250, 1000])
+    assert_array_equal(read.axes["load"], [0, 45, 90])
 
 
 def test_dimensions_follow_the_order_of_the_file(tmp_path: Path) -> None:
@@ -114,7 +111,7 @@ def test_python_values_read_like_those_of_a_file(tmp_path: Path) -> None:
         axes = {"inertia": inertia, "cylinders": np.array([1, 4])}
         from_dict = read_scene(scene(set={"load": load}, axes=axes))
         for key, values in from_file.axes.items():
-            np.testing.assert_array_equal(from_dict.axes[key], values)
+            assert_array_equal(from_dict.axes[key], values)
         assert from_dict.settings == from_file.settings
         json.dumps(from_dict.source)
 
@@ -129,7 +126,7 @@ def test_source_says_the_scene_again(name: str) -> None:
     assert again.dimensions == once.dimensions
     assert again.quantities == once.quantities
     for key, values in {**once.axes, **once.designs}.items():
-        np.testing.assert_array_equal({**again.axes, **again.designs}[key], values)
+        assert_array_equal({**again.axes, **again.designs}[key], values)
 
 
 def test_columns_of_designs_and_their_labels() -> None:
@@ -137,8 +134,8 @@ def test_columns_of_designs_and_their_labels() -> None:
     read = read_scene(scene(designs=designs, solver={"method": "thesis", "start_speed": 125.6}))
     assert read.dimensions == ("design",)
     assert read.labels == {"case": ("short rod", "long rod")}
-    np.testing.assert_array_equal(read.designs["crank_ratio"], [1 / 3, 0.2])
-    np.testing.assert_array_equal(read.designs["passes"], [20, 20])  # may repeat
+    assert_array_equal(read.designs["crank_ratio"], [1 / 3, 0.2])
+    assert_array_equal(read.designs["passes"], [20, 20])  # may repeat
     assert read.start_speed == 125.6
 
 
@@ -150,8 +147,8 @@ def test_table_of_designs(tmp_path: Path, mark: str, end: str) -> None:
     tmp_path.joinpath("table.csv").write_bytes(data.encode())
     result = read(HEAD + '[designs]\nfile = "table.csv"\n' + OUTPUT, tmp_path)
     assert result.labels == {"case": ("a", "b, c")}
-    np.testing.assert_array_equal(result.designs["inertia"], [1.5, 2.0])
-    np.testing.assert_array_equal(result.designs["speed"], [1000.0, 1100.0])
+    assert_array_equal(result.designs["inertia"], [1.5, 2.0])
+    assert_array_equal(result.designs["speed"], [1000.0, 1100.0])
 
 
 TRIANGLE = [(angle, 30.0 - abs(angle) / 12.5) for angle in range(-360, 360, 5)]
@@ -263,7 +260,7 @@ def test_published_values_stand_where_their_columns_say(
     assert reference.dimensions == dimensions
     assert set(reference.columns) == set(columns)
     for name, values in columns.items():
-        np.testing.assert_array_equal(reference.columns[name], values)
+        assert_array_equal(reference.columns[name], values)
 
 
 def test_the_thesis_has_both_tables_with_every_printed_row() -> None:
@@ -276,7 +273,7 @@ def test_the_thesis_has_both_tables_with_every_printed_row() -> None:
     columns = reference.columns
     # (3.6) from the printed omegas; the printed deltas are cut.
     swing = (columns["omega_max"] - columns["omega_min"]) / columns["omega_mean"]
-    np.testing.assert_allclose(columns["delta"], swing, atol=6e-6)
+    assert_allclose(columns["delta"], swing, atol=6e-6)
     for quantity in ("delta", "omega_max", "omega_min", "omega_mean"):
         assert np.isfinite(columns[quantity]).all()
     assert np.isfinite(columns["torque_ratio"]).sum() == 5

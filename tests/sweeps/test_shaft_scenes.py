@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.units import RPM
@@ -90,9 +91,6 @@ def shaft_torques(archive: xr.Dataset) -> Any:
     )
 
 
-# --- the same by another way ----------------------------------------------------------------------
-
-
 def test_the_measured_diesel_is_a_dense_solution_with_torques_of_the_same_archive() -> None:
     found = run(
         [*FORCED, "throw_torque_order", "throw_torque_phase", "natural_frequency"],
@@ -102,7 +100,7 @@ def test_the_measured_diesel_is_a_dense_solution_with_torques_of_the_same_archiv
     torque[2:8] = throw_torques(found)
     for place, order in enumerate(found.order.values):
         _, expected = dense(order * 2170 * RPM, torque[:, place], **DIESEL)
-        np.testing.assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-9)
+        assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-9)
     # The page's numbers, by openTorsion's matrices and a synthesis over 1440 angles.
     assert found.natural_frequency.values[:3] == pytest.approx([216.6, 592.7, 984.9], abs=0.05)
     assert float(found.shaft_torque_half_range[-1]) == pytest.approx(8064, rel=1e-3)
@@ -136,7 +134,7 @@ def test_gear_branch_damper_and_load_are_a_dense_solution() -> None:
             disc_damping=[1.5] * 6 + [0.0] * 3 + [slope / 0.4**2, 0.0],
             ground_stiffness=[0.0] * 9 + [100.0, 0.0], meshes=[(7, 8)], ratios=[-0.4],
         )  # fmt: skip
-        np.testing.assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-8)
+        assert_allclose(shaft_torques(found)[:, place], expected, rtol=1e-8)
 
 
 def test_a_stiff_shaft_is_the_rigid_engine() -> None:
@@ -169,7 +167,7 @@ def test_a_misfire_takes_the_torque_of_its_throw_and_wakes_the_half_order() -> N
              "shaft_torque_half_range"]  # fmt: skip
     found = run(names, axes={"misfire": range(7)})
     mean = found.shaft_torque_mean
-    np.testing.assert_allclose(-mean[:, -1], found.torque_mean, rtol=1e-12)
+    assert_allclose(-mean[:, -1], found.torque_mean, rtol=1e-12)
     step = -np.diff(mean.values[:, 1:], axis=1)  # of each throw
     assert np.allclose(step[0], step[0, 0])
     for silent in range(1, 7):
@@ -189,7 +187,7 @@ def test_a_wanted_delta_changes_the_flywheel() -> None:
     own = 2.075 + float(wanted.inertia_required) - 2.3552
     given = run(names, set={"speed": 1500, "disc_inertia_9": own})
     for name in names:
-        np.testing.assert_allclose(wanted[name], given[name], rtol=1e-9, err_msg=name)
+        assert_allclose(wanted[name], given[name], rtol=1e-9, err_msg=name)
     # Where less than the rest of the shaft would be needed, the design fails and the others do not.
     found = run(names, set={"speed": 1500}, axes={"wanted_delta": [0.01, 0.3]})
     assert found.torsion_status.values.tolist() == [0, 4]
@@ -225,7 +223,7 @@ def test_the_load_damps_by_its_law_a_factor_or_a_number(tmp_path: Path) -> None:
     of_shaft = run(names, changed(load_damping=5.0), set={"speed": 1500, "load_damping_factor": 2})
     alone = run(names, GEARED, set={"speed": 1500, "load_damping_factor": 2})
     for name in names:
-        np.testing.assert_array_equal(of_shaft[name], alone[name])
+        assert_array_equal(of_shaft[name], alone[name])
 
 
 def test_modes_critical_speeds_and_vector_sums() -> None:
@@ -234,16 +232,14 @@ def test_modes_critical_speeds_and_vector_sums() -> None:
          "modal_inertia", "phase_vector_sum"],
     )  # fmt: skip
     expected = 60.0 * found.natural_frequency / found.order
-    np.testing.assert_allclose(found.critical_speed, expected, rtol=1e-12)
+    assert_allclose(found.critical_speed, expected, rtol=1e-12)
     shape = found.mode_shape.values
-    np.testing.assert_allclose(shape[:, 0], 1.0)
+    assert_allclose(shape[:, 0], 1.0)
     inertia = np.array(DIESEL["inertia"])
-    np.testing.assert_allclose(found.modal_inertia, (inertia * shape**2).sum(axis=1), rtol=1e-12)
+    assert_allclose(found.modal_inertia, (inertia * shape**2).sum(axis=1), rtol=1e-12)
     fire = np.radians([0.0, 480.0, 240.0, 600.0, 120.0, 360.0])  # 1-5-3-6-2-4
     vectors = np.exp(-1j * np.outer(fire, found.order))
-    np.testing.assert_allclose(
-        found.mode_vector_sum, np.abs(shape[:, 2:8] @ vectors), rtol=1e-9, atol=1e-12
-    )
+    assert_allclose(found.mode_vector_sum, np.abs(shape[:, 2:8] @ vectors), rtol=1e-9, atol=1e-12)
     # One node in the first mode, two in the second.
     assert np.isfinite(found.mode_node).sum(axis=1).values.tolist()[:3] == [1, 2, 3]
 
@@ -321,7 +317,7 @@ def test_the_worst_over_speed_and_misfire_and_barred_speeds() -> None:
     assert ranges and {one.place for one in ranges} == {"throw 4 - throw 5"}
     over = found.shaft_torque_over_limit.isel(shaft=3).max("misfire")
     inside = sum((found.speed >= one.low) & (found.speed <= one.high) for one in ranges)
-    np.testing.assert_array_equal(inside.values.astype(bool), over.values > 1.0)
+    assert_array_equal(inside.values.astype(bool), over.values > 1.0)
     for one in ranges:  # ends lie where the line through points is 1, or where speeds end
         for end in (one.low, one.high):
             if end not in (1000.0, 2400.0):
@@ -348,7 +344,7 @@ def test_a_pendulum_is_an_inertia_that_depends_on_the_order() -> None:
         changes: Any = {"discs__6__inertia": 2.0 + inertia / (1.0 - order**2 / square)}
         same = run(["shaft_torque_order"], changed(**changes),
                    set={"load_damping": 0.0, "speed": 1200.0})  # fmt: skip
-        np.testing.assert_allclose(
+        assert_allclose(
             found.shaft_torque_order.sel(speed=1200, order=order)[:9],
             same.shaft_torque_order.sel(order=order), rtol=1e-9,
         )  # fmt: skip
@@ -361,10 +357,8 @@ def test_a_pendulum_is_an_inertia_that_depends_on_the_order() -> None:
     assert np.abs(there / (6.0 * meets / 60.0) - 1.0).min() < 1e-9
     swing = found.pendulum_swing_half_range
     assert np.isnan(swing[:, :9]).all()
-    np.testing.assert_allclose(
-        swing[:, 9], (1.0 + square) * found.shaft_twist_half_range[:, 9], rtol=1e-12
-    )
-    np.testing.assert_allclose(found.pendulum_swing_over_stop[:, 9], swing[:, 9] / 30.0)
+    assert_allclose(swing[:, 9], (1.0 + square) * found.shaft_twist_half_range[:, 9], rtol=1e-12)
+    assert_allclose(found.pendulum_swing_over_stop[:, 9], swing[:, 9] / 30.0)
 
 
 def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
@@ -379,7 +373,7 @@ def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
         given = run(names, set={"speed": float(found.speed[i]), "shaft_stiffness_7": stiffness},
                     shaft=GEARED)  # fmt: skip
         for name in names:
-            np.testing.assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
+            assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
     assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
 
 
@@ -416,10 +410,7 @@ def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
     added = run(["reciprocating_share"], GEARED).reciprocating_share.values
     moving = 0.03 * added / (1.0 - added)
     included = run(["reciprocating_share"]).reciprocating_share.values
-    np.testing.assert_allclose(included, moving / DIESEL["inertia"][2:8], rtol=1e-12)
-
-
-# --- axes, designs, archives ----------------------------------------------------------------------
+    assert_allclose(included, moving / DIESEL["inertia"][2:8], rtol=1e-12)
 
 
 def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
@@ -442,7 +433,7 @@ def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
     for i in range(2):
         alone = run(names, GEARED, set={key: values[i] for key, values in columns.items()})
         for name in names:
-            np.testing.assert_array_equal(both[name].isel(design=i), alone[name], err_msg=name)
+            assert_array_equal(both[name].isel(design=i), alone[name], err_msg=name)
     # As axes, each is an axis of what depends on it alone.
     found = run(
         names, GEARED, axes={"shaft_stiffness_3": [1e6, 2e6], "speed": [1200, 1900]}, set={}
@@ -467,7 +458,7 @@ def test_archives_in_blocks_name_discs_and_are_computed_again(tmp_path: Path) ->
     with sweeps.open(archive) as stored:
         whole = sweeps.run(scene)
         for name in whole.data_vars:
-            np.testing.assert_array_equal(stored[name], whole[name], err_msg=name)
+            assert_array_equal(stored[name], whole[name], err_msg=name)
         assert stored.disc_name.values[-1] == "flywheel"
         assert stored.shaft_name.values[0] == "pulley - gear train"
         scenes = stored.attrs
@@ -492,7 +483,6 @@ def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:
     names = ["natural_frequency", "delta", "shaft_inertia"]
     found = sweeps.run(engine=str(path), set={"speed": 1500}, output={"quantities": names})
     assert float(found.shaft_inertia) == pytest.approx(2.3552)
-    # The scene's shaft replaces the engine's.
     other = run(names, GEARED, engine=str(path))
     assert other.natural_frequency[0] < 0.2 * found.natural_frequency[0]
 
@@ -532,9 +522,6 @@ def test_info_shows_the_shaft(tmp_path: Path) -> None:
     assert len(shaft) == 21
     text = engine_text(sweeps.read_scene(scene).engine)
     assert shaft[0] in text.splitlines() and "disc_inertia_1 =" not in text
-
-
-# --- what is refused ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -631,7 +618,7 @@ def test_absurd_numbers_of_one_design_stop_no_other(key: str, value: float) -> N
     }
     found = run(names, shaft, designs={key: [value, own[key]]})
     for name in names:
-        np.testing.assert_array_equal(
+        assert_array_equal(
             found[name].isel(design=1) if "design" in found[name].dims else found[name],
             plain[name],
             err_msg=name,

@@ -1,4 +1,4 @@
-"""Numbers of archives as tables on the terminal."""
+"""Numbers of archives on the terminal, their units, and changes from the nominal design."""
 
 import re
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.errors import SceneError
@@ -15,6 +16,7 @@ from sweeps.presenting.nearest_values import nearest_notes
 from sweeps.presenting.readable_units import factor
 from sweeps.presenting.tables import number_text, rows_text
 from sweeps.reducing import ranges as reading
+from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.compiled
@@ -43,20 +45,18 @@ def test_rows_are_the_designs_or_changes_in_percent(archive: xr.Dataset) -> None
     assert list(found.table) == [
         "load", "inertia", "delta", "omega_max", "brake_power", "status",
     ]  # fmt: skip
-    np.testing.assert_array_equal(found.table["delta"], archive.delta.values.ravel())
-    np.testing.assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
+    assert_array_equal(found.table["delta"], archive.delta.values.ravel())
+    assert_array_equal(found.table["load"], np.repeat([20.0, 50.0, 80.0], 4))
     assert found.designs == 12 and found.curves == ("omega",)
     assert set(found.table["status"]) == {"converged"}
-    # Designs without a number come last.
     data = archive.copy(deep=True)
     data.delta[1, 2] = np.nan
     for sort in ("delta", "-delta"):
         found = rows(data, sort=sort).table["delta"]
         assert np.isnan(found[-1]) and np.isfinite(found[:-1]).all()
-    # Changes in percent of a design.
     found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
     here = archive.delta.sel(load=50)
-    np.testing.assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
+    assert_allclose(found.table["delta"], 100.0 * (here / here.sel(inertia=2.0) - 1.0))
     assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
     first = rows(archive, relative_to={}).table
     assert first["delta"][0] == 0.0
@@ -76,7 +76,7 @@ def test_the_first_of_an_order_whatever_is_read_at_once(
         sort.removeprefix("-"), ascending=not sort.startswith("-"), kind="stable"
     )
     found = rows(archive, sort=sort, limit=5).table
-    np.testing.assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
+    assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,6 @@ def test_units_for_people_and_their_factors(archive: xr.Dataset) -> None:
     assert re.search(r"omega_max +[0-9.]+ +rad/s", kept)
     other = rows_text(rows(archive), units="power=hp,omega_max=1/min")
     assert "brake_power [hp]" in other and "omega_max [1/min]" in other
-    # Factors of units.
     assert factor("rad s-1", "rpm") == pytest.approx(30.0 / np.pi)
     assert factor("kg m2", "g*m^2") == pytest.approx(1e3)
     assert factor("bar", "MPa") == pytest.approx(0.1)
@@ -258,12 +257,11 @@ def test_several_numbers_for_each_design_have_rows_or_hints(
         expected = data.main_journal_load_max.sel(main_bearing=2).values / 1e3
     assert all(number_text(float(value)) in one for value in expected)
     assert "not shown" not in one  # what was not asked for
-    # Bearings and orders have a row each.
     with sweeps.open(of_bearings) as data:
         found = rows(data, select={"load": 50}, quantities=["main_journal_load_max", "delta"])
         loads = data.main_journal_load_max.sel(load=50)
-        np.testing.assert_array_equal(found.table["main_journal_load_max"], loads)
-        np.testing.assert_array_equal(found.table["main_bearing"], data.main_bearing)
+        assert_array_equal(found.table["main_journal_load_max"], loads)
+        assert_array_equal(found.table["main_bearing"], data.main_bearing)
         largest = rows(data, quantities="torque_order", sort="-torque_order", limit=1)
         assert float(largest.table["torque_order"][0]) == float(data.torque_order.max())
         assert largest.designs == data.torque_order.size
@@ -273,9 +271,67 @@ def test_several_numbers_for_each_design_have_rows_or_hints(
     names = "torque_order,main_journal_load_max"
     told = refused("show", of_bearings, "--quantities", names)
     assert "(over main_bearing) do not fit into one table" in told
-    # Hints are those of python.
     with sweeps.open(of_bearings) as data:
         data.dyn.show()
     told = capsys.readouterr().out
     assert 'select=dict(order=1) shows one of them, quantities="torque_order" all' in told
     assert "--select" not in told
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("nominal") / "grid.nc"
+    scene: dict[str, Any] = {
+        "engine": "ntua",  # its own values: 1200 rpm, 50 percent, 2 kg m2
+        "axes": {"speed": [1000.0, 1200.0, 1500.0], "inertia": [1.0, 2.0]},
+        "output": {"quantities": ["delta", "brake_power"]},
+    }
+    run(scene, path)
+    return path
+
+
+def test_nominal_is_the_engines_own_design(grid: Path) -> None:
+    with sweeps.open(grid) as found:
+        named = found.dyn.table(relative_to="nominal")
+        given = found.dyn.table(relative_to={"speed": 1200.0, "inertia": 2.0})
+    assert named.equals(given)
+    own = named[(named["speed"] == 1200.0) & (named["inertia"] == 2.0)]
+    assert own["delta"].item() == 0.0 and (named["delta"] != 0.0).sum() == 5
+    assert "+" in ok("show", grid, "--relative-to", "nominal")
+    with sweeps.open(grid) as found:
+        part = found.isel(speed=[0, 2])
+        with pytest.raises(SceneError, match="speed = 1200, the engine's own value, is not on"):
+            rows(part, relative_to="nominal")
+        without = found.assign_attrs(engine_values="{}")
+        with pytest.raises(SceneError, match="the archive has no value of the engine for it"):
+            rows(without, relative_to="nominal")
+
+
+def test_nominal_is_the_design_of_this_name() -> None:
+    found = sweeps.run(
+        engine="ntua",
+        designs={"case": ["light", "nominal"], "inertia": [1.0, 3.0]},
+        output={"quantities": ["delta"]},
+    )
+    changes = rows(found, relative_to="nominal").table["delta"]
+    assert changes[1] == 0.0 and changes[0] > 100.0
+    with pytest.raises(SceneError, match="no design is named 'nominal'"):
+        rows(found.isel(design=[0, 0]), relative_to="nominal")
+
+
+def test_units_of_tables_and_descriptions(grid: Path, tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    ok("export", grid, "-o", table, "--units", "power=kW", "--head-units")
+    plain = tmp_path / "plain.csv"
+    ok("export", grid, "-o", plain, "--head-units")
+    heads = table.read_text().splitlines()[0].split(",")
+    assert "brake_power [kW]" in heads and "speed [rpm]" in heads
+    column = heads.index("brake_power [kW]")
+    kilowatts, watts = (
+        np.loadtxt(path, delimiter=",", skiprows=1, usecols=column) for path in (table, plain)
+    )
+    assert kilowatts == pytest.approx(watts / 1000.0)
+    assert " kW" in ok("info", grid, "--units", "power=kW") and " kW" not in ok("info", grid)
+    wrong = ("export", grid, "-o", tmp_path / "x.csv", "--units", "power=kg")
+    assert "unit 'kg': cannot be used for a quantity in W" in refused(*wrong)
+    assert not (tmp_path / "x.csv").exists()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.catalogue import ENGINES
@@ -17,7 +18,7 @@ from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene import engine_choices
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted, shards
+from tests.support.archives import assert_same, assert_same_in_parts, interrupted
 from tests.support.commands import ok, refused
 from tests.support.scenes import asking, refusal, write_scene
 
@@ -48,7 +49,6 @@ TABLE: dict[str, Any] = {
 
 
 def alone(raw: dict[str, Any], engine: str, **settings: Any) -> xr.Dataset:
-    """The same scene of one engine."""
     axes = {k: v for k, v in raw["axes"].items() if k not in ("engine", "arrangement")}
     given = {**raw.get("set", {}), **settings}
     return sweeps.run({**raw, "engine": engine, "axes": axes, "set": given})
@@ -69,7 +69,7 @@ def assert_numbers(found: xr.Dataset, expected: xr.Dataset) -> None:
                 own = own.expand_dims({dimension: values.sizes[dimension]})
         own = own.transpose(*values.dims)
         assert values.dtype == own.dtype
-        np.testing.assert_array_equal(values.values, own.values, err_msg=str(name))
+        assert_array_equal(values.values, own.values, err_msg=str(name))
 
 
 @pytest.fixture(scope="module")
@@ -202,32 +202,15 @@ def test_a_quantity_that_none_has_is_refused():
         read_scene(raw)
 
 
-@pytest.fixture
-def small(monkeypatch):
-    """Many blocks of few designs."""
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
-
-
 @pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
-def test_blocks_and_resuming(raw, tmp_path, monkeypatch, small):
-    del small
+def test_parts_and_resumed_runs_are_the_whole(raw, tmp_path, monkeypatch):
+    assert_same_in_parts(raw, tmp_path, monkeypatch)
     plan, output = make_plan(read_scene(raw)), tmp_path / "out.nc"
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
     interrupted(plan, output, monkeypatch)
     done = into_archive.run(plan, output, Options(resume=True))
-    assert done.before == 3
-    assert done.blocks > 6
+    assert done.before == 3 and done.blocks > 6
     assert_same(output, sweeps.run(raw))
-
-
-@pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
-def test_shards_merge_and_rerun(raw, tmp_path):
-    whole = tmp_path / "whole.nc"
-    sweeps.stream(raw, whole)
-    ok("merge", *shards(raw, 3, tmp_path), "-o", tmp_path / "merged.nc")
-    assert "differ" not in ok("compare", whole, tmp_path / "merged.nc", "--tolerance", "0")
-    ok("rerun", tmp_path / "merged.nc", "-o", tmp_path / "again.nc")
-    with sweeps.open_archive(tmp_path / "again.nc") as again:
-        assert_same(whole, again.load())
 
 
 def test_extend_adds_points_but_no_engine(tmp_path):
@@ -236,7 +219,7 @@ def test_extend_adds_points_but_no_engine(tmp_path):
     ok("extend", output, "--axis", "speed=1400")
     with sweeps.open_archive(output) as found:
         own = alone({**ENGINES_BESIDE, "axes": {"inertia": [0.5, 2.0, 5.0]}}, "ntua", speed=1400)
-        np.testing.assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
+        assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
     told = refused("extend", output, "--axis", "engine=b112")
     assert "engine cannot be added to an archive" in told
 

@@ -18,6 +18,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.compilation import COMPILING
@@ -31,8 +32,7 @@ from tests.support.archives import assert_same, interrupted, plan_of, stop_after
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import IN_BLOCKS, LARGE_MAP, MAP
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sweeps.processes import ROOT, python
 
 pytestmark = pytest.mark.compiled
 
@@ -50,11 +50,7 @@ main()
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Many blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", SMALL)
-
-
-# --- what is written ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", IN_BLOCKS)
@@ -115,9 +111,9 @@ def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
             values = delta[...]
         if options.single:
             assert values.dtype == np.float32
-            np.testing.assert_array_equal(values, expected["delta"].values.astype("f4"))
+            assert_array_equal(values, expected["delta"].values.astype("f4"))
         else:
-            np.testing.assert_array_equal(values, expected["delta"].values)
+            assert_array_equal(values, expected["delta"].values)
     assert sizes[1] < sizes[0] and sizes[2] < sizes[0] and sizes[3] < sizes[2]
 
 
@@ -138,9 +134,6 @@ def test_blocks_are_whole_chunks_and_little_room_is_lost(
         assert 2000 < np.prod(chunks) <= netcdf.CHUNK
     room = np.prod([-(-n // c) * c for n, c in zip(shape, chunks, strict=True)])
     assert np.prod(shape) > 0.98 * room
-
-
-# --- what is refused ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -217,9 +210,6 @@ def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
     into_archive.run(plan, tmp_path / "out.nc", Options())
     assert (folder / "notes.txt").read_text() == "mine"
     assert invoke("info", folder).exit_code == 2
-
-
-# --- interrupted runs ---------------------------------------------------------------------------
 
 
 def test_resume_computes_nothing_but_what_is_missing(
@@ -317,7 +307,6 @@ def test_blocks_of_other_runs_and_flipped_bits_are_found(tmp_path: Path) -> None
     mine.write_bytes(foreign.read_bytes())
     with pytest.raises(partial.Damaged, match="belongs to another run"):
         ours.read(0)
-    # Every flipped bit is found.
     folder = Partial(tmp_path)
     folder.begin({"identity": {}, "lengths": {}})
     folder.write(0, {"delta": np.arange(3.0), "status": np.zeros(3, "i1")})
@@ -411,9 +400,6 @@ def test_the_old_archive_stays_until_the_new_one_is_whole(
     assert_same(output, sweeps.run(path))
 
 
-# --- the disk -----------------------------------------------------------------------------------
-
-
 def test_a_full_disk_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
@@ -459,10 +445,7 @@ def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) 
     """The system itself refuses: first a block, then only the archive."""
     path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
     path.write_text(MAP.replace("num = 40", "num = 200"))
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(limit), "run", str(path), "-o", str(output)],
-        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    done = python(LIMITED, limit, "run", path, "-o", output)
     assert done.returncode == 1, done.stderr
     assert "cannot be written" in done.stderr and "Traceback" not in done.stderr
     assert not output.exists()
@@ -498,9 +481,6 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
         assert result.stderr.count("\n") == 1
 
 
-# --- killing ------------------------------------------------------------------------------------
-
-
 SLOW = """
 import signal
 import time
@@ -531,7 +511,6 @@ def wait_for(what: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """The same in one go."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "scene.toml").write_text(LARGE_MAP)
     return sweeps.run(folder / "scene.toml")
@@ -575,16 +554,11 @@ print(hashlib.sha256(data).hexdigest())
 def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
     """Else a run could be resumed to other bytes than it would have had in one go."""
     (tmp_path / "scene.toml").write_text(LARGE_MAP)
-    environment = {
-        **os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-    }  # fmt: skip
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     said = [
-        subprocess.run(
-            [sys.executable, "-c", FRESH, str(tmp_path / "scene.toml")],
-            capture_output=True, text=True, check=True, env=environment,
-        ).stdout
+        python(FRESH, tmp_path / "scene.toml", environment=cache, check=True).stdout
         for _ in range(2)
-    ]  # fmt: skip
+    ]
     assert said[0] == f"compiled {said[1]}"
 
 

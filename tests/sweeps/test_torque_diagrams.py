@@ -1,4 +1,4 @@
-"""Engines posed by their torque over the crank angle, from scenes and engine files."""
+"""Torque over the angle: given, of auxiliaries, and its coefficient of irregularity."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import sweeps
+from engine_dyn.loads.auxiliaries import Auxiliary, over_crank
+from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import ok, refused
+from tests.support.scenes import asking, computed, refusal
 
 pytestmark = pytest.mark.compiled
 
@@ -31,7 +35,6 @@ LOAD = {"mean": 25e3, "harmonics": [{"order": 1, "sine": 4.2e3}]}
 
 
 def posed(folder: Path, diagram: str, quantities: list[str], **scene: Any) -> xr.Dataset:
-    """Results of a scene on an engine with this diagram."""
     file = folder / "engine.toml"
     file.write_text(ENGINE + diagram, encoding="utf-8")
     found: xr.Dataset = sweeps.run(
@@ -54,9 +57,7 @@ def test_constant_load(tmp_path: Path) -> None:
         (25e3, 33e3, 17e3), rel=1e-8
     )
     assert found.brake_power == pytest.approx(25e3 * 14 * np.pi, rel=1e-9)
-    np.testing.assert_allclose(
-        found.torque, 25e3 - 8e3 * np.sin(3 * np.radians(found.crank_angle)), rtol=1e-9
-    )
+    assert_allclose(found.torque, 25e3 - 8e3 * np.sin(3 * np.radians(found.crank_angle)), rtol=1e-9)
 
 
 def test_load_in_closed_form_and_its_crossings(tmp_path: Path) -> None:
@@ -69,9 +70,9 @@ def test_load_in_closed_form_and_its_crossings(tmp_path: Path) -> None:
     # 8 sin(3 theta) + 4.2 sin(theta) = 0: theta = 0, 180 degrees, and sin^2(theta) = 28.2/32.
     steep = np.degrees(np.arcsin(np.sqrt(28.2 / 32.0)))
     angles = [-180.0, steep - 180.0, -steep, 0.0, steep, 180.0 - steep]
-    np.testing.assert_allclose(found.crossing_angle[:6], angles, atol=1e-6)
+    assert_allclose(found.crossing_angle[:6], angles, atol=1e-6)
     energy = 8e3 / 3.0 * np.cos(3 * np.radians(angles)) + 4.2e3 * np.cos(np.radians(angles))
-    np.testing.assert_allclose(found.crossing_energy[:6], energy, atol=1e-3)
+    assert_allclose(found.crossing_energy[:6], energy, atol=1e-3)
     assert np.isnan(found.crossing_angle[6:]).all()
 
 
@@ -86,7 +87,7 @@ def test_load_over_three_revolutions(tmp_path: Path) -> None:
     work = 8.0 / 3.0 * np.cos(3.0 * theta) + 12.6 * np.cos(theta / 3.0)
     assert found.energy_swing == pytest.approx(1e3 * np.ptp(work), rel=1e-6)
     each = found.omega.max("crank_angle") - found.omega.min("crank_angle")
-    np.testing.assert_allclose(each / found.omega.mean("crank_angle"), found.delta, rtol=1e-3)
+    assert_allclose(each / found.omega.mean("crank_angle"), found.delta, rtol=1e-3)
 
 
 def test_four_revolutions_and_a_stated_cycle(tmp_path: Path) -> None:
@@ -106,7 +107,7 @@ def test_areas_give_the_swing_of_their_levels(tmp_path: Path, crossings: str) ->
     assert found.energy_swing == pytest.approx(500.0, rel=1e-4)  # levels 300, -200, 220, 0
     assert found.torque_mean == pytest.approx(400.0, rel=1e-9)
     levels = np.sort(found.crossing_energy.dropna("crossing").values)
-    np.testing.assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
+    assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
 
 
 def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
@@ -114,8 +115,8 @@ def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
     found = posed(tmp_path, closed, ["torque_order", "torque_phase"])
     amplitude, phase = (found[name].sel(order=[0.5, 1.0, 3.0]) for name in found.data_vars
                         if name != "status")  # fmt: skip
-    np.testing.assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
-    np.testing.assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
+    assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
+    assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -169,9 +170,9 @@ def test_factor_is_an_axis_and_the_inertia_follows(tmp_path: Path) -> None:
         tmp_path, CLOSED, ["inertia_required", "inertia_energy_swing", "torque_mean"],
         set={"wanted_delta": 0.0030634}, axes={"torque_factor": [0.5, 1.0]},
     )  # fmt: skip
-    np.testing.assert_allclose(found.torque_mean, [12.5e3, 25e3], rtol=1e-9)
-    np.testing.assert_allclose(found.inertia_required, [450.0, 900.0], rtol=5e-5)
-    np.testing.assert_allclose(found.inertia_energy_swing, [450.0, 900.0], rtol=5e-5)
+    assert_allclose(found.torque_mean, [12.5e3, 25e3], rtol=1e-9)
+    assert_allclose(found.inertia_required, [450.0, 900.0], rtol=5e-5)
+    assert_allclose(found.inertia_energy_swing, [450.0, 900.0], rtol=5e-5)
 
 
 @pytest.mark.parametrize(("key", "extreme"), [("largest_speed", "omega_max"),
@@ -184,11 +185,11 @@ def test_an_extreme_in_place_of_the_nominal_speed(
         tmp_path, CLOSED, [extreme, "delta", "brake_power"], set={key: 400.0, **more},
         axes={"load_exponent": [0, 2]},
     )  # fmt: skip
-    np.testing.assert_allclose(found[extreme], 400.0 * np.pi / 30.0, rtol=1e-9)
+    assert_allclose(found[extreme], 400.0 * np.pi / 30.0, rtol=1e-9)
     assert (found.status == 0).all()
     assert (found.brake_power / 25e3 != pytest.approx(400.0 * np.pi / 30.0, rel=0.01)).all()
     if "wanted_delta" in more:
-        np.testing.assert_allclose(found.delta, 0.2, rtol=1e-6)
+        assert_allclose(found.delta, 0.2, rtol=1e-6)
 
 
 def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:
@@ -276,3 +277,246 @@ def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "converged 25" in ok("run", "scene.toml", "-o", "out.nc")
     Path("scene.toml").write_text('engine = "engine.toml"\n[output]\nquantities = ["bmep"]')
     assert "needs" in refused("run", "scene.toml", "-o", "other.nc")
+
+
+BORE, RADIUS, ROD = 0.14, 0.09, 0.35  # of the NTUA engine, m
+MASS = 6.67  # kg
+STEP = 0.05  # degree
+
+
+def run(quantities: list[str], step: float = 1.0, **tables: Any) -> Any:
+    output = {"quantities": quantities, "angle_step": step}
+    return sweeps.run({"engine": "ntua", "output": output, **tables})
+
+
+def indicated_torque(pressure: np.ndarray, degrees: np.ndarray, rpm: float, count: int) -> Any:
+    """Torque of gas and reciprocating masses of engines that fire evenly, by virtual work.
+
+    The piston's place is that of the triangle of crank and rod; its velocity and acceleration are
+    differences, so that nothing is shared with the package but the pressure.
+    """
+    phi, h = np.radians(degrees), 1e-4
+
+    def place(angle: Any) -> Any:
+        return RADIUS * np.cos(angle) + np.sqrt(ROD**2 - (RADIUS * np.sin(angle)) ** 2)
+
+    first = (place(phi + h) - place(phi - h)) / (2.0 * h)
+    second = (place(phi + h) - 2.0 * place(phi) + place(phi - h)) / h**2
+    omega = rpm * np.pi / 30.0
+    force = 0.25 * np.pi * BORE**2 * (pressure - 1.01325) * 1e5 + MASS * omega**2 * second
+    one = -force * first
+    return sum(np.roll(one, k * one.size // count) for k in range(count))
+
+
+def test_it_is_over_the_mean_indicated_torque() -> None:
+    """Power units, lecture 18: mu = (M_i max - M_i min)/M_i mean, index i without friction."""
+    axes = {"load": [0, 2, 50], "speed": [700, 1500], "cylinders": [1, 4]}
+    setting = {"reciprocating_mass": MASS}
+    found = run(
+        ["torque_irregularity", "torque_irregularity_brake", "torque_range", "torque_mean",
+         "friction_torque", "pressure"],
+        STEP, axes=axes, set=setting,
+    )  # fmt: skip
+    degrees = found["crank_angle"].values
+    for place in np.ndindex(3, 2, 2):
+        here = found.isel(dict(zip(axes, place, strict=True)))
+        count, rpm = int(here["cylinders"]), float(here["speed"])
+        curve = indicated_torque(here["pressure"].values, degrees, rpm, count)
+        mean = float(curve.mean())
+        assert mean == pytest.approx(float(here["torque_mean"] + here["friction_torque"]), rel=1e-4)
+        mu = np.ptp(curve) / mean
+        assert float(here["torque_irregularity"]) == pytest.approx(mu, rel=1e-4), place
+    brake = found["torque_range"] / found["torque_mean"]
+    assert_allclose(found["torque_irregularity_brake"], brake, rtol=1e-14)
+    # Friction makes the difference, most of it where there is little else.
+    ratio = abs(found["torque_irregularity_brake"] / found["torque_irregularity"])
+    assert (ratio > 1.1).all()
+    assert float(ratio.sel(load=2, speed=1500, cylinders=1)) > 2.0
+
+
+def test_it_is_a_number_where_the_engine_idles() -> None:
+    """Without a brake torque there is still an indicated one, which the friction takes."""
+    found = run(
+        ["torque_irregularity", "torque_irregularity_brake", "torque_range", "friction_torque",
+         "torque_mean"],
+        set={"load": 0, "speed": 1200},
+    )  # fmt: skip
+    mu = float(found["torque_irregularity"])
+    whole = float(found["torque_mean"] + found["friction_torque"])
+    assert mu == pytest.approx(float(found["torque_range"]) / whole, rel=1e-12)
+    assert 0.0 < mu < 200.0
+    brake = float(found["torque_irregularity_brake"])
+    assert np.isnan(brake) or abs(brake) > 1e6
+
+
+def test_friction_over_the_stroke_leaves_it_alone() -> None:
+    names = ["torque_irregularity", "torque_irregularity_brake", "torque_range"]
+    scene = {"axes": {"load": [20, 50], "speed": [800, 1500]}}
+    shape = {
+        "friction_boundary": 0.2, "friction_mixed": 0.3, "friction_hydrodynamic": 0.3,
+        "friction_skirt": 0.1, "ring_pressure": 2.0,
+    }  # fmt: skip
+    even, over_stroke = run(names, **scene), run(names, set=shape, **scene)
+    assert_allclose(over_stroke["torque_irregularity"], even["torque_irregularity"], rtol=1e-6)
+    # The range of the torque with friction differs, and with it what is over the brake torque.
+    assert (abs(over_stroke["torque_range"] / even["torque_range"] - 1.0) > 1e-4).all()
+    assert (over_stroke["torque_irregularity_brake"] != even["torque_irregularity_brake"]).all()
+
+
+FOUR = "si_four_87x101"
+CAM = {"ratio": 0.5, "phase": 30.0, "mean": 4.0,
+       "harmonics": [{"order": 4, "sine": 12.0}, {"order": 8, "cosine": -3.0}]}  # fmt: skip
+PUMP = {"ratio": 1.5, "mean": 2.0, "harmonics": [{"order": 1, "cosine": 5.0}]}
+
+
+def at_crank(phi: Any) -> Any:
+    """Torque of both at the crank, written out."""
+    cam, pump = 0.5 * phi + np.radians(30.0), 1.5 * phi
+    of_cam = 0.5 * (4.0 + 12.0 * np.sin(4.0 * cam) - 3.0 * np.cos(8.0 * cam))
+    return of_cam + 1.5 * (2.0 + 5.0 * np.cos(pump))
+
+
+def test_the_sum_is_exact() -> None:
+    """Of closed forms, and of splines whose knots lie elsewhere."""
+    cam = torque_of_harmonics(4.0, {4: (12.0, 0.0), 8: (0.0, -3.0)})
+    pump = torque_of_harmonics(2.0, {1: (0.0, 5.0)})
+    both = over_crank([Auxiliary(cam, 0.5, np.radians(30.0)), Auxiliary(pump, 1.5)], 4.0 * np.pi)
+    phi = np.random.default_rng(1).uniform(-20.0, 20.0, 1000)
+    assert_allclose(both(phi), at_crank(phi), atol=1e-8)
+    assert both.mean == pytest.approx(5.0, rel=1e-12)
+    assert both.repeats == 1
+    assert over_crank([Auxiliary(cam, 0.5)], 4.0 * np.pi).repeats == 4
+    theta = np.arange(0.1, 2.0 * np.pi, 0.3)
+    rough = torque_over_angle(theta, np.random.default_rng(2).uniform(0.0, 9.0, theta.size))
+    given = [Auxiliary(rough, 2.0, -1.0), Auxiliary(rough, 0.5, 7.0)]
+    summed = over_crank(given, 4.0 * np.pi)
+    expected = sum(one.ratio * one.torque(one.ratio * phi + one.phase) for one in given)
+    assert_allclose(summed(phi), expected, atol=1e-9)
+    assert summed.mean == pytest.approx(2.5 * rough.mean, rel=1e-9)
+
+
+def test_excess_energy_by_hand(tmp_path: Path) -> None:
+    """A torque in closed form of 25 - 8 sin(3 phi) kN m with a valve train at half speed."""
+    (tmp_path / "mine.toml").write_text(
+        'cycle = "four-stroke"\n[values]\ninertia = 900\nspeed = 420\nload_exponent = 0\n'
+        'load_offset = 0\n[[diagram]]\nkind = "torque"\nmean = 25e3\n'
+        "harmonics = [{ order = 3, sine = -8e3 }]\n"
+    )
+    cam = {"ratio": 0.5, "mean": 400.0, "harmonics": [{"order": 4, "sine": 6e3}]}
+    names = ["delta", "energy_swing", "torque_mean", "brake_power", "torque_max", "torque_order"]
+    found = computed(
+        names, engine=str(tmp_path / "mine.toml"), auxiliaries=[cam], output={"highest_order": 6}
+    )
+    # At the crank the cam takes 200 + 3000 sin(2 phi), so the excess has the work
+    # 8000/3 cos(3 phi) + 1500 cos(2 phi), extreme where its slope vanishes:
+    # sin(phi) [8000 (4 c^2 - 1) + 6000 c] = 0 with c = cos(phi).
+    c = np.concatenate([[1.0, -1.0], np.roots([32e3, 6e3, -8e3])])
+    work = 8e3 / 3.0 * (4.0 * c**3 - 3.0 * c) + 1500.0 * (2.0 * c**2 - 1.0)
+    swing = work.max() - work.min()
+    assert float(found["energy_swing"]) == pytest.approx(swing, rel=1e-9)
+    assert float(found["torque_mean"]) == pytest.approx(24.8e3, rel=1e-12)
+    omega = 420 * np.pi / 30.0
+    assert float(found["brake_power"]) == pytest.approx(24.8e3 * omega, rel=1e-12)
+    assert float(found["delta"]) == pytest.approx(swing / (900.0 * omega**2), rel=1e-3)
+    # Exact: the square of the speed follows the work, with the nominal speed as geometric mean.
+    phi = np.linspace(0.0, 2.0 * np.pi, 200001)
+    square = 2.0 / 900.0 * (8e3 / 3.0 * np.cos(3.0 * phi) + 1500.0 * np.cos(2.0 * phi))
+    start = omega**2
+    for _ in range(50):
+        start *= omega**2 / np.exp(np.log(start + square[:-1]).mean())
+    speeds = np.sqrt(start + 2.0 / 900.0 * np.array([work.max(), work.min()]))
+    assert float(found["delta"]) == pytest.approx((speeds[0] - speeds[1]) / omega, rel=1e-6)
+    torque = 24.8e3 - 8e3 * np.sin(3.0 * phi) - 3e3 * np.sin(2.0 * phi)
+    assert float(found["torque_max"]) == pytest.approx(torque.max(), rel=1e-8)
+    orders = found["torque_order"].sel(order=[1.0, 2.0, 3.0, 4.0])
+    assert_allclose(orders, [0.0, 3e3, 8e3, 0.0], atol=1e-6)
+
+
+NAMES = [
+    "delta", "omega_max", "energy_swing", "torque", "torque_mean", "torque_max", "torque_min",
+    "friction_torque", "instantaneous_friction_torque", "torque_order", "load_torque",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("more", "tables"),
+    [
+        ({"speed": 1500.0}, {}),
+        ({"speed": 1500.0, "friction_skirt": 0.4, "friction_boundary": 0.3, "ring_pressure": 1.0},
+         {"solver": {"inertia_model": "variable"}}),
+    ],
+)  # fmt: skip
+def test_auxiliaries_are_part_of_the_torque(more: dict[str, Any], tables: dict[str, Any]) -> None:
+    """The same torque as a load over angle leaves the speed as it is: both are subtracted."""
+    given = {"set": more, **tables, "output": {"angle_step": 1.0, "highest_order": 8}}
+    with_both = computed(NAMES, engine=FOUR, auxiliaries=[CAM, PUMP], **given)
+    without = computed(NAMES, engine=FOUR, **given)
+    phi = np.radians(with_both["crank_angle"].values)
+    taken = at_crank(phi)
+    change = without["torque"] - with_both["torque"]
+    assert_allclose(change, taken, atol=1e-8)
+    for name in ("friction_torque", "torque_mean"):
+        assert abs(float(with_both[name] - without[name])) == pytest.approx(5.0, rel=1e-9)
+    more_friction = (
+        with_both["instantaneous_friction_torque"] - without["instantaneous_friction_torque"]
+    )
+    assert_allclose(more_friction, taken, atol=1e-8)
+    assert float(with_both["torque_max"]) == pytest.approx(
+        float(with_both["torque"].max()), rel=1e-3
+    )
+    wave = np.fft.rfft(taken) * 2.0 / taken.size
+    assert float(with_both["torque_order"].sel(order=1.5) - without["torque_order"].sel(order=1.5)
+                 ) == pytest.approx(float(np.abs(wave[3])), rel=1e-9)  # fmt: skip
+    # A load of the same torque, over the crank angle.
+    harmonics = [
+        {"order": 2, "sine": 6.0 * np.cos(np.radians(120.0)),
+         "cosine": 6.0 * np.sin(np.radians(120.0))},
+        {"order": 4, "sine": 1.5 * np.sin(np.radians(240.0)),
+         "cosine": -1.5 * np.cos(np.radians(240.0))},
+        {"order": 1.5, "cosine": 7.5},
+    ]  # fmt: skip
+    load = {**given, "set": {**more, "load_table": {"mean": 5.0, "harmonics": harmonics}}}
+    as_load = computed(NAMES, engine=FOUR, **load)
+    for name in ("delta", "omega_max", "energy_swing"):
+        assert float(with_both[name]) == pytest.approx(float(as_load[name]), rel=1e-7)
+        assert abs(float(with_both[name] / without[name]) - 1.0) > 1e-5
+    assert_allclose(with_both["load_torque"] + 5.0, as_load["load_torque"].mean()
+                               + (with_both["load_torque"] - with_both["load_torque"].mean()),
+                               atol=0.02)  # fmt: skip
+
+
+def test_beside_a_geared_load_over_angle() -> None:
+    given: dict[str, Any] = {"set": {"speed": 2000.0, "gear_ratio": 1.5}}
+    load = {"mean": 20.0, "angle": "load", "harmonics": [{"order": 1, "sine": 15.0}]}
+    given["set"]["load_table"] = load
+    both = computed(["delta", "energy_swing"], engine=FOUR, auxiliaries=[PUMP], **given)
+    # Both have the order 3/2: 22.5 sin + 7.5 cos.
+    load = {"mean": 22.0, "angle": "load",
+            "harmonics": [{"order": 1, "sine": 15.0, "cosine": 5.0}]}  # fmt: skip
+    given["set"]["load_table"] = load
+    one = computed(["delta", "energy_swing"], engine=FOUR, **given)
+    for name in ("delta", "energy_swing"):
+        assert float(both[name]) == pytest.approx(float(one[name]), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ([{**CAM, "ratio": 0.3}], "[[auxiliaries]] number 1 ratio = 0.3: must be a multiple of"),
+        ([CAM, {**CAM, "ratio": -1.0}], "[[auxiliaries]] number 2: ratio = -1: must be a number"),
+        ([{**CAM, "phase": 999.0}], "phase = 999: must be a number in degree"),
+        ([{**CAM, "speed": 1.0}], "speed: unknown"),
+        ([{"ratio": 0.5, "mean": 3.0}], "number 1 file, harmonics or areas: missing"),
+        ([{"ratio": 0.5, "harmonics": []}], "number 1 mean: missing; must be a number in N m"),
+        ([{**CAM, "kind": "points"}], "kind = 'points': must be 'torque'"),
+        ([{"file": "none.csv"}], "none.csv"),
+        ([], "auxiliaries = []: must be tables [[auxiliaries]]"),
+    ],
+)  # fmt: skip
+def test_bad_input(tables: Any, message: str) -> None:
+    assert message in refusal(asking(["delta"], engine=FOUR, auxiliaries=tables))
+
+
+def test_a_method_that_cannot() -> None:
+    scene = asking(["delta"], auxiliaries=[CAM], solver={"method": "thesis"})
+    assert "with load_table, a driver, [[auxiliaries]] or a torque" in refusal(scene)

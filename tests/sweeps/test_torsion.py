@@ -5,7 +5,6 @@ import re
 import sys
 import tomllib
 import types
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,8 @@ from engine_dyn.units import RPM
 from sweeps.errors import SceneError
 from sweeps.exploring.torsion import QUANTITIES, excitation
 from tests.support.shafts import DIESEL
+from tests.sweeps.processes import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 example: Any = importlib.import_module("torsional_vibration")
 

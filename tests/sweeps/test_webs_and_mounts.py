@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from tests.support.scenes import asking, computed, refusal, refusal_of
@@ -93,9 +94,7 @@ def test_pairs_of_webs_are_the_counterweight_of_a_throw(
     )  # fmt: skip
     for name in SAME:
         size = float(np.abs(throws[name]).max())
-        np.testing.assert_allclose(
-            webs[name], throws[name], rtol=1e-9, atol=1e-11 * size + 1e-6, err_msg=name
-        )
+        assert_allclose(webs[name], throws[name], rtol=1e-9, atol=1e-11 * size + 1e-6, err_msg=name)
 
 
 def test_journals_bear_the_counterweights_by_the_lever_rule() -> None:
@@ -117,16 +116,16 @@ def test_journals_bear_the_counterweights_by_the_lever_rule() -> None:
         expected[j] = share * size * np.exp(1j * (phi + np.radians(angle)))
     change = found.isel(counterweights_factor=1) - found.isel(counterweights_factor=0)
     limit = 1e-9 * one
-    np.testing.assert_allclose(change["main_journal_y"], expected.real, atol=limit)
-    np.testing.assert_allclose(change["main_journal_x"], expected.imag, atol=limit)
+    assert_allclose(change["main_journal_y"], expected.real, atol=limit)
+    assert_allclose(change["main_journal_x"], expected.imag, atol=limit)
     gravity = sum(
         9.80665 * web["mass"] * web["radius"] * np.sin(phi + np.radians(web["angle"]))
         for web in webs
     )
-    np.testing.assert_allclose(change["gravity_torque"], gravity, atol=1e-9)
+    assert_allclose(change["gravity_torque"], gravity, atol=1e-9)
     sizes = np.hypot(found["main_journal_x"], found["main_journal_y"]).max("crank_angle")
-    np.testing.assert_allclose(found["main_journal_load_max"], sizes, rtol=2e-4)
-    np.testing.assert_array_equal(
+    assert_allclose(found["main_journal_load_max"], sizes, rtol=2e-4)
+    assert_array_equal(
         found["any_main_journal_load_max"], found["main_journal_load_max"].max("main_bearing")
     )
 
@@ -170,16 +169,16 @@ def test_roll_moment_is_that_of_all_forces_on_the_block(offset: float) -> None:
     clockwise = -offset * gas + height * side
     expected = clockwise + float(found["friction_torque"])
     size = np.abs(expected).max()
-    np.testing.assert_allclose(found["roll_moment"], expected, atol=1e-9 * size)
+    assert_allclose(found["roll_moment"], expected, atol=1e-9 * size)
     assert (float(abs(found["roll_moment"] + found["torque"]).max()) > 1e-3 * size) == bool(offset)
 
     forces = found["mount_force"]
     upward = found["shaking_force"].sel(direction=0.0)
-    np.testing.assert_allclose(forces.sum("mount"), upward, atol=1e-9 * size)
+    assert_allclose(forces.sum("mount"), upward, atol=1e-9 * size)
     couple = 0.3 * (forces.sel(mount=1) - forces.sel(mount=2))
-    np.testing.assert_allclose(couple, found["roll_moment"], atol=1e-9 * size)
+    assert_allclose(couple, found["roll_moment"], atol=1e-9 * size)
     for name, extreme in (("max", forces.max("crank_angle")), ("min", forces.min("crank_angle"))):
-        np.testing.assert_allclose(found[f"mount_force_{name}"], extreme, rtol=3e-3)
+        assert_allclose(found[f"mount_force_{name}"], extreme, rtol=3e-3)
 
 
 def test_four_mounts_bear_roll_pitch_and_side_forces() -> None:
@@ -213,17 +212,13 @@ def test_four_mounts_bear_roll_pitch_and_side_forces() -> None:
             loads = [f.real, -(roll - (-0.15) * f.imag), m.real + f.real * 1.5 * SPACING]
             w, a, c = np.linalg.solve(balance, loads)
             expected = k * (w + a * y + c * x)
-            np.testing.assert_allclose(
-                found["mount_force"][share, :, i], expected, atol=1e-8 * abs(roll)
-            )
+            assert_allclose(found["mount_force"][share, :, i], expected, atol=1e-8 * abs(roll))
     curve = np.fft.rfft(found["mount_force"].values) * 2.0 / found.sizes["crank_angle"]
     for order in (0.5, 1.0, 2.0, 4.0, 6.0):
         expected = np.abs(curve[..., round(2 * order)])
         here = found["mount_force_order"].sel(order=order)
-        np.testing.assert_allclose(
-            here, expected, rtol=2e-3, atol=1e-3 * np.abs(curve[..., 1:]).max()
-        )
-    np.testing.assert_array_equal(found["roll_moment_order"], found["torque_order"])
+        assert_allclose(here, expected, rtol=2e-3, atol=1e-3 * np.abs(curve[..., 1:]).max())
+    assert_array_equal(found["roll_moment_order"], found["torque_order"])
 
 
 def test_orders_with_an_offset() -> None:
@@ -233,7 +228,7 @@ def test_orders_with_an_offset() -> None:
     )  # fmt: skip
     curve = np.fft.rfft(found["roll_moment"].values) * 2.0 / found.sizes["crank_angle"]
     expected = np.abs(curve[1:17])
-    np.testing.assert_allclose(found["roll_moment_order"], expected, atol=1e-4 * expected.max())
+    assert_allclose(found["roll_moment_order"], expected, atol=1e-4 * expected.max())
 
 
 WEB = {"mass": 1.0, "radius": 0.05, "angle": 180.0, "position": 0.0}
@@ -344,4 +339,4 @@ def test_bending_of_a_cycle_without_gas_is_that_of_what_turns() -> None:
     found = computed(["bay_bending_moment_cycle_max", "bay_bending_moment"], **given)
     whole, turning = found["bay_bending_moment_cycle_max"], found["bay_bending_moment"]
     assert np.isfinite(whole).sum() == 4
-    np.testing.assert_allclose(whole, turning, rtol=1e-4)
+    assert_allclose(whole, turning, rtol=1e-4)

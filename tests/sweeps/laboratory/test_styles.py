@@ -84,7 +84,6 @@ def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
         assert imep(cycles.angle, cycles.pressure[0]) == pytest.approx(factor * TRUE, rel=2e-3)
     assert any("'PCYL2' differs" in s and "imep +3.7" in s for s in found.steps)
     assert found.text().count("pressure_2_bar") == 1
-    # Firing angles that are given hold.
     four_cylinders(tmp_path / "four.csv")
     found = read_pressure(tmp_path / "four.csv", firing_angles=[0.0, 540.0, 180.0, 360.0])
     works = [imep(c.angle, c.pressure[0]) for c in found.cylinders.values()]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -204,7 +205,7 @@ def test_angles_that_count_from_bottom_dead_centre(ntua: Any, tmp_path: Path) ->
     found = sweeps.run(
         {"engine": "ntua", "indicator": table, "output": {"quantities": ["pressure", "imep"]}}
     )
-    np.testing.assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
+    assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
 
 
 def test_several_loops(ntua: Any, tmp_path: Path) -> None:
@@ -296,14 +297,12 @@ def test_strokes_and_points_that_are_refused(tmp_path: Path) -> None:
         read_pressure(path, **keys)
     with pytest.raises(sweeps.SceneError, match=r"must be one of 2 \(compression\), 3 \(expans"):
         read_pressure(path, **keys, two_stroke=True)
-    # Two pressures at one place.
     travel, pressure = TRAVEL.tolist(), PRESSURE.tolist()
     travel.insert(100, travel[100])
     pressure.insert(100, pressure[100] + 5.0)
     path = loop(tmp_path, travel, pressure)
     with pytest.raises(sweeps.SceneError, match="at one piston position near crank angle"):
         read_pressure(path, travel_column="x", crank_ratio=0.25)
-    # Points too far apart.
     keep = ~((np.degrees(ANGLE) > 60.0) & (np.degrees(ANGLE) < 100.0))
     path = loop(tmp_path, TRAVEL[keep], PRESSURE[keep])
     with pytest.raises(sweeps.SceneError, match=r"line 108, column 'x': the crank turns by 40 deg"):

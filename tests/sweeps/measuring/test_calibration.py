@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.geometry.slider_crank import position
@@ -92,9 +93,9 @@ def test_an_engine_runs_with_the_power_of_its_data_sheet(
         axes={"load": loads.tolist()},
     )
     goal = 1e3 * RATED[kind]["power"] * loads / 100.0
-    np.testing.assert_allclose(found["brake_power"], goal, rtol=1e-4)
-    np.testing.assert_allclose(found["imep"], [p.imep for p in made.points], rtol=1e-4)
-    np.testing.assert_allclose(found["peak_pressure"], [p.peak for p in made.points], rtol=1e-3)
+    assert_allclose(found["brake_power"], goal, rtol=1e-4)
+    assert_allclose(found["imep"], [p.imep for p in made.points], rtol=1e-4)
+    assert_allclose(found["peak_pressure"], [p.peak for p in made.points], rtol=1e-3)
     if "peak" in more:
         assert float(found["peak_pressure"].sel(load=100)) == pytest.approx(90.0, rel=1e-3)
     assert (found["status"] == 0).all()

@@ -90,7 +90,6 @@ def test_levels_at_their_changes(tmp_path: Path, marked: bool, edge: str | None)
 
 
 def test_steady_levels_are_no_samples(tmp_path: Path) -> None:
-    """Evenly spaced changes are changes too."""
     path = log_of(tmp_path, "time,level", [(0.001 * n, n % 2) for n in range(601)])
     found = compared(path, "encoder", "60", gap_angle=0.0)
     assert float(found.omega_mean_measured[0]) == pytest.approx(2.0 * np.pi / 0.12)

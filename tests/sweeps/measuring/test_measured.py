@@ -1,4 +1,4 @@
-"""Measured speed beside computed: recordings of a synthetic engine whose speed is known."""
+"""Measured speed beside computed: recordings of engines whose speed is known."""
 
 import re
 from pathlib import Path
@@ -12,15 +12,12 @@ import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
 from sweeps.figures import draw
+from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
+from sweeps.measuring.measured_files import records_of
+from sweeps.scene.reading import read_scene
 from tests.support.commands import ok, refused
 from tests.support.scenes import refusal_of, write_scene
-from tests.support.teeth import (
-    SampledEngine,
-    noisy,
-    random_errors,
-    tooth_times,
-    write_times,
-)
+from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
 LOADS = [20, 50, 80]
 GAP = 100.0  # degree
@@ -86,7 +83,6 @@ def test_computed_speed_is_found_again_with_its_orders(
     assert np.all(compared.correlation_raw > 0.995)
     assert compared["load"].values.tolist() == LOADS
     assert compared.recorded_cycles.values.tolist() == [CYCLES] * 3
-    # Orders of both.
     omega = computed.omega.sel(load=80).values
     angle = np.deg2rad(computed.crank_angle.values)
     for order in (0.5, 1.0, 1.5, 6.0):
@@ -225,11 +221,7 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
             "speed",
             "begins again after 360 degrees",
         ),
-        (
-            "angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n",
-            "speed",
-            "line 4: the crank angle goes",
-        ),
+        ("angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n", "speed", "line 4: the crank angle goes"),
     ],
 )
 def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said: str) -> None:
@@ -252,7 +244,6 @@ FIGURES = {
 
 
 def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
-    """Each figure is drawn, and nothing of a comparison goes to the general kinds."""
     paths = draw(compared, tmp_path, "svg")
     assert {path.stem for path in paths} == FIGURES
     text = (tmp_path / "measured_speed.svg").read_text()
@@ -290,3 +281,130 @@ def test_a_refused_comparison_writes_nothing(teeth: Path, tmp_path: Path) -> Non
     )
     assert "do not fit 36-1" in refused("measured", path, "-o", tmp_path / "none.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+GROUPS = wheel_from_text("36-2-2-2")
+GROUPS_OFF = random_errors(GROUPS.width, 0.003, 3)
+GROUPS_GAP = 50.0  # degree
+LATE = (0, 10, 20)  # teeth after the first one with which the recordings begin
+
+
+@pytest.fixture(scope="module")
+def engines() -> dict[int, SampledEngine]:
+    computed = sweeps.run(
+        {"engine": "ntua", "set": {"speed": 1200}, "axes": {"load": LOADS},
+         "output": {"quantities": ["omega"]}}
+    )  # fmt: skip
+    phi = np.deg2rad(computed.crank_angle.values)
+    return {load: SampledEngine(phi, computed.omega.sel(load=load).values) for load in LOADS}
+
+
+def write(path: Path, engine: SampledEngine, late: int, errors: np.ndarray) -> None:
+    times = tooth_times(engine, GROUPS.width, 25, np.deg2rad(GROUPS_GAP), errors)[late:]
+    write_times(path, times - times[0])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, engines: dict[int, SampledEngine]) -> Path:
+    folder = tmp_path_factory.mktemp("symmetric")
+    for load, late in zip(LOADS, LATE, strict=True):
+        write(folder / f"load_{load}.csv", engines[load], late, GROUPS_OFF)
+    return folder
+
+
+def compared_symmetric(folder: Path, **keys: Any) -> Any:
+    given = {"kind": "teeth", "wheel": "36-2-2-2", "at": {"load": LOADS},
+             "file": [str(folder / f"load_{load}.csv") for load in LOADS], **keys}  # fmt: skip
+    return sweeps.measured(
+        engine="ntua", set={"speed": 1200}, axes={"load": LOADS},
+        output={"quantities": ["delta"]}, measured=given,
+    )  # fmt: skip
+
+
+def test_each_recording_begins_with_its_own_group(folder: Path) -> None:
+    found = compared_symmetric(folder, gap_angle=GROUPS_GAP)
+    assert found.recorded_cycles.values.tolist() == [12, 12, 12]
+    assert np.all(found.correlation > 0.999)
+    assert np.allclose(found.tooth_error, GROUPS_OFF, atol=5e-4)
+    for load, first in zip(LOADS, (1, 21, 11), strict=True):
+        assert (
+            f"load_{load}.csv: 3 teeth of 36-2-2-2 could be the first one; that of pulse {first}"
+            in found.attrs["remarks"]
+        )
+
+
+def test_the_first_tooth_is_stated(folder: Path) -> None:
+    free = compared_symmetric(folder, gap_angle=GROUPS_GAP)
+    stated = compared_symmetric(folder, gap_angle=GROUPS_GAP, first_tooth=[1, 21, 11])
+    assert "could be the first one" not in stated.attrs["remarks"]
+    assert np.allclose(free.delta_measured, stated.delta_measured, rtol=1e-3)
+    other = compared_symmetric(folder, gap_angle=GROUPS_GAP, first_tooth=[11, 21, 11])
+    assert np.all(other.correlation[0] < stated.correlation[0])
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"first_tooth": 0}, "must be a number from 1"),
+        ({"first_tooth": [1, 2]}, "one for each of 3 files"),
+        ({"first_tooth": 2}, "pulse 2 is not the first of a group"),
+        ({"first_tooth": 1, "wheel": "60-2"}, "several teeth could be the first"),
+    ],
+)
+def test_no_first_tooth(folder: Path, keys: dict[str, Any], said: str) -> None:
+    assert re.search(said, refusal_of(lambda: compared_symmetric(folder, **keys)))
+
+
+def test_the_intervals_left_out_are_counted_from_the_first_tooth(
+    tmp_path: Path, engines: dict[int, SampledEngine]
+) -> None:
+    """One tooth is off by a tenth of a pitch, in a recording that begins ten teeth later."""
+    path, off = tmp_path / "times.csv", np.zeros(30)
+    off[4:6] = 0.1, -0.1
+    write(path, engines[50], 10, off)
+    found = sweeps.measured(
+        engine="ntua", set={"speed": 1200, "load": 50}, output={"quantities": ["delta"]},
+        measured={"kind": "teeth", "wheel": "36-2-2-2", "file": str(path), "gap_angle": GROUPS_GAP},
+    )  # fmt: skip
+    assert "intervals 5, 6 of 30 after the gap" in found.attrs["remarks"]
+    used = found.omega_raw[0].values[found.interval_used.values == 1]
+    speeds = engines[50].speed(np.linspace(0.0, 4.0 * np.pi, 721))
+    assert np.ptp(used) < np.ptp(speeds) < np.ptp(found.omega_raw[0].values)
+
+
+@pytest.mark.parametrize("late", LATE)
+def test_given_errors_belong_to_the_first_tooth(
+    tmp_path: Path, engines: dict[int, SampledEngine], late: int
+) -> None:
+    """Rows of cycles begin with the recording; the errors do not."""
+    path, engine, width = (
+        tmp_path / "times.csv",
+        engines[50],
+        GROUPS.width * (1.0 + GROUPS_OFF),
+    )
+    write(path, engine, late, GROUPS_OFF)
+    at = np.concatenate([[0.0], np.cumsum(np.tile(width, 3))])
+    # on the average, the teeth are where they would be without errors
+    gap = GROUPS_GAP + np.rad2deg(np.mean(at[:30] - np.cumsum(GROUPS.width) + GROUPS.width))
+    given = read_scene(
+        engine="ntua", output={"quantities": ["delta"]},
+        measured={"file": str(path), "kind": "teeth", "wheel": "36-2-2-2", "gap_angle": gap,
+                  "tooth_errors": GROUPS_OFF.tolist()},
+    ).measured  # fmt: skip
+    assert given is not None
+    (record,) = records_of(given, 4.0 * np.pi, "scene")
+    angle = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 720, endpoint=False)
+    row = cycles_in_a_row(record, given, angle, engine.speed(angle), 4.0 * np.pi, 1, "scene")
+    edges = np.deg2rad(GROUPS_GAP) + at[late : late + 61]
+    assert row.start == pytest.approx(edges[0], abs=1e-6)
+    assert np.allclose(row.mean, np.diff(edges) / np.diff(engine.time(edges)), rtol=1e-5)
+
+
+def test_a_fit_asks_for_the_first_tooth(folder: Path) -> None:
+    with pytest.raises(SceneError, match="first_tooth: missing; 3 teeth"):
+        sweeps.identify(
+            vary=["inertia"], engine="ntua", set={"speed": 1200}, axes={"load": LOADS},
+            output={"quantities": ["delta"]},
+            measured={"kind": "teeth", "wheel": "36-2-2-2", "at": {"load": LOADS},
+                      "file": [str(folder / f"load_{load}.csv") for load in LOADS]},
+        )  # fmt: skip

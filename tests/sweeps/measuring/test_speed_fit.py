@@ -4,14 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from sweeps.measuring.fit_intervals import Unbound, beside_bounds
-from sweeps.measuring.speed_fit import (
-    Inseparable,
-    MeasuredCycles,
-    Parameter,
-    fit_speeds,
-)
+from sweeps.measuring.speed_fit import Inseparable, MeasuredCycles, Parameter, fit_speeds
 from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
 
 pytest.importorskip("scipy")
@@ -76,7 +72,7 @@ def test_the_others_follow_what_is_at_its_bound(beyond: float) -> None:
     )
     assert at + step[0] == pytest.approx(kept[:, 0].mean(), abs=0.03)
     assert reach[0] == pytest.approx(1.96 * kept[:, 0].std(), rel=0.01)
-    np.testing.assert_allclose(covariance, np.cov(kept.T), rtol=0.03)
+    assert_allclose(covariance, np.cov(kept.T), rtol=0.03)
     assert (step[1], reach[1]) == (beyond, 1.96)  # its own interval is cut off by the caller
 
 
@@ -84,8 +80,8 @@ def test_parameters_and_teeth_are_found_without_noise() -> None:
     errors = 0.003 * np.sin(np.arange(TEETH) ** 2.0)
     errors -= errors @ WIDTH[:TEETH] / WIDTH[:TEETH].sum()
     fit = fit_speeds(model, PARAMETERS, exact(errors), teeth=TEETH)
-    np.testing.assert_allclose(fit.value, TRUTH, rtol=1e-4)
-    np.testing.assert_allclose(fit.tooth_error, errors, atol=5e-6)
+    assert_allclose(fit.value, TRUTH, rtol=1e-4)
+    assert_allclose(fit.tooth_error, errors, atol=5e-6)
 
 
 def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
@@ -100,7 +96,6 @@ def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
     told = replace(more[3], prior=0.0, prior_deviation=0.1)
     fit = fit_speeds(of_turn, (*PARAMETERS, told), exact(), teeth=TEETH, largest_condition=1e7)
     assert fit.deviation[3] == pytest.approx(0.1, rel=0.01)  # the prior is all that is known
-    # Without effect.
     idle = (*PARAMETERS, Parameter("bore", 1.0))
     with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())

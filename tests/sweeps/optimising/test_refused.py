@@ -81,7 +81,6 @@ def test_scenes_that_are_read_or_too_large_are_refused(monkeypatch: pytest.Monke
     monkeypatch.setattr(evaluation, "MOST_MEMORY", 1e-9)
     with pytest.raises(SceneError, match=r"92160 designs need .* of memory"):
         sweeps.optimise(**BASE)
-    # A scene that is read is refused.
     scene = sweeps.read_scene("first")
     with pytest.raises(SceneError, match="a Scene is not accepted here"):
         sweeps.optimise(scene, least="delta")

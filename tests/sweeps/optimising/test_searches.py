@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.figures.drawing import figure
@@ -83,7 +84,7 @@ def test_other_choices_with_the_least_inertia_each() -> None:
     )  # fmt: skip
     assert about(archive)["exact"] == "inverse of all" and archive.sizes["design"] == 2
     assert found(archive)["arrangement"].values.tolist() == ["in-line 6"]
-    np.testing.assert_allclose(archive["delta"].max("load"), 1 / 80, rtol=3e-6)
+    assert_allclose(archive["delta"].max("load"), 1 / 80, rtol=3e-6)
 
 
 def test_a_condition_that_changes_with_the_inertia_is_searched() -> None:
@@ -139,7 +140,7 @@ def test_the_same_seed_gives_the_same_archive() -> None:
     one, same = (sweeps.optimise(**TWO, **SMALL, threads=n) for n in (1, 2))
     other = sweeps.optimise(**TWO, **SMALL, seed=2)
     for name in one.variables:
-        np.testing.assert_array_equal(one[name].values, same[name].values)
+        assert_array_equal(one[name].values, same[name].values)
     assert not np.array_equal(one["inertia"][:32], other["inertia"][:32])
 
 
@@ -318,7 +319,7 @@ def test_the_archive_is_one_as_any_other(searched: tuple[Path, str], tmp_path: P
     ok("plot", path, "-o", tmp_path / "figures")
     ok("rerun", path, "-o", again)
     with sweeps.open(path) as one, sweeps.open(again) as two:
-        np.testing.assert_array_equal(one["delta"].values, two["delta"].values)
+        assert_array_equal(one["delta"].values, two["delta"].values)
     assert "found by a search" in refused("extend", path, "--number", "256")
     assert "found by a search" in refused("sensitivities", path)
 

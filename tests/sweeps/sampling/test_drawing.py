@@ -55,7 +55,6 @@ def test_parameters_are_drawn_independently_and_seeds_repeat() -> None:
     drawn = sweeps.sample({key: LAWS[law][1] for law, key in _KEYS.items()}, NUMBER)
     correlation = np.corrcoef(drawn.to_numpy().T)
     assert np.abs(correlation - np.eye(len(correlation))).max() < 0.01
-    # Seeds differ and repeat.
     one, two, again = (
         sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
         for seed in (1, 2, 1)

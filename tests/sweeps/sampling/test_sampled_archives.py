@@ -1,13 +1,12 @@
 """Archives of samples: sharded, resumed and extended ones are those of one whole run to the bit."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.archive.netcdf import open_archive
@@ -20,6 +19,7 @@ from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, run, shards, stop_after
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import write_scene
+from tests.sweeps.processes import COMMAND, python
 
 pytestmark = pytest.mark.compiled
 
@@ -175,14 +175,8 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     """What is compiled at every start would be told at every start."""
     drawn = {"number": 64, "rod_length": {"low": 0.3, "high": 0.4}}
     path = write_scene(tmp_path, sample=drawn)
-    start = "from sweeps.cli.main import main; main()"
-    command = [sys.executable, "-c", start, "run", str(path), "--overwrite", "-o"]
-    said = [
-        subprocess.run(
-            [*command, str(tmp_path / "out.nc")], capture_output=True, text=True, check=True
-        ).stderr
-        for _ in range(2)
-    ]
+    words = ("run", path, "--overwrite", "-o", tmp_path / "out.nc")
+    said = [python(COMMAND, *words, check=True).stderr for _ in range(2)]
     assert "compiling" not in said[1]
 
 
@@ -199,7 +193,7 @@ def test_words_are_drawn_as_designs_that_are_given(tmp_path: Path) -> None:
         assert archive.arrangement.values.tolist() == drawn["arrangement"].tolist()
         for name in ("delta", "brake_power"):
             assert archive[name].dims == ("design", "load")
-            np.testing.assert_allclose(
+            assert_allclose(
                 archive[name].values, expected[name].transpose("design", "load").values, rtol=1e-12
             )
     ok("rerun", path, "-o", again)

@@ -94,7 +94,6 @@ def test_failed_designs_drop_their_groups_and_many_are_named() -> None:
     problem = {"num_vars": 3, "names": list(KEYS[:3]), "bounds": [[0, 1]] * 3}
     expected = sobol.analyze(problem, kept, calc_second_order=False, seed=1)
     assert np.array_equal(found.delta_total.values, expected["ST"])
-    # Many failures are named.
     archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 4096, "saltelli")
     bad = archive.inertia.values > 2.9
     assert 0.01 < bad.mean() < 0.1
