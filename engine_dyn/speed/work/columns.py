@@ -29,6 +29,7 @@ from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box
 from engine_dyn.speed.work.interpolation import weights_between
+from engine_dyn.speed.work.nodes import FEWEST_NODES, WIDE, Nodes
 from engine_dyn.speed.work.parts import (
     FIRST_GAS,
     FRICTION_PARTS,
@@ -40,17 +41,7 @@ from engine_dyn.speed.work.parts import (
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arranged, cumulate
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["ATMOSPHERE", "FEWEST_NODES", "Columns", "columns_of", "mean_weights", "nodes_of"]
-
-FEWEST_NODES = 720
-"""Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
-
-FEWEST_COARSE = 60
-"""Least number of coarse nodes of a period."""
-
-WIDE, NARROW, STEEP = 5, 4, 3
-"""Fine intervals of a coarse one, where there are many and few, and where the torque answers
-steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
+__all__ = ["ATMOSPHERE", "Columns", "columns_of", "mean_weights"]
 
 ATMOSPHERE = 101325.0
 """Pressure [Pa] under the piston that columns of the gas contain."""
@@ -96,53 +87,6 @@ class Columns(NamedTuple):
     jagged: Floats
     missed: Floats
     width: float
-
-
-class Nodes(NamedTuple):
-    """Nodes of a period of torque and load.
-
-    Attributes
-    ----------
-    number, stride : int
-        How many, and fine intervals of a coarse one.
-    times : int
-        How often the engine's own torque repeats in its cycle, or in the cycles of its firing
-        pattern, as far as that is used.
-    cycles : int
-        Such repeats in the period: above 1 where the load needs longer than the engine.
-    """
-
-    number: int
-    stride: int
-    times: int
-    cycles: int = 1
-
-    @property
-    def of_engine(self) -> int:
-        """Nodes of one of the engine's repeats."""
-        return self.number // self.cycles
-
-    @property
-    def of_cycle(self) -> int:
-        """Nodes of the engine's cycle."""
-        return self.of_engine * self.times
-
-    def width(self, cycle: float) -> float:
-        """Width of a fine interval, where the engine's cycle is `cycle` [rad]."""
-        return cycle / self.of_cycle
-
-
-def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> Nodes:
-    """Nodes of a period, with `fewest` in the engine's cycle; arguments as of `Nodes`.
-
-    Laws that are `steep` have narrower coarse intervals.
-    """
-    each = -(-fewest // times)
-    stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
-    stride = STEEP if steep else stride
-    coarse = max(-(-each // stride), FEWEST_COARSE)
-    coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
-    return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
 @dataclass(frozen=True)
