@@ -34,7 +34,6 @@ from engine_dyn import status
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.given_numbers import given_array
-from engine_dyn.plain_arrays import plain
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.file_fields import documented
@@ -388,6 +387,8 @@ def tabulate(
     summary = np.full((size, len(_SUMMARY)), np.nan)
     good = np.flatnonzero(~bad)
     if good.size:
+        from engine_dyn.plain_arrays import plain  # with Numba, which only kernels need
+
         cases = _cases(kind, columns, wall)
         angles = plain(angle), plain(np.sin(angle)), plain(np.cos(angle))
         tables = plain(pressure), plain(slope), plain(summary), plain(outcome)
