@@ -135,10 +135,8 @@ def _item(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     if not isinstance(found, PlainType):
         return context.unpack_value(builder, found, address)
     array = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
-    part = cgutils.create_struct_proxy(found)(context, builder)
-    lengths = cgutils.unpack_tuple(builder, array.shape)
-    part.data, part.shape = address, cgutils.pack_array(builder, lengths[-found.ndim :])
-    return part._getvalue()
+    lengths = cgutils.unpack_tuple(builder, array.shape)[-found.ndim :]
+    return cgutils.pack_struct(builder, [address, cgutils.pack_array(builder, lengths)])
 
 
 def _put(context: Any, builder: Any, signature: Any, values: Any) -> Any:

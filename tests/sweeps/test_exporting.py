@@ -248,23 +248,15 @@ def test_heads_have_units_on_request(archive: xr.Dataset, tmp_path: Path) -> Non
         sweeps.export(archive, tmp_path / "t.parquet", head_units=True)
 
 
-@pytest.fixture(scope="module")
-def joined(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    joined = tmp_path_factory.mktemp("compare")
-    (joined / "scene.toml").write_text(TO_JOIN)
-    run(joined / "scene.toml", joined / "a.nc")
-    return joined
-
-
 @pytest.fixture
-def whole(joined: Path) -> xr.Dataset:
-    with sweeps.open(joined / "a.nc") as opened:
+def whole(folder: Path) -> xr.Dataset:
+    with sweeps.open(folder / "a.nc") as opened:
         return opened.load()
 
 
-def test_an_archive_is_the_same_as_itself(joined: Path) -> None:
-    run(joined / "scene.toml", joined / "again.nc", overwrite=True)
-    text = ok("compare", joined / "a.nc", joined / "again.nc", "--tolerance", "0")
+def test_an_archive_is_the_same_as_itself(folder: Path) -> None:
+    run(folder / "scene.toml", folder / "again.nc", overwrite=True)
+    text = ok("compare", folder / "a.nc", folder / "again.nc", "--tolerance", "0")
     assert text.startswith("axes: the same\n")
     assert "delta" in text and "the same in 28 values" in text
     assert "differ" not in text
@@ -366,25 +358,25 @@ def test_quantities_of_one_archive_only(whole: xr.Dataset) -> None:
     assert "only in the first: imep" in text
 
 
-def test_by_the_command(joined: Path) -> None:
-    (joined / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
-    run(joined / "other.toml", joined / "other.nc", overwrite=True)
-    text = ok("compare", joined / "a.nc", joined / "other.nc")
-    names = joined / "a.nc", joined / "other.nc"
+def test_by_the_command(folder: Path) -> None:
+    (folder / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
+    run(folder / "other.toml", folder / "other.nc", overwrite=True)
+    text = ok("compare", folder / "a.nc", folder / "other.nc")
+    names = folder / "a.nc", folder / "other.nc"
     assert f"axes: inertia: 1 value in both, of 7 in {names[0]} and 7 in {names[1]}" in text
     assert (
         f"made in different ways: scene: [axes] inertia stop (in {names[0]} 9.0, in {names[1]} 9.1)"
         in text
     )
-    told = invoke("compare", joined / "a.nc", joined / "other.nc", "--tolerance", "0.1")
+    told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
     assert told.exit_code == 1
     assert "differ by more than 0.1" in told.stderr
 
 
-def test_comparisons_that_are_refused(joined: Path) -> None:
-    (joined / "text.nc").write_text("text")
-    assert "no such file" in refused("compare", joined / "none.nc", joined / "a.nc")
-    assert "not a netCDF archive" in refused("compare", joined / "a.nc", joined / "text.nc")
+def test_comparisons_that_are_refused(folder: Path) -> None:
+    (folder / "text.nc").write_text("text")
+    assert "no such file" in refused("compare", folder / "none.nc", folder / "a.nc")
+    assert "not a netCDF archive" in refused("compare", folder / "a.nc", folder / "text.nc")
     for wrong in ("-1", "nan", "much", "inf"):
-        text = refused("compare", joined / "a.nc", joined / "a.nc", "--tolerance", wrong)
+        text = refused("compare", folder / "a.nc", folder / "a.nc", "--tolerance", wrong)
         assert "--tolerance" in text
