@@ -7,8 +7,9 @@ in the folder, with the file. With `--first` a campaign goes on where it was sto
 
 Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
 `export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
-Each is first read by a fork of the process, in place of the child of a command: to start that again
-after every file that it refuses would take most of the time.
+Each is first read by a fork of the process, then by the child of a command: to start that again
+after every file that it refuses would take most of the time, and a fork refuses nearly all of these.
+What the fork survives by luck, the child may not: its memory is laid out anew.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from sweeps.archive.contents import part_of, plan_of, read_contents
 from sweeps.cli.files import opened
 from sweeps.figures.study import study_of
 from sweeps.reading.design_files import read_designs
-from sweeps.reading.netcdf_child import OPENING
+from sweeps.reading.netcdf_child import OPENING, read_apart
 from sweeps.reading.netcdf_files import opened_archive
 from sweeps.reading.netcdf_whole import read_all
 
@@ -104,11 +105,16 @@ def read_archive(number: int, path: Path) -> bool:
 
 
 def _in_forks() -> Any:
-    """Read files in forks of this process, in place of the child."""
-    return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_fork)
+    """Read files in forks of this process before the child."""
+    return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_both)
 
 
-def _read_in_fork(path: Path, whole: bool = False) -> None:
+def _read_in_both(path: Path, whole: bool = False) -> None:
+    _read_in_fork(path, whole)
+    read_apart(path, whole)
+
+
+def _read_in_fork(path: Path, whole: bool) -> None:
     most = psutil.Process().memory_info().rss + OPENING
     with warnings.catch_warnings():
         # Of threads that the fork lacks: the library does not wait for them.
