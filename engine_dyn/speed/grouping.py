@@ -87,7 +87,7 @@ class Piece:
 
     def calls(self) -> Iterator[Call]:
         """The designs with columns, divided where these are too many, or too rough for some."""
-        needs = needs_of(self.chosen, self.source.torques)
+        needs = needs_of(self.chosen, self.source.torques, self.source.family.row_count)
         terms = max(len(self.source.box.degrees), MOST_COLUMNS // MOST_PARTS)
         most = MOST_COLUMNS // self.source.cylinders.cycles
         if needs.parts.number * terms > most and self.size > 1:

@@ -51,11 +51,15 @@ def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float) -> Float
     returned, (part, term). `width` is that of an interval [rad].
     """
     level = sums.mean(axis=-1, keepdims=True)
-    after = np.cumsum(width * (sums - level), axis=-1)
-    sums[..., 0], sums[..., 1:] = 0.0, after[..., :-1]
-    halves[:] = sums + width * (halves - 0.5 * level)
+    halves -= 0.5 * level
+    halves *= width
+    sums -= level
+    sums *= width
+    sums[..., 1:] = np.cumsum(sums[..., :-1], axis=-1)
+    sums[..., 0] = 0.0
+    halves += sums
     # Simpson's rule, as for the means over coarse intervals.
-    total = (sums + 2.0 * halves).mean(axis=-1, keepdims=True) / 3.0
+    total = (sums.mean(axis=-1, keepdims=True) + 2.0 * halves.mean(axis=-1, keepdims=True)) / 3.0
     sums -= total
     halves -= total
     rates -= level
