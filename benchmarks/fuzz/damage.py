@@ -15,42 +15,33 @@ What the fork survives by luck, the child may not: its memory is laid out anew.
 
 from __future__ import annotations
 
-import faulthandler
 import json
 import os
-import signal
 import tempfile
-import time
-import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import psutil
-
 from benchmarks import command
 from benchmarks.command import CPUS, ROOT
 from benchmarks.fuzz.damaged_bytes import damaged, sound_files
+from benchmarks.fuzz.forks import read_in_fork
 from benchmarks.fuzz.hostile import COUNTS, in_one_line, refused_or_taken
 from benchmarks.workers import Lost, answers
 from sweeps.archive.contents import part_of, plan_of, read_contents
 from sweeps.cli.files import opened
 from sweeps.figures.study import study_of
 from sweeps.reading.design_files import read_designs
-from sweeps.reading.netcdf_child import OPENING, read_apart
+from sweeps.reading.netcdf_child import read_apart
 from sweeps.reading.netcdf_files import opened_archive
-from sweeps.reading.netcdf_whole import read_all
 
 LONGEST = 20.0
 """Seconds of the processor that the reading of one file may take; of the clock, ten times that."""
 
 BATCH = 1000
 """Files after which the counts are printed."""
-
-FORK_SECONDS = 0.5
-"""Seconds of the processor that a fork may read a file."""
 
 
 def read_damaged(job: tuple[int, int]) -> Counter[str]:
@@ -106,36 +97,13 @@ def read_archive(number: int, path: Path) -> bool:
 
 
 def _in_forks() -> Any:
-    """Read files in forks of this process before the child."""
+    """Read files in forks before the child of a command."""
     return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_both)
 
 
 def _read_in_both(path: Path, whole: bool = False) -> None:
-    _read_in_fork(path, whole)
+    read_in_fork(path, whole)
     read_apart(path, whole)
-
-
-def _read_in_fork(path: Path, whole: bool) -> None:
-    most = psutil.Process().memory_info().rss + OPENING
-    with warnings.catch_warnings():
-        # Of threads that the fork lacks: the library does not wait for them.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        child = os.fork()
-    if not child:
-        faulthandler.disable()
-        status = 1
-        try:
-            read_all(path, FORK_SECONDS, whole, lambda: None)
-            status = 0
-        finally:
-            os._exit(status)
-    watched = psutil.Process(child)
-    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
-        time.sleep(0.002)
-        if watched.memory_info().rss > most:
-            os.kill(child, signal.SIGKILL)
-    if ended[1]:
-        raise OSError(22, "damaged: a fork could not read it")
 
 
 def silent() -> None:

@@ -1,0 +1,78 @@
+"""A process that reads each netCDF file in a fork of itself, in place of the child of a command.
+
+To start a child again after every file that it refuses takes a fifth of a second. This process has
+loaded no more than reading needs, so that a fork of it is cheap.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from functools import cache
+from pathlib import Path
+from subprocess import Popen
+
+import psutil
+
+from sweeps.reading.child_process import started
+from sweeps.reading.hdf5_links import follows_indexes
+from sweeps.reading.netcdf_child import OPENING
+from sweeps.reading.netcdf_whole import read_all
+
+__all__ = ["read_in_fork"]
+
+SECONDS = 0.5
+"""Seconds of the processor that a fork may read a file."""
+
+
+def read_in_fork(path: Path, whole: bool) -> None:
+    """Read a file in a fork; OSError where that could not."""
+    process = _process(os.getpid())
+    assert process.stdin and process.stdout
+    process.stdin.write(json.dumps([str(path), whole]) + "\n")
+    process.stdin.flush()
+    if process.stdout.readline() != "0\n":
+        raise OSError(22, "damaged: a fork could not read it")
+
+
+@cache
+def _process(owner: int) -> Popen[str]:
+    """Return the process whose forks read files for this one."""
+    del owner
+    return started("benchmarks.fuzz.forks", encoding="ascii")
+
+
+def _status(path: Path, whole: bool) -> int:
+    """Status of a fork that reads a file: 0 where it could."""
+    most = psutil.Process().memory_info().rss + OPENING
+    child = os.fork()
+    if not child:
+        status = 1
+        try:
+            read_all(path, SECONDS, whole, lambda: None)
+            status = 0
+        finally:
+            os._exit(status)
+    watched = psutil.Process(child)
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        time.sleep(0.002)
+        if watched.memory_info().rss > most:
+            os.kill(child, signal.SIGKILL)
+    return ended[1]
+
+
+def main() -> None:
+    """Read the files that come as lines; answer the status of each fork."""
+    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the libraries may print
+    follows_indexes()  # loads them, so that forks need not
+    for line in sys.stdin:
+        path, whole = json.loads(line)
+        print(_status(Path(path), whole), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main()
