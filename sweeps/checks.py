@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.errors import SceneError, not_known, one_line, shown, shown_for_whole
 from sweeps.ratios import BEYOND, LARGEST, number_or_ratio
 
 __all__ = [
@@ -277,7 +277,8 @@ def _sentence(model: type[Strict], error: Any) -> str:
     where = _place(place)
     if error["type"] == "missing":
         return f"{where}: missing; must be {description}"
-    return f"{where} = {shown(error['input'])}: must be {description}"
+    said = shown_for_whole if error["type"] == "int_type" else shown
+    return f"{where} = {said(error['input'])}: must be {description}"
 
 
 def _model_inside(annotation: Any) -> type[Strict] | None:

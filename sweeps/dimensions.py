@@ -57,9 +57,9 @@ NOT_CHOSEN = (
     "speed", "load", "characteristic_share", "recorded_cycle", "cycle_number", "misfire",
     "wanted_delta", METHOD, INERTIA_MODEL, "truncation",
 )  # fmt: skip
-"""Axes and columns that are no choice of a design: operating points, recorded cycles and misfires
-that it meets, what is wanted of it, and how it is computed. A search takes none of their values for
-the best one unless it is asked to."""
+"""Axes and columns that are not chosen with a design: operating points, recorded cycles and
+misfires that it meets, what is wanted of it, and how it is computed. A search takes none of their
+values for the best one unless it is asked to."""
 
 LABELS = ("case", ENGINE, ARRANGEMENT, FIRING_PATTERN)
 """Columns of [designs] that hold texts: the name of each design, its engine, arrangement and firing

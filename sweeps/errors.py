@@ -17,6 +17,7 @@ __all__ = [
     "plain_number",
     "printable",
     "shown",
+    "shown_for_whole",
     "size_text",
 ]
 
@@ -172,3 +173,8 @@ def shown(value: object, limit: int = 60) -> str:
         return one_line(repr(value), limit)
     except (ValueError, RecursionError):  # an integer of thousands of digits, a list in itself
         return f"<{type(value).__name__}>"
+
+
+def shown_for_whole(value: object) -> str:
+    """As `shown`, where a whole number is wanted: 1e3 is none, and is shown as 1000.0."""
+    return repr(value) if isinstance(value, float) else shown(value)

@@ -63,7 +63,7 @@ __all__ = ["best", "optimise", "sensitivities"]
     "--at-every",
     metavar="AXES",
     help="Axes at whose every value the conditions must hold, such as load,speed. Needed for speed "
-    "and load, which are no choice of a design, unless --select or a condition names them.",
+    "and load, which are not chosen with a design, unless --select or a condition names them.",
 )
 @click.option(
     "--not-counted",

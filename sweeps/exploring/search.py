@@ -44,7 +44,7 @@ def best(
     at_every : str or sequence of str
         Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
         `least` depends on them, its largest value there counts, of `most` the smallest. Axes that
-        are no choice of a design (speed, load and others, `sweeps.dimensions.NOT_CHOSEN`) must
+        are not chosen with a design (speed, load and others, `sweeps.dimensions.NOT_CHOSEN`) must
         stand here, be cut before (`sweeps.nearest`), or be named by `least`, `most` or `within`.
     not_counted : str or sequence of str
         Only with `at_every`: outcomes such as "no_steady_state" (of an engine at idle, say). Points

@@ -112,7 +112,7 @@ def pareto_names(view: View) -> list[str]:
 
 
 def _of_choices(view: View) -> View:
-    """A view at one speed and load: axes that are no choice of a design are cut."""
+    """A view at one speed and load: axes that are not chosen with a design are cut."""
     return view.slice_at({dim: view.default(dim) for dim in NOT_CHOSEN if dim in view.data.sizes})
 
 

@@ -328,9 +328,12 @@ def _column(
     if len(left) == 1:
         return left[0]
     listed = ", ".join(f"{i} {one_line(n, 40)}" for i, n in enumerate(names[:12], start=1))
+    over_time = ""
+    if key == "angle_column" and any(map(is_time_name, left)):
+        over_time = "; a speed over time must first be put over the crank angle"
     raise SceneError(
         f"{recording.label}: {key}: ambiguous; give the name or number of one of these columns: "
-        f"{listed}"
+        f"{listed}{over_time}"
     )
 
 

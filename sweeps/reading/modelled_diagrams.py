@@ -30,7 +30,7 @@ from engine_dyn.pressure.first_law_fields import (
 from engine_dyn.pressure.pump import PumpCycle
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import mentioned, number
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.errors import SceneError, not_known, one_line, shown
 
 __all__ = [
     "KINDS",
@@ -253,7 +253,8 @@ def _without_motored(cycle: Any, step: float) -> Diagram:
 def taken(table: dict[str, Any], key: str, where: str) -> Any:
     """Take a key out of a table that must have it."""
     if key not in table:
-        raise SceneError(f"{where} {key}: missing")
+        found = f" (found: {one_line(', '.join(table), 100)})" if table else ""
+        raise SceneError(f"{where} {key}: missing{found}")
     return table.pop(key)
 
 

@@ -25,6 +25,14 @@ _QUOTED = re.compile(
 )
 _DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}")
 
+_MISTAKES = (
+    (re.compile(r"[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
+    (re.compile(r"[-+]?\d+,\d+ *(#|$)"), "the decimal mark is a point"),
+    (re.compile(r"[-+]?[\d.]+ *[a-df-zA-DF-Z]"), "numbers stand without their unit"),
+    (re.compile(r"(?!true|false|nan|inf)[a-zA-Z]"), "a text needs quotes"),
+)
+"""What a value begins with that is not TOML, and what is said of it; the first counts."""
+
 
 def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
     """Read a TOML file.
@@ -59,6 +67,9 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         number_of_line = int(found.group(1)) if found else max(len(lines), 1)
         message = re.sub(r"\s*\(at [^)]*\)$", "", message)
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
+        value = on_it.partition("=")[2].strip()[:80]
+        hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value)][:1]
         raise SceneError(
             f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
+            f"{''.join(hints)}"
         ) from None

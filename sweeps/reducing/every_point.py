@@ -312,16 +312,16 @@ def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> N
     if points:
         axes, first = ",".join(points), points[0]
         raise SceneError(
-            f"{' and '.join(points)}: no choice of a design. --at-every {axes} (at_every) counts "
-            f"the worst value over {'them' if points[1:] else 'it'}, --select {first}=VALUE "
-            f"(sweeps.nearest) takes one value, and a condition on {first} makes it a choice"
+            f"{' and '.join(points)}: not chosen with a design. --at-every {axes} (at_every) "
+            f"counts the worst value over {'them' if points[1:] else 'it'}, --select {first}=VALUE "
+            f"(sweeps.nearest) takes one value, and a condition on {first} lets it be chosen"
         )
     for name in NOT_CHOSEN if DESIGN in own else ():
         if name not in named and name in archive.coords and _varies(archive[name].variable):
             raise SceneError(
-                f"{name}: no choice of a design, but each design has its own. With {name} in the "
-                f"scene's [axes] instead, --at-every {name} (at_every) counts the worst value; a "
-                f"condition on {name} makes it a choice"
+                f"{name}: not chosen with a design, but each design has its own. With {name} in "
+                f"the scene's [axes] instead, --at-every {name} (at_every) counts the worst value; "
+                f"a condition on {name} lets it be chosen"
             )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.checks import known_key
 from sweeps.dimensions import LABELS
-from sweeps.errors import SceneError, counted, shown
+from sweeps.errors import SceneError, counted, shown, shown_for_whole
 from sweeps.reading.libraries import library
 from sweeps.scene.distributions import Distribution, read_distribution
 
@@ -226,7 +226,9 @@ def _number(raw: Any, sample: Sample, most: int, where: str) -> int:
     """Check the number of points."""
     if isinstance(raw, bool) or not isinstance(raw, int) or not 2 <= raw <= most:
         each = f", of {sample.group} designs each" if sample.group > 1 else ""
-        raise SceneError(f"{where} = {shown(raw)}: must be a whole number from 2 to {most}{each}")
+        raise SceneError(
+            f"{where} = {shown_for_whole(raw)}: must be a whole number from 2 to {most}{each}"
+        )
     if sample.method != "latin_hypercube" and raw & (raw - 1):
         below = 1 << int(math.log2(raw))
         raise SceneError(

@@ -94,7 +94,7 @@ def test_factors_to_si_are_those_of_udunits() -> None:
             exact = cf_units.Unit(node.unit).convert(1.0, cf_units.Unit(base[node.unit]))
             assert node.si == pytest.approx(exact, rel=1e-12), node.name
         else:
-            assert node.si == 1.0, node.name
+            assert node.si == 1.0, f"{node.name}: base has no {node.unit}"
 
 
 def test_what_people_see_is_described() -> None:

@@ -110,6 +110,7 @@ TABLES: list[tuple[str, ...]] = [
     ("[axes]\nspeed = {start = 1, stop = 2, number = 3}", "number", "did you mean 'num'"),
     ("[axes]\nspeed = {start = 1, stop = 2, num = 0}", "num = 0", "from 2"),
     ("[axes]\nspeed = {start = 1, stop = 2, num = 2.5}", "num = 2.5", "whole"),
+    ("[axes]\nspeed = {start = 1, stop = 2, num = 1e2}", "num = 100.0", "whole"),
     ("[axes]\nspeed = {start = 1, stop = 2, num = 1000000000000}", "num = 1000000000000",
      "10000000"),
     ("[axes]\nspeed = {start = 2, stop = 2, num = 3}", "start and stop", "2"),

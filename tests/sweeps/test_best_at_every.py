@@ -51,10 +51,10 @@ def test_the_operating_point_is_chosen_only_if_named(archive):
         lambda **asked: sweeps.best(loaded, least="inertia", **asked),
         lambda **asked: sweeps.pareto(loaded, "inertia", "delta", **asked),
     ):
-        with pytest.raises(SceneError, match=r"^speed and load: no choice of a design") as told:
+        with pytest.raises(SceneError, match=r"^speed and load: not chosen with a design") as told:
             search(within="delta <= 1/450")
         assert "--at-every speed,load" in str(told.value) and "\n" not in str(told.value)
-        with pytest.raises(SceneError, match=r"^speed: no choice of a design\. --at-every speed "):
+        with pytest.raises(SceneError, match=r"^speed: not chosen with a design\. --at-every "):
             search(within="delta <= 1/450", at_every="load")
     # delta is 3/(inertia speed) at full load: at 1000 rpm 1 kg m2 does not do, at 1500 rpm it does
     chosen = sweeps.best(
@@ -74,7 +74,7 @@ def test_a_sampled_speed_is_chosen_only_if_named():
         {"speed": ("design", speed), "inertia": ("design", inertia)},
     )
     asked = {"least": "inertia", "within": "delta <= 1/500"}
-    with pytest.raises(SceneError, match="speed: no choice of a design, but each design has its"):
+    with pytest.raises(SceneError, match="speed: not chosen with a design, but each design has"):
         sweeps.best(archive, **asked)
     with pytest.raises(
         SceneError, match=r"at every 'speed': has one value .* needs it in \[axes\]"

@@ -148,7 +148,10 @@ def cycle(old: str, new: str) -> Callable[[], str]:
 
 
 WRONG: list[tuple[Any, ...]] = [
-    (swapped("bore = 0.14", "bore = 0,14"), "line 9", "not TOML", "bore = 0,14"),
+    (swapped("bore = 0.14", "bore = 0,14"), "line 9", "not TOML", "bore = 0,14", "mark is a point"),
+    (swapped("bore = 0.14", "bore = 140 mm"), "line 9", "bore = 140 mm", "without their unit"),
+    (swapped("bore = 0.14", "bore = 1/7"), "line 9", "'bore = 1/7'; a fraction needs quotes"),
+    (swapped('"four-stroke"', "four-stroke"), "'cycle = four-stroke'; a text needs quotes"),
     (added("[value]\nbore = 1\n"), "value", "did you mean 'values'"),
     (swapped("bore =", "boer ="), "[values] boer", "did you mean 'bore'"),
     (swapped('cycle = "four-stroke"', ""), "cycle", "missing", "four-stroke"),
@@ -162,6 +165,7 @@ WRONG: list[tuple[Any, ...]] = [
      "rod_length"),
     (swapped("rod_length = 0.35", "rod_length = 0.08"), "= 0.08", "0.09 m"),
     (swapped("stroke = 0.18", ""), "stroke", "missing"),
+    (swapped("file =", "fille ="), "[[diagram]] number 1 file: missing (found: fille)"),
     (lambda: VALUES.replace("load = 50\ncyl", "cyl") + POINTS
      + POINTS.replace("load = 50", "load = 90"),
      "[values] load", "missing"),

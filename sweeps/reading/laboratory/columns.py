@@ -241,7 +241,10 @@ def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoRet
     which = candidates or list(recording.columns)
     listed = one_line(", ".join(f"'{name}'" for name in which[:20]), 300)
     what = "ambiguous" if candidates else "cannot be determined from the columns"
-    raise SceneError(f"{recording.label}: {key}: {what} ({listed}); give the name or number of one")
+    without = ", or, without one, angle_start and angle_increment" if key == "angle_column" else ""
+    raise SceneError(
+        f"{recording.label}: {key}: {what} ({listed}); give the name or number of one{without}"
+    )
 
 
 def _is_wide(recording: Recording, options: PressureOptions) -> bool:

@@ -44,8 +44,9 @@ def read(
     check_size(float(len(body)) * len(places), len(places), label)
     # Names may be wider than the numbers below them.
     for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):
-        if len(_places(above)) == len(places):
-            places = _places(above)
+        wider = _places(above)
+        if len(wider) == len(places) and all(map(_within, places, wider)):
+            places = wider
             break
     head = [[line[place].strip() for place in places] for line in lines[:first]]
     names, units = names_and_units(head, len(places))
@@ -76,6 +77,11 @@ def _places(lines: Sequence[str]) -> list[slice]:
         used[1 : len(line) + 1] |= np.array([not letter.isspace() for letter in line], dtype=bool)
     begins, ends = np.flatnonzero(np.diff(used)).reshape(-1, 2).T
     return [slice(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True)]
+
+
+def _within(place: slice, wider: slice) -> bool:
+    """Whether a column of numbers lies below one name."""
+    return bool(wider.start <= place.start and place.stop <= wider.stop)
 
 
 def _column(name: str, unit: str, fields: Sequence[str], decimal: str) -> Column:

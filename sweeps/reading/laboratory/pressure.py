@@ -250,8 +250,10 @@ def _pascal(
     if not text and options.calibration is not None:
         text = "V"
     if not text:
-        hint = _looks_like(float(np.percentile(values, 99.9)))
-        raise SceneError(f"{where}: no unit stated{hint}; must have unit = 'bar', say")
+        likely, hint = _looks_like(float(np.percentile(values, 99.9)))
+        raise SceneError(
+            f"{where}: no unit stated{hint}; give it (--unit {likely}, say, or unit = '{likely}')"
+        )
     unit = pressure_unit(text, recording.label)
     if unit is None:
         raise SceneError(
@@ -283,12 +285,12 @@ def _pascal(
     return np.asarray(values * unit.factor + ambient)
 
 
-def _looks_like(highest: float) -> str:
-    """What a largest pressure may be in, for messages."""
+def _looks_like(highest: float) -> tuple[str, str]:
+    """A unit that a largest pressure may be in, else bar, and why, for messages."""
     for name, factor in (("MPa", 1e6), ("bar", BAR), ("psi", 6894.76), ("kPa", 1e3), ("Pa", 1.0)):
         if 15e5 < highest * factor < 300e5:
-            return f" (the largest value, {highest:.4g}, may be in {name})"
-    return ""
+            return name, f" (the largest value, {highest:.4g}, may be in {name})"
+    return "bar", ""
 
 
 def _degrees(

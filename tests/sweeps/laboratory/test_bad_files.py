@@ -48,12 +48,15 @@ BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "wrong column": (text(), {"pressure_column": "q"}, ("pressure_column", "'q'", "CA, p")),
     "number of no column": (text(), {"angle_column": 7}, ("angle_column = 7", "1 to 2")),
     "column twice": (text(), {"angle_column": 1, "pressure_column": 1}, ("twice",)),
-    "missing angle": (text(head="a,b\n"), {}, ("angle_column", "'a', 'b'")),
+    "missing angle": (text(head="a,b\n"), {}, ("angle_column", "'a', 'b'", "without one, angle_")),
     "a filtered twin": (
         "CA [deg],PCYL1 [bar],PCYL1_FILT [bar]\n" + rows(ANGLE, PRESSURE, PRESSURE), {},
         ("pressure_column: ambiguous ('PCYL1', 'PCYL1_FILT')",),
     ),
     "missing unit": (text(head="CA,p\n"), {}, ("no unit", "may be in bar", "unit = 'bar'")),
+    "missing unit, not bar": (
+        "CA,p\n" + rows(ANGLE, PRESSURE * 100.0), {}, ("may be in kPa", "unit = 'kPa'"),
+    ),
     "no unit of pressure": (text(), {"unit": "kg"}, ("'kg'", "bar, kPa")),
     "unit that computes": (text(), {"unit": "9**9**9"}, ("must be a unit of pressure",)),
     "volts without calibration": (text(), {"unit": "V"}, ("calibration",)),
@@ -223,6 +226,15 @@ def test_bad_files_are_refused_in_one_line(
     for fragment in fragments:
         assert fragment in message, message
     assert capfd.readouterr() == ("", "")  # libraries print nothing
+
+
+def test_lines_above_columns_of_fixed_width_are_no_names_where_they_lie_elsewhere(
+    tmp_path: Path,
+) -> None:
+    lines = "".join(f"{n:8.1f}{10 * n:12.2f}\n" for n in range(100, 110))
+    (tmp_path / "a.txt").write_text("# SAMPLES 1440\n# --- DATA ---\n" + lines)
+    read = read_recording(tmp_path / "a.txt", "a.txt", ReadingChoices(format="fixed_width"))
+    assert [list(read.numbers(name)[:2]) for name in read.columns] == [[100, 101], [1000, 1010]]
 
 
 def test_a_format_without_lines_of_numbers(tmp_path: Path) -> None:

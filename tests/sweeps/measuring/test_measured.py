@@ -213,6 +213,11 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
     [
         ("time [s]\n0.1\n0.3\n0.2\n", "teeth", "number 3 "),
         ("time [s],a,b\n" + "0,1,2\n" * 5, "encoder", "column: ambiguous|does not ascend"),
+        (
+            "time [s],speed [rpm]\n" + "0,1500\n" * 5,
+            "speed",
+            "angle_column: ambig.*over the crank angle",
+        ),
         ("time [s],encoder\n0,1\n1,1\n5,1\n", "encoder", "equally far apart"),
         ("angle [deg],speed\n0,1\n1,1\n2,1\n", "speed", "must span a cycle"),
         ("angle [deg],speed\n" + "".join(f"{i},0\n" for i in range(720)), "speed", "more than 0"),

@@ -106,6 +106,8 @@ WRONG: list[tuple[Any, ...]] = [
      "scene: wanted_delta (in [sample]) and inertia (in [sample]): the inertia follows"),
     (scene({"number": 1, "inertia": RANGE}),
      "scene: [sample] number = 1: must be a whole number from 2 to 16777216"),
+    (scene({"number": 1e3, "inertia": RANGE}),
+     "scene: [sample] number = 1000.0: must be a whole number from 2 to 16777216"),
     (scene({"number": 1 << 25, "inertia": RANGE}),
      "scene: [sample] number = 33554432: must be a whole number from 2 to 16777216"),
     (scene({"number": 1000, "inertia": RANGE}),
