@@ -74,8 +74,8 @@ def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
         if method.name in scene.methods and not method.can_solve(driven.law, over_angle):
             raise SceneError(
                 f"{name}: [solver] method = {method.name!r}: supports only the load law "
-                f"a + k omega^alpha; with load_table, a driver, [[auxiliaries]] or a torque given "
-                f"for the engine, use one of {', '.join(can)}"
+                f"a + k omega^alpha; with another law, load_table, a driver, [[auxiliaries]] or a "
+                f"torque given for the engine, use one of {', '.join(can)}"
             )
 
 
