@@ -9,15 +9,16 @@ import numpy as np
 
 __all__ = ["balance_of", "power", "product", "quotient"]
 
-ROUNDING = 1e-13
-"""Difference of two numbers, over the second, up to which it is rounding."""
+INEXACT = 1e-10
+"""Difference of two numbers, over the second, up to which it is none: so far the velocities that
+the mean gas torque is made with are exact, docs/solver.md (58)."""
 
 
 def balance_of(plus: Any, minus: Any) -> Any:
-    """Difference of two torques or pressures; what is only rounding is 0 (the engine idles)."""
+    """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
-    return np.where(np.abs(difference) <= ROUNDING * np.abs(minus), 0.0, difference)
+    return np.where(np.abs(difference) <= INEXACT * np.abs(minus), 0.0, difference)
 
 
 def quotient(numerator: Any, denominator: Any) -> Any:

@@ -293,7 +293,7 @@ NODES = (
     ),
     Node(
         "unbalanced_mass", "M", "kg",
-        "mass at a crank pin, with all its rods, to be balanced by a counterweight",
+        "mass at a crank pin to be balanced by a counterweight, with all its rods",
         "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass",
                                "throws_per_cylinder"),
         make=lambda counterweight_fraction, reciprocating_mass, rotating_mass, throws_per_cylinder:
@@ -302,7 +302,7 @@ NODES = (
     ),
     Node(
         "counterweight_required", "B", "kg",
-        "counterweight mass of each throw for the balance fraction c", "Asgari eq. 12",
+        "counterweight mass of each throw for the balance fraction", "Asgari eq. 12",
         needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
         balance.counterweight_mass(

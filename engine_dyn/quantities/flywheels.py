@@ -413,8 +413,8 @@ NODES = (
         # Where a torque is given, the masses of the running gear are not known.
         Node(
             "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
-            "flywheel inertia needed for the wanted delta in addition to running gear, auxiliaries "
-            "and load (of a given torque, with the running gear), 0 if none is needed",
+            "flywheel inertia needed for the wanted delta, in addition to running gear, "
+            "auxiliaries and load (of a given torque, with the running gear), 0 if none is needed",
             "Kakaitsas sections 3.2, 3.2.2", when=when,
             needs=("inertia_required", "auxiliary_inertia", "inertia_beyond_gear", *gear),
             make=_flywheel_required,

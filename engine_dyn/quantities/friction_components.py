@@ -187,7 +187,8 @@ NODES: tuple[Node, ...] = (
         components.valve_train,
     ),
     _part(
-        "auxiliaries", "A", "oil pump, water pump and idle alternator", ("speed",),
+        "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
+        ("speed",),
         lambda speed: components.auxiliaries(speed),
     ),
     hidden(

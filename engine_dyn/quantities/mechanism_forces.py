@@ -358,8 +358,8 @@ NODES: tuple[Node, ...] = (
     ),
     _force(
         "net_piston_force", "P_n",
-        "force of gas, masses, weight and piston friction on the piston, positive towards the "
-        "crank",
+        "gas and inertia force on the piston with weight and piston friction, positive towards "
+        "the crank",
         KHURMI, ("piston_force", "weight_force", "piston_friction", "velocity"),
         lambda piston_force, weight_force, piston_friction, velocity: piston_force + weight_force
         - piston_friction * mechanism.sense_of_motion(velocity),

@@ -254,7 +254,7 @@ _ORDERS = (
     *_polar("", "inertia_torque", r"M_{l,\nu}", "inertia torque, all cylinders"),
     *_polar("", "gravity_torque", r"M_{G,\nu}", "gravity torque, all cylinders"),
     *_polar("", "torque", r"M_{\nu}",
-            "torque of gas, reciprocating masses and auxiliaries, all cylinders"),
+            "torque of gas and reciprocating masses, with auxiliaries, all cylinders"),
     *_polar("cylinder_", "gas_torque", r"M_{g1,\nu}", "gas torque, cylinder 1"),
     *_polar("cylinder_", "inertia_torque", r"M_{l1,\nu}", "inertia torque, cylinder 1"),
     *_polar("cylinder_", "gravity_torque", r"M_{G1,\nu}", "gravity torque, cylinder 1"),

@@ -118,7 +118,7 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "crank_mass_at_pin", "M''_c", "kg", "mass of each throw, reduced to the crank radius",
+        "crank_mass_at_pin", "M''_c", "kg", "mass of each throw reduced to the crank radius",
         "Asgari eq. 6, Kakaitsas eq. 2.15", needs=("crank_mass",),
         make=lambda crank_mass: crank_mass,
     ),

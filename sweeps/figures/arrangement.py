@@ -18,7 +18,7 @@ from engine_dyn.types import Floats
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import MOST_PANELS, View
-from sweeps.figures.wording import number_text, sentence, slug
+from sweeps.figures.wording import HARD_SPACE, number_text, sentence, slug
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def firing_notes(one: Mapping[str, Any]) -> list[str]:
     gaps = np.diff(np.sort(angles), append=angles.min() + one["period"])
     steps = [_degrees(gap) for gap in gaps]
     even = len(set(steps)) == 1
-    intervals = f"every {steps[0]}" if even else f"intervals {', '.join(steps)}"
+    intervals = f"every{HARD_SPACE}{steps[0]}" if even else f"intervals {', '.join(steps)}"
     return [f"firing order {'-'.join(str(i + 1) for i in order)}", intervals]
 
 

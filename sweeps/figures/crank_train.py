@@ -223,13 +223,13 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
     look = {"arrowstyle": "-|>", "color": FORCES[name][0], "linewidth": 1.8, "shrinkA": 0.0,
             "shrinkB": 0.0, "mutation_scale": 9.0}  # fmt: skip
     panel.annotate("", tuple(end), tuple(start), arrowprops=look, zorder=6)
-    panel.update_datalim([start, end])
     along = vector / np.hypot(*vector)
     pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
     # beside what presses on the piston, beyond the tip of others; R ends at the shaft, among bars
     beside = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
     if name == "radial_force":
         beside = end + 0.3 * np.array([-along[1], along[0]])
+    panel.update_datalim([start, end, beside])  # what lies outside the limits is not written
     panel.annotate(
         symbol, tuple(beside), color=FORCES[name][0], fontsize=8.0, va="center", zorder=7,
         ha="left" if pressing else "center",

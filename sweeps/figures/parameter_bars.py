@@ -157,8 +157,7 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
         left_out = values[kinds[0]].size - shown.size
         if left_out:
             notes.append(f"{left_out} more parameters have smaller indices")
-        said = str(view.array(name).attrs.get("long_name", "")).partition(" of the ")[2]
-        what = said.removesuffix(", only designs with results") or quantity
+        what = name_of(view.array(name), name).partition(" of the ")[2] or quantity
         title = f"Sobol' indices of the {what}"
         drawn = finish(figure, title, notes, entries, "", view.caption, below=True)
         yield f"sensitivities_{quantity}{view.suffix}", drawn

@@ -184,9 +184,8 @@ def finish(
     pale = GREY if ink in ("black", "k", "#000000") else ink  # grey is not seen on dark paper
     head += [(line, notes_size, pale) for line in lines if line]
     foot = [(line, small, pale) for line in wrap(caption, int(width * 18)).split("\n") if line]
-    leading = 1.4 / 72
-    top = 0.06 + sum(size * leading for _, size, _ in head)
-    bottom = 0.04 + sum(size * leading for _, size, _ in foot)
+    top = 0.06 + sum(_line_height(text, size) for text, size, _ in head)
+    bottom = 0.04 + sum(_line_height(text, size) for text, size, _ in foot)
 
     if setting.inches and not spare:
         below = below or width < LEGEND_BESIDE
@@ -211,8 +210,13 @@ def finish(
         place = start
         for text, size, colour in texts:
             figure.text(0.07 / width, place, text, size=size, color=colour, va="top")
-            place -= size * leading / height
+            place -= _line_height(text, size) / height
     return figure
+
+
+def _line_height(text: str, points: float) -> float:
+    """Inches of a line around the panels; it hangs from its top, which a hat lifts."""
+    return (1.65 if r"\hat" in text else 1.4) * points / 72
 
 
 def _wrap_ordinates(figure: Figure, height: float) -> None:

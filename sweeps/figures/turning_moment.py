@@ -41,6 +41,9 @@ WRITTEN = 0.04
 MOST_WRITTEN = 16
 """Areas whose numbers still can be read."""
 
+STANDING, LYING = 0.16, 0.07
+"""Heights over the range of the torque, below which such a number is higher than its area."""
+
 JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
 """Joules of a torque of one over an angle of one radian, by the torque's unit."""
 
@@ -167,7 +170,7 @@ def _areas(panel: Axes, found: Turning, entries: Entries, text: str, label: str)
 
 
 def _write_area(panel: Axes, found: Turning, number: int) -> None:
-    """Write the size of one area at its middle, at the end of the curve that it hangs on."""
+    """Write the size of one area at its middle, or beyond its tip where it is too flat for that."""
     from matplotlib.patheffects import withStroke
 
     start = found.crossings[number]
@@ -182,11 +185,14 @@ def _write_area(panel: Axes, found: Turning, number: int) -> None:
     height = float(np.interp(middle, found.angle, found.torque - found.resistance))
     level = float(np.interp(middle, found.angle, found.resistance))
     area = found.areas[number]
+    narrow = found.angle[end - 1] - found.angle[first] < 50.0
+    flat = abs(height) < (STANDING if narrow else LYING) * np.ptp(found.torque)
     panel.annotate(
         f"{'+' if area > 0 else ''}{_energy_text(area, found.swing, False)}",
-        (middle, level + 0.4 * height),
-        ha="center", va="center", fontsize=6.5, zorder=6,
-        rotation=90 if found.angle[end - 1] - found.angle[first] < 50.0 else 0,
+        (middle, level + (1.0 if flat else 0.4) * height), textcoords="offset points",
+        xytext=(0.0, np.copysign(3.0, height) if flat else 0.0), ha="center",
+        va=("bottom" if height > 0.0 else "top") if flat else "center", fontsize=6.5, zorder=6,
+        rotation=90 if narrow and not flat else 0,
         path_effects=[withStroke(linewidth=2.0, foreground="white")],
     )  # fmt: skip
 

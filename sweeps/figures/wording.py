@@ -201,14 +201,15 @@ def middle_of_sentence(text: str) -> str:
 def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
     """One value of a parameter: symbol = number unit."""
     said = with_unit(variable, value, digits)
-    return f"{symbol_of(variable) or name_of(variable, key)} = {said}"
+    # no line ends between a symbol, its number and the unit
+    return f"{symbol_of(variable) or name_of(variable, key)}{HARD_SPACE}={HARD_SPACE}{said}"
 
 
 def with_unit(variable: xr.Variable, value: float, digits: int = 4) -> str:
     """A number and its unit."""
     unit = unit_text(str(variable.attrs.get("units", "")))
-    space = "" if unit in ("", "\N{DEGREE SIGN}") else " "
-    return f"{number_text(value, digits)}{space}{unit}"
+    space = "" if unit in ("", "\N{DEGREE SIGN}") else HARD_SPACE
+    return f"{number_text(value, digits)}{space}{unit.replace(' ', HARD_SPACE)}"
 
 
 def slug(text: str) -> str:

@@ -32,14 +32,19 @@ def plates(data: xr.Dataset, select: Any = None, laid_out: bool = False) -> dict
     return found
 
 
+def plain(text: str) -> str:
+    """A text whose hard spaces, between a number and its unit, are ordinary ones."""
+    return text.replace("\N{NO-BREAK SPACE}", " ")
+
+
 def texts(figure: Figure) -> list[str]:
-    """Everything written on a figure."""
-    return [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
+    """Everything written on a figure, with ordinary spaces."""
+    return [plain(t.get_text()) for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
 
 
 def words(figure: Figure) -> str:
     """The same as one text, without line breaks."""
-    return " | ".join(texts(figure)).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+    return " | ".join(texts(figure)).replace("\n", " ")
 
 
 def assert_inside(stem: str, figure: Figure, apart: bool = True) -> None:

@@ -22,8 +22,8 @@ from sweeps.figures.sheet import finish, new_sheet
 from sweeps.figures.study import study_of
 from sweeps.figures.traces import draw_curves
 from sweeps.figures.views import pick
-from sweeps.figures.wording import axis_label, number_text, unit_text, wrap
-from tests.support.figures import assert_inside, plates, style, texts, variable, words
+from sweeps.figures.wording import axis_label, number_text, unit_text, value_text, wrap
+from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words
 from tests.sweeps.processes import python
 
 ATTRIBUTES = {
@@ -158,7 +158,9 @@ def product(words: dict[str, list[str]] | None = None, **axes: object) -> xr.Dat
 
 
 def legend_texts(figure) -> list[str]:
-    return [t.get_text().replace("\n", " ") for legend in figure.legends for t in legend.texts]
+    return [
+        plain(t.get_text()).replace("\n", " ") for legend in figure.legends for t in legend.texts
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -180,12 +182,10 @@ def test_units_are_printed_with_signs_and_superscripts(units: str, printed: str)
 
 def test_a_label_has_name_symbol_and_unit() -> None:
     label = axis_label(xr.Variable((), 0.0, attributes("inertia")), "inertia")
-    assert label.replace("\N{NO-BREAK SPACE}", " ") == (
-        r"Moment of inertia of the whole engine with its load $\Theta$ (kg m²)"
-    )
+    assert plain(label) == r"Moment of inertia of the whole engine with its load $\Theta$ (kg m²)"
     # what follows a comma explains, and a unit of one is a dash
     label = axis_label(xr.Variable((), 0.0, attributes("crank_ratio")), "crank_ratio")
-    assert label.replace("\N{NO-BREAK SPACE}", " ") == r"Crank ratio $\lambda$ (–)"
+    assert plain(label) == r"Crank ratio $\lambda$ (–)"
     assert axis_label(xr.Variable((), 0.0), "load_factor") == "Load factor"
     broken = xr.Variable((), 0.0, {"symbol": r"$\nothing{", "long_name": "cost in $"})
     assert axis_label(broken, "x") == r"Cost in \$"
@@ -207,6 +207,8 @@ def test_lines_break_outside_formulas_and_brackets() -> None:
     assert " ".join(lines) == text
     assert any(r"$M_{max} / M_{mean}$" in line for line in lines)
     assert any("(N m s2)" in line for line in lines)
+    inertia = value_text(xr.Variable((), 0.0, attributes("inertia")), "inertia", 5.158)
+    assert plain(wrap(f"best with {inertia}", 12)) == "best with\n$\\Theta$ = 5.158 kg m²"
 
 
 def test_picked_values_are_even_and_keep_the_nominal_one() -> None:
@@ -420,7 +422,7 @@ def test_maps_over_two_axes_and_more() -> None:
     figure = plates(data)["delta_map_inertia_speed_by_load"]
     panels = [a for a in figure.axes if a.get_title(loc="left")]
     assert len(panels) == 9
-    assert panels[0].get_title(loc="left") == "$L$ = 0 %"
+    assert plain(panels[0].get_title(loc="left")) == "$L$ = 0 %"
     assert "9 of 11 values of load shown" in texts(figure)
     axes = {"inertia": np.geomspace(0.5, 12, 5), "speed": np.linspace(600, 3000, 6)}
     data = product({"method": ["thesis", "newton"]}, **axes, load=[0.0, 50.0, 90.0])
@@ -640,7 +642,7 @@ def test_designs_beside_axes() -> None:
         data[name].attrs = attributes(name)
     found = plates(data.transpose("design", "load", "crank_angle"))
     assert legend_texts(found["delta_inertia"]) == ["10", "90"]
-    titles = [a.get_title(loc="left") for a in found["omega_inertia"].axes]
+    titles = [plain(a.get_title(loc="left")) for a in found["omega_inertia"].axes]
     assert titles == ["$L$ = 10 %", "$L$ = 90 %"]
 
 
@@ -650,9 +652,7 @@ def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
     comment = {"long_name": "load coefficient", "comment": "unit N m s^alpha"}
     data["load_coefficient"] = ("design", k.values, comment)
     figure = plates(data[["load_coefficient"]])["load_coefficient"]
-    assert [axes.get_xlabel().replace("\N{NO-BREAK SPACE}", " ") for axes in figure.axes] == [
-        "Nominal crank speed $n$ (rpm)"
-    ]
+    assert [plain(axes.get_xlabel()) for axes in figure.axes] == ["Nominal crank speed $n$ (rpm)"]
     assert "unit N m s^alpha" in texts(figure)
 
 

@@ -177,6 +177,11 @@ def test_arrows_of_the_crank_train_and_its_angle() -> None:
     lengths = sorted(float(np.hypot(*vector)) for vector, _ in arrows)
     forces = sorted(abs(float(data[name].sel(crank_angle=25.0))) for name in data.data_vars)
     assert np.array(lengths) / lengths[-1] == pytest.approx(np.array(forces) / forces[-1])
+    panel = drawn.axes[0]
+    symbols = [a for a in panel.texts if a.get_text() and hasattr(a, "xyann")]
+    assert len(symbols) == len(arrows)
+    for x, y in (symbol.xy for symbol in symbols):  # others are not written
+        assert panel.viewLim.contains(x, y)
     assert "at 25° crank angle" in words(drawn)
     data = cylinder()
     largest = float(data["tangential_force"].idxmax())
