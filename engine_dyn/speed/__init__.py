@@ -8,7 +8,7 @@ general      the solver of any design, one at a time
 thesis       the thesis's own method, for comparison
 grouping, dispatch          designs that share columns; who solves them
 broadcasting, pieces, error_estimate, mechanisms    arrays, threads, errors, who solved what
-api, groups  `periodic_speed` of one design, and its keywords in groups
+api, keywords  `periodic_speed` of one design, and its keywords in groups
 required     the inertia that gives a wanted delta
 torque, mean_gas            results at nominal speed
 transient    speed over recorded cycles

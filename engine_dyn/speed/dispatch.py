@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.in_blocks import solve_in_blocks
 from engine_dyn.speed.broadcasting import codes, discard, take_unknown
-from engine_dyn.speed.designs import Inputs
+from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
@@ -31,7 +31,6 @@ from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import (
     CLOSED,
     CLOSURES,
-    DEVICES,
     INERTIA_MODELS,
     METHOD_NAMES,
     METHODS,
@@ -42,11 +41,9 @@ from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Result
 from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.thesis import solve_as_printed
+from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
-
-if TYPE_CHECKING:
-    from engine_dyn.speed.cuda import Card
 
 __all__ = ["solve"]
 
@@ -62,6 +59,20 @@ FINEST = 16
 
 FINER = 4
 """Factor on the nodes of the second solution, from which the error follows."""
+
+
+class Card(Protocol):
+    """What `engine_dyn.card` does of a sweep; it has `solve_in_blocks` for designs that it can."""
+
+    piece: int
+
+    def can_solve(self, task: Task) -> bool:
+        """Whether it knows all that the designs have."""
+
+    def solve(
+        self, task: Task, columns: Columns, designs: Designs, results: Results, left: Booleans
+    ) -> bool:
+        """Solve designs as `solve_in_blocks`; False where memory is short."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +127,7 @@ def solve(
     iterated: float | None = None,
     general: bool = False,
     driven: DrivenMachine = NOTHING_DRIVEN,
-    device: str = "cpu",
+    card: Card | None = None,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -160,8 +171,8 @@ def solve(
     driven : DrivenMachine
         Load over angle, load over speed or driver, and the torque of an engine that has no
         diagrams: `family` and cylinders then give its cycle alone, and `scale` is 0.
-    device : str
-        "cpu", or "cuda": an NVIDIA card solves what it can, see `engine_dyn.speed.cuda`.
+    card : Card, optional
+        Solves what it can: `engine_dyn.card.card_of`.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -176,7 +187,7 @@ def solve(
     Raises
     ------
     ValueError
-        For a method that cannot solve the law, or a device that cannot be used.
+        For a method that cannot solve the law.
     """
     inputs = {**DEFAULTS, **inputs}
     inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
@@ -192,7 +203,6 @@ def solve(
     if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
         angles = np.asarray(crank_angle, dtype=float)
     results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
-    card = _card(device)
     grouping = Grouping(
         designs, family, cylinders_by_count, driven, float(tolerance),
         ("cylinders", "method", "inertia_model"), angles.size > 0,
@@ -214,17 +224,6 @@ def solve(
         if name not in compared
     }
     return discard(shaped, unknown)
-
-
-def _card(device: str) -> Card | None:
-    """Card of a device, None for the processor; what only a card needs is imported for it."""
-    if device not in DEVICES:
-        raise ValueError(f"device {device!r}: not one of {', '.join(map(repr, DEVICES))}")
-    if device == "cpu":
-        return None
-    from engine_dyn.speed.cuda import Card
-
-    return Card()
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:

@@ -69,7 +69,7 @@ INERTIA_MODELS = ("constant", "variable")
 """Models of the inertia, in the order of their codes."""
 
 DEVICES = ("cpu", "cuda")
-"""What solves designs: the processor, or a GPU as far as `engine_dyn.speed.cuda` can."""
+"""What solves designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
 CLOSURES = ("power_mean", "cycle_time")
 """What the nominal speed means, in the order of their codes."""

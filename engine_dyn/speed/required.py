@@ -47,6 +47,7 @@ inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
     "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",
+    "card",
 )  # fmt: skip
 """Arguments of `dispatch.solve` that are not inputs of each design."""
 
