@@ -8,8 +8,7 @@ that a design gets depends on the others.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
@@ -28,15 +27,8 @@ from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import PIECE, Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
-from engine_dyn.speed.methods import (
-    CLOSED,
-    CLOSURES,
-    INERTIA_MODELS,
-    METHOD_NAMES,
-    METHODS,
-    THESIS,
-)
-from engine_dyn.speed.pieces import Progress, map_on_threads
+from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
+from engine_dyn.speed.pieces import Progress, do_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
@@ -88,7 +80,7 @@ class Sweep:
     closure: int
     iterated: float
     angles: Floats
-    threads: int
+    threads: int | None
     results: Results
     tally: Tally | None
     finer: int
@@ -104,9 +96,10 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def pieces(self, places: Integers | None = None) -> Iterator[Piece]:
-        """The designs at some flat places, or all, in pieces."""
-        return self.grouping.pieces(places, self.finer, self.alone)
+    def solve(self, places: Integers | None = None, progress: Progress | None = None) -> None:
+        """Solve the designs at some flat places, or all."""
+        pieces = self.grouping.pieces(places, self.finer, self.alone)
+        do_on_threads(partial(_solve_piece, self), pieces, self.threads, progress)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -210,11 +203,9 @@ def solve(
     )  # fmt: skip
     sweep = Sweep(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
-        angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general, card,
+        angles, threads, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
-    for done in map_on_threads(partial(_solve_piece, sweep), sweep.pieces(), sweep.threads):
-        if progress:
-            progress(done)
+    sweep.solve(progress=progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -269,8 +260,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            again = replace(sweep, finer=finer, general=True, alone=True)
-            list(map_on_threads(partial(_solve_piece, again), again.pieces(missed), sweep.threads))
+            replace(sweep, finer=finer, general=True, alone=True).solve(missed)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -292,8 +282,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    pieces = second.pieces(None if known.all() else np.flatnonzero(known))
-    list(map_on_threads(partial(_solve_piece, second), pieces, sweep.threads))
+    second.solve(None if known.all() else np.flatnonzero(known))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 

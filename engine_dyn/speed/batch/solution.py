@@ -38,14 +38,7 @@ from engine_dyn.speed.batch.law_polynomial import fit_laws
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.vectors import (
-    LANES,
-    Rows,
-    any_of,
-    read,
-    where,
-    write,
-)
+from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 
 __all__ = ["solve_curves"]
 
