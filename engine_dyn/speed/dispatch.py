@@ -1,9 +1,7 @@
 """Broadcasting front of the solvers: arrays of parameters in, arrays of results out.
 
-Inputs are NumPy arrays that broadcast against each other. Designs are grouped by what their columns
-have in common (cylinders, box of crank ratios, repeats of a load) and sorted by their diagram. Each
-group is solved in pieces: by the batch solver, and what this leaves by the general one. Nothing
-that a design gets depends on the others.
+Each group of designs is solved in pieces: by the batch solver, and what this leaves by the general
+one. Nothing that a design gets depends on the others.
 """
 
 from __future__ import annotations

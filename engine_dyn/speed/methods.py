@@ -1,7 +1,4 @@
-"""The methods that find the periodic speed: the one table of their names and of what they can do.
-
-There are no functions here: `engine_dyn.speed.dispatch` gives designs to what solves them.
-"""
+"""The methods that find the periodic speed: the one table of what they are called and can do."""
 
 from __future__ import annotations
 

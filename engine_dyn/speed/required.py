@@ -1,10 +1,8 @@
 """The inertia that gives a wanted coefficient of speed fluctuation, for every design of a sweep.
 
-The fluctuation delta falls as the inertia grows: nearly as 1/Theta where it is small, and from some
-largest value at the lightest engine that still runs. The root of log delta(Theta) - log delta_w is
-found over log Theta by secants from the estimate by the energy swing, docs/method.md (91), in a
-bracket that is halved where a secant leaves it. Each step solves the periodic speed of all designs
-that are not done, by the same function as a sweep.
+The root of log delta(Theta) - log delta_w is found over log Theta by secants, docs/method.md (91),
+in a bracket that is halved where a secant leaves it. Each step solves all designs that are not
+done, by the same function as a sweep.
 """
 
 from __future__ import annotations
