@@ -32,6 +32,13 @@ def family_of(diagram: Diagram) -> Family:
     return family_from_diagrams([0.0], [diagram])
 
 
+@lru_cache(maxsize=64)
+def _mean_gas(diagram: Diagram, ratio: float, offset: float, cylinders: Cylinders) -> float:
+    """Mean of `mean_gas_of_unequal_throws`, cached because searches ask again and again."""
+    family = family_of(diagram)
+    return float(mean_gas_of_unequal_throws(ratio, offset, 0.0, family, 1, {1: cylinders}))
+
+
 @dataclass(frozen=True)
 class _Group:
     """Keywords of `periodic_speed`, whose numbers are taken as finite floats."""
@@ -177,11 +184,8 @@ class Engine(_Group):
     @property
     def torque_mean(self) -> float:
         """Mean torque over the cycle [N m]."""
-        count, family = self.group.cylinders, family_of(self.diagram)
-        mean_gas = mean_gas_of_unequal_throws(
-            self.crank_ratio, self.offset_ratio, 0.0, family, count, {count: self.cylinders}
-        )
-        return self.lever * float(mean_gas) - self.friction_torque
+        mean = _mean_gas(self.diagram, self.crank_ratio, self.offset_ratio, self.cylinders)
+        return self.lever * mean - self.friction_torque
 
     def inputs(self) -> dict[str, Any]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
