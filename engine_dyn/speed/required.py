@@ -89,14 +89,8 @@ def solve_for_inertia(
         the fluctuation with a large inertia.
     tolerance : float
         Relative error of delta aimed at.
-    progress : callable, optional
-        Called with the number of designs done since the last call.
-    **given
+    progress, **given
         As `dispatch.solve`, without `inertia`; `wanted` and `crank_angle` are not used.
-
-    Returns
-    -------
-    Required
     """
     whole = {name: given[name] for name in _WHOLE if name in given}
     columns: dict[str, Any] = {
@@ -154,10 +148,9 @@ def search(
 ) -> Required:
     """Find the inertia for each of some designs, from a function that solves them.
 
-    Secants over docs/method.md (91), in a bracket. `outcome` takes the numbers of the designs to
-    solve and the inertias of all, and returns delta and status of those asked for. `start` is the
-    inertia to begin with [kg m2] and `goal` the wanted delta, shape (designs,); the rest is as of
-    `solve_for_inertia`.
+    `outcome` takes the numbers of the designs to solve and the inertias of all, and returns delta
+    and status of those asked for. `start` is the inertia to begin with [kg m2] and `goal` the
+    wanted delta, shape (designs,); the rest is as of `solve_for_inertia`.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         x, target = np.log(start), np.log(goal)

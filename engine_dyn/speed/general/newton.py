@@ -137,11 +137,9 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
 def _ends(
     mu: float, fixed: bool, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float]:
-    """delta_0 and delta_mu from the two means that close the system.
+    """delta_0 and delta_mu from the two means that close the system; from one if mu is `fixed`.
 
     They are docs/solver.md (83) and docs/method.md (66).
-
-    If mu is `fixed`, the second mean is left out.
     """
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0

@@ -1,7 +1,4 @@
-"""Extreme and mean speeds of a solution at the fine nodes, and an estimate of their error.
-
-docs/solver.md chapter 12 on extrema and docs/solver.md section 13.1 on the error.
-"""
+"""Extreme and mean speeds at the fine nodes, and their error: docs/solver.md chapters 12 and 13."""
 
 from __future__ import annotations
 

@@ -170,10 +170,7 @@ def _missed(box: Box, columns: Floats) -> Floats:
 
 
 def _roughness(curve: Floats) -> Floats:
-    """What a polynomial through every other node misses of the work between, over its range.
-
-    docs/solver.md (62).
-    """
+    """What every other node misses of the work between, over its range: docs/solver.md (62)."""
     even, odd = curve[:, ::2], curve[:, 1::2]
     guess = sum(
         weight * (np.roll(even, back, axis=1) + np.roll(even, -1 - back, axis=1))
@@ -252,10 +249,7 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
 
 
 def _add_square(source: Source, curves: Floats) -> None:
-    """Add the squared velocity without its mean, docs/method.md (20), and its slope.
-
-    The slope is docs/solver.md (57).
-    """
+    """Add squared velocities less their mean, docs/method.md (20), and slopes, docs/solver.md (57)."""
     for member in source.members:
         own = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
         for total, curve in zip(curves, (own.square, own.square_between, own.slope), strict=True):
