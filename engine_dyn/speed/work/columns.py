@@ -249,7 +249,7 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
 
 
 def _add_square(source: Source, curves: Floats) -> None:
-    """Add squared velocities less their mean, docs/method.md (20), and slopes, docs/solver.md (57)."""
+    """Add V without its mean, docs/method.md (20), and its slope, docs/solver.md (57)."""
     for member in source.members:
         own = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
         for total, curve in zip(curves, (own.square, own.square_between, own.slope), strict=True):
