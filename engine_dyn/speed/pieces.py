@@ -29,12 +29,13 @@ def do_on_threads(
     designs, which `progress` is told.
     """
     tell, rest = progress or (lambda done: None), iter(jobs)
+    threads = threads or os.cpu_count() or 1
     first = list(islice(rest, 2))
     if threads == 1 or len(first) < 2:  # a pool costs some 200 us
         for job in chain(first, rest):
             tell(do(job))
         return
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         try:
             for done in as_completed([pool.submit(do, job) for job in chain(first, rest)]):
                 tell(done.result())
