@@ -94,7 +94,7 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def solve(self, places: Integers | None = None, progress: Progress | None = None) -> None:
+    def solve_at(self, places: Integers | None = None, progress: Progress | None = None) -> None:
         """Solve the designs at some flat places, or all."""
         pieces = self.grouping.pieces(places, self.finer, self.alone)
         do_on_threads(partial(_solve_piece, self), pieces, self.threads, progress)
@@ -203,7 +203,7 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
-    sweep.solve(progress=progress)
+    sweep.solve_at(progress=progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -258,7 +258,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            replace(sweep, finer=finer, general=True, alone=True).solve(missed)
+            replace(sweep, finer=finer, general=True, alone=True).solve_at(missed)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -280,7 +280,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    second.solve(None if known.all() else np.flatnonzero(known))
+    second.solve_at(None if known.all() else np.flatnonzero(known))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
