@@ -1,4 +1,4 @@
-"""The periodic speed of a block of designs at its coarse nodes: docs/solver.md 10.1 to 10.3.
+"""The periodic speed of a block of designs at its coarse nodes: docs/solver.md chapter 10.
 
 With q = (omega/omega_n)^2 = 1 + u, X = g P - eta V, tau = 1, or 1 + eta V where the inertia varies,
 and beta = kappa s,

@@ -1,4 +1,4 @@
-"""Extreme and mean speeds at the fine nodes, and their error: docs/solver.md chapters 12 and 13."""
+"""Extreme and mean speeds at the fine nodes, docs/solver.md chapter 12, and their error, (101) on."""
 
 from __future__ import annotations
 
