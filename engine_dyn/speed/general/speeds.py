@@ -1,4 +1,4 @@
-"""Extreme and mean speeds at the fine nodes, docs/solver.md chapter 12, and their error, (101) on."""
+"""Extreme and mean speeds at the fine nodes, docs/solver.md chapter 12, and their error (101)."""
 
 from __future__ import annotations
 
