@@ -45,7 +45,7 @@ def rate_of(designs: int, seconds: float, work: Callable[[], None]) -> float:
 
 def rates(given: Any, seconds: float) -> tuple[float, float]:
     """Designs a second of the kernel alone, and with both copies on two streams."""
-    from engine_dyn.speed.cuda import SLOTS, Card
+    from engine_dyn.card.card import SLOTS, Card
 
     card, designs = Card(), given[-1].size
     launch = card.launch
@@ -78,8 +78,8 @@ def errors(designs: int) -> tuple[float, int]:
 
 def table(designs: int, seconds: float, compared: int) -> list[tuple[str, str]]:
     """Rows of the table: what, and how much."""
-    from engine_dyn.compilation.device import device_name
-    from engine_dyn.speed.cuda import Card
+    from engine_dyn.card.card import Card
+    from engine_dyn.card.device import device_name
 
     first, again = (seconds_of(solve, compared, "cuda") for _ in range(2))
     with mock.patch.object(Card, "solve", autospec=True, side_effect=Card.solve) as called:

@@ -138,7 +138,7 @@ def usable_device(device: Any) -> str:
         allowed = " or ".join(f'"{name}"' for name in DEVICES)
         raise SceneError(f"device = {shown(device)}: must be {allowed}")
     if device == "cuda":
-        from engine_dyn.speed.cuda import check_card
+        from engine_dyn.card.card import check_card
 
         try:
             check_card()

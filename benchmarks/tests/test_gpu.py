@@ -32,7 +32,7 @@ def test_a_table_is_made() -> None:
 def test_without_a_card_one_line_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from engine_dyn.compilation import device
+    from engine_dyn.card import device
 
     monkeypatch.setattr(device, "what_is_missing", lambda: "no card")
     assert gpu.main(SMALL) == 2

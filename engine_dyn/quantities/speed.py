@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import time_over_angle
+from engine_dyn.card import card_of
 from engine_dyn.geometry.cylinders import MOST_CYCLES, even_cylinders
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import flat_family
@@ -45,6 +46,12 @@ def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     return {_KERNEL_NAMES.get(name, name): value for name, value in needs.items()}
 
 
+def _keywords(needs: dict[str, Any]) -> dict[str, Any]:
+    """Keywords of what solves a stage; the device stands as its card."""
+    card = card_of(needs.pop("device", "cpu"))
+    return {"exponent": 1.0, **kernel_inputs(needs), "card": card}
+
+
 # Kernels are imported where they are called: importing the graph compiles and loads none.
 
 
@@ -55,7 +62,7 @@ def _solve(**needs: Any) -> dict[str, Any]:
     asked = [name for name in wanted if name != AT_START]
     if AT_START in wanted and "omega" not in asked:
         asked.append("omega")
-    found = dispatch.solve(**{"exponent": 1.0, **kernel_inputs(needs), "wanted": asked})
+    found = dispatch.solve(**_keywords(needs) | {"wanted": asked})
     if AT_START in wanted:
         found[AT_START] = _at_start(found["omega"], needs["start_angle"], needs["crank_angle"])
     return {**found, "outcome": found["status"]}
@@ -125,7 +132,7 @@ def _speed_search(key: str, extreme: str) -> Any:
 def _search(**needs: Any) -> dict[str, Any]:
     from engine_dyn.speed.required import solve_for_inertia
 
-    found = solve_for_inertia(**{"exponent": 1.0, **kernel_inputs(needs)})
+    found = solve_for_inertia(**_keywords(needs))
     return {"inertia_required": found.inertia, "search_status": found.status}
 
 

@@ -228,7 +228,16 @@ def periodic_speed(
     angles = np.zeros(0)
     if crank_angle is not None:
         angles = given_array("crank_angle", crank_angle, finite=True).ravel()
-    _warn_of_implausible(engine, load, solver, inertia)
+    unusual = implausible(
+        diagram, driven=driven.has_driver, bore=engine.bore, stroke=engine.stroke,
+        crank_ratio=engine.crank_ratio, reciprocating_mass=engine.reciprocating_mass,
+        inertia=inertia, speed=engine.speed, cylinders=cylinders, offset=engine.offset,
+        crankcase_pressure=engine.crankcase_pressure, friction_torque=engine.friction_torque,
+        load_exponent=load.load_exponent, load_offset=load.load_offset,
+        start_speed=solver.start_speed or 0.0,
+    )  # fmt: skip
+    for one in unusual:
+        warnings.warn(str(one), ImplausibleWarning, stacklevel=2)
     found = _solve(engine, load, solver, inertia, angles)
     if found.delta > MOST_DELTA:
         warnings.warn(
@@ -236,20 +245,6 @@ def periodic_speed(
             f"{MOST_DELTA:g}", ImplausibleWarning, stacklevel=2,
         )  # fmt: skip
     return found
-
-
-def _warn_of_implausible(engine: Engine, load: Load, solver: Solver, inertia: float) -> None:
-    """Warn of values that engines do not have."""
-    found = implausible(
-        engine.diagram, driven=load.driven.has_driver, bore=engine.bore, stroke=engine.stroke,
-        crank_ratio=engine.crank_ratio, reciprocating_mass=engine.reciprocating_mass,
-        inertia=inertia, speed=engine.speed, cylinders=engine.group.cylinders, offset=engine.offset,
-        crankcase_pressure=engine.crankcase_pressure, friction_torque=engine.friction_torque,
-        load_exponent=load.load_exponent, load_offset=load.load_offset,
-        start_speed=solver.start_speed or 0.0,
-    )  # fmt: skip
-    for one in found:
-        warnings.warn(str(one), ImplausibleWarning, stacklevel=3)
 
 
 def _solve(
@@ -265,7 +260,7 @@ def _solve(
         cylinders=engine.group.cylinders,
         cylinders_by_count={engine.group.cylinders: engine.cylinders}, crank_angle=angles,
         threads=1, inertia=inertia, offset=constant, mean_torque=torque_mean, **engine.inputs(),
-        **load.inputs(gear), **load.inputs_over_speed(), **solver.inputs(),
+        **load.inputs(gear), **solver.inputs(),
     )  # fmt: skip
     found = {name: float(result[name]) for name in SCALAR_NAMES}
     code = int(result["status"])

@@ -1,18 +1,15 @@
 """Broadcasting front of the solvers: arrays of parameters in, arrays of results out.
 
-Inputs are NumPy arrays that broadcast against each other. Designs are grouped by what their columns
-have in common (cylinders, box of crank ratios, repeats of a load) and sorted by their diagram. Each
-group is solved in pieces: by the batch solver, and what this leaves by the general one. Nothing
-that a design gets depends on the others.
+Each group of designs is solved in pieces: by the batch solver, and what this leaves by the general
+one. Nothing that a design gets depends on the others.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,31 +19,21 @@ from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.in_blocks import solve_in_blocks
 from engine_dyn.speed.broadcasting import codes, discard, take_unknown
-from engine_dyn.speed.designs import Inputs
+from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import PIECE, Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
-from engine_dyn.speed.methods import (
-    CLOSED,
-    CLOSURES,
-    DEVICES,
-    INERTIA_MODELS,
-    METHOD_NAMES,
-    METHODS,
-    THESIS,
-)
-from engine_dyn.speed.pieces import Progress, map_on_threads
+from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
+from engine_dyn.speed.pieces import Progress, do_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.thesis import solve_as_printed
+from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
-
-if TYPE_CHECKING:
-    from engine_dyn.speed.cuda import Card
 
 __all__ = ["solve"]
 
@@ -64,6 +51,20 @@ FINER = 4
 """Factor on the nodes of the second solution, from which the error follows."""
 
 
+class Card(Protocol):
+    """What `engine_dyn.card` does of a sweep; it has `solve_in_blocks` for designs that it can."""
+
+    piece: int
+
+    def can_solve(self, task: Task) -> bool:
+        """Whether it knows all that the designs have."""
+
+    def solve(
+        self, task: Task, columns: Columns, designs: Designs, results: Results, left: Booleans
+    ) -> bool:
+        """Solve designs as `solve_in_blocks`; False where memory is short."""
+
+
 @dataclass(frozen=True)
 class Sweep:
     """All designs of one call of `solve`, how they are solved, and where the results go.
@@ -77,7 +78,7 @@ class Sweep:
     closure: int
     iterated: float
     angles: Floats
-    threads: int
+    threads: int | None
     results: Results
     tally: Tally | None
     finer: int
@@ -93,9 +94,10 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def pieces(self, places: Integers | None = None) -> Iterator[Piece]:
-        """The designs at some flat places, or all, in pieces."""
-        return self.grouping.pieces(places, self.finer, self.alone)
+    def solve_at(self, places: Integers | None = None, progress: Progress | None = None) -> None:
+        """Solve the designs at some flat places, or all."""
+        pieces = self.grouping.pieces(places, self.finer, self.alone)
+        do_on_threads(partial(_solve_piece, self), pieces, self.threads, progress)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -116,7 +118,7 @@ def solve(
     iterated: float | None = None,
     general: bool = False,
     driven: DrivenMachine = NOTHING_DRIVEN,
-    device: str = "cpu",
+    card: Card | None = None,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -160,8 +162,8 @@ def solve(
     driven : DrivenMachine
         Load over angle, load over speed or driver, and the torque of an engine that has no
         diagrams: `family` and cylinders then give its cycle alone, and `scale` is 0.
-    device : str
-        "cpu", or "cuda": an NVIDIA card solves what it can, see `engine_dyn.speed.cuda`.
+    card : Card, optional
+        Solves what it can: `engine_dyn.card.card_of`.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -176,7 +178,7 @@ def solve(
     Raises
     ------
     ValueError
-        For a method that cannot solve the law, or a device that cannot be used.
+        For a method that cannot solve the law.
     """
     inputs = {**DEFAULTS, **inputs}
     inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], family.period)
@@ -192,7 +194,6 @@ def solve(
     if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
         angles = np.asarray(crank_angle, dtype=float)
     results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
-    card = _card(device)
     grouping = Grouping(
         designs, family, cylinders_by_count, driven, float(tolerance),
         ("cylinders", "method", "inertia_model"), angles.size > 0,
@@ -200,11 +201,9 @@ def solve(
     )  # fmt: skip
     sweep = Sweep(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
-        angles, threads or os.cpu_count() or 1, results, tally_in_use(), finer, general, card,
+        angles, threads, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
-    for done in map_on_threads(partial(_solve_piece, sweep), sweep.pieces(), sweep.threads):
-        if progress:
-            progress(done)
+    sweep.solve_at(progress=progress)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -214,17 +213,6 @@ def solve(
         if name not in compared
     }
     return discard(shaped, unknown)
-
-
-def _card(device: str) -> Card | None:
-    """Card of a device, None for the processor; what only a card needs is imported for it."""
-    if device not in DEVICES:
-        raise ValueError(f"device {device!r}: not one of {', '.join(map(repr, DEVICES))}")
-    if device == "cpu":
-        return None
-    from engine_dyn.speed.cuda import Card
-
-    return Card()
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
@@ -270,8 +258,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            again = replace(sweep, finer=finer, general=True, alone=True)
-            list(map_on_threads(partial(_solve_piece, again), again.pieces(missed), sweep.threads))
+            replace(sweep, finer=finer, general=True, alone=True).solve_at(missed)
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -293,8 +280,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    pieces = second.pieces(None if known.all() else np.flatnonzero(known))
-    list(map_on_threads(partial(_solve_piece, second), pieces, sweep.threads))
+    second.solve_at(None if known.all() else np.flatnonzero(known))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 

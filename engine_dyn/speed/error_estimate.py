@@ -39,10 +39,7 @@ def compare(
 ) -> None:  # fmt: skip
     """Replace error and status by those from the difference to a solution with more nodes.
 
-    docs/method.md (105). The error is the relative one of delta, or that of the smallest speed
-    where it is larger. The finer solution's own error is far smaller, so the difference is nearly
-    all of the error. Rounding is added, which is large for a small delta and for a large eta; eta
-    follows from `inputs`. The status says whether this estimate, which is better than the kernel's,
+    docs/method.md (105). The status says whether this estimate, which is better than the kernel's,
     meets the tolerance. The work is done in pieces, so that no array has the size of the sweep.
     """
 

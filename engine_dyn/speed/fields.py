@@ -14,16 +14,10 @@ __all__ = [
 
 
 class Field(NamedTuple):
-    """One input of the solvers.
+    """One input of the solvers, a keyword of `engine_dyn.speed.dispatch.solve`.
 
-    Attributes
-    ----------
-    name, unit, meaning : str
-        Keyword of `engine_dyn.speed.dispatch.solve`, SI unit, one line.
-    default : float or None
-        Value where none is given; None where one must be given.
-    quantity : str
-        Name of the parameter or quantity in `engine_dyn.quantities`; `name` unless given.
+    Without a `default` it must be given. `quantity` is the name of the parameter or quantity in
+    `engine_dyn.quantities`: `name`, unless it is another.
     """
 
     name: str
@@ -33,17 +27,20 @@ class Field(NamedTuple):
     quantity: str = ""
 
 
+_OF_FRICTION = (
+    Field("boundary_friction", "Pa", "level of the boundary friction of the rings", 0.0),
+    Field("mixed_friction", "Pa", "level of the mixed friction of the rings", 0.0),
+    Field("hydrodynamic_friction", "Pa", "level of the hydrodynamic friction of the rings", 0.0),
+    Field("skirt_friction", "Pa", "level of the friction of the skirt", 0.0),
+    Field("ring_pressure", "Pa", "contact pressure of the rings without gas", 0.0),
+)
 _OF_TABLES = (
     Field("crank_ratio", "1", "crank radius over rod length"),
     Field("row", "1", "place of the diagram in the family's table"),
     Field("scale", "1", "factor on the pressure", quantity="pressure_scale"),
     Field("crankcase_pressure", "Pa", "absolute pressure below the piston"),
     Field("offset_ratio", "1", "offset of the piston-pin line over the crank radius", 0.0),
-    Field("boundary_friction", "Pa", "level of the boundary friction of the rings", 0.0),
-    Field("mixed_friction", "Pa", "level of the mixed friction of the rings", 0.0),
-    Field("hydrodynamic_friction", "Pa", "level of the hydrodynamic friction of the rings", 0.0),
-    Field("skirt_friction", "Pa", "level of the friction of the skirt", 0.0),
-    Field("ring_pressure", "Pa", "contact pressure of the rings without gas", 0.0),
+    *_OF_FRICTION,
 )
 _OF_TORQUE = (
     Field("bore", "m", "diameter of the cylinder"),
@@ -84,10 +81,7 @@ DEFAULTS = {field.name: field.default for field in FIELDS if field.default is no
 OF_SPEED_ALONE = tuple(field.name for field in _OF_SPEED_ALONE)
 """Inputs that the torque at nominal speed does not depend on."""
 
-FRICTION_NAMES = (
-    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
-    "ring_pressure",
-)  # fmt: skip
+FRICTION_NAMES = tuple(field.name for field in _OF_FRICTION)
 """Inputs that spread the friction over the stroke."""
 
 NAMES_OF_QUANTITIES = {field.quantity: field.name for field in FIELDS}

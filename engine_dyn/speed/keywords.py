@@ -1,8 +1,4 @@
-"""The keywords of `periodic_speed` in groups, with their checks and what follows from them.
-
-`periodic_speed` and `energy_swing` take keywords; behind them stand an engine, what it drives, and
-how its equation is solved.
-"""
+"""The keywords of `periodic_speed` in groups, with their checks and what follows from them."""
 
 from __future__ import annotations
 
@@ -24,7 +20,7 @@ from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.mean_gas import mean_gas_of_unequal_throws
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 
 __all__ = ["CylinderGroup", "Engine", "Load", "Solver", "check_positive", "family_of"]
@@ -37,9 +33,10 @@ def family_of(diagram: Diagram) -> Family:
 
 
 @lru_cache(maxsize=64)
-def _mean_gas(diagram: Diagram, crank_ratio: float, offset: float, factor: float) -> float:
-    """Mean gas torque of a cylinder, cached because many have the same and searches ask again."""
-    return float(mean_gas_torque(crank_ratio, 0.0, family_of(diagram), offset, factor))
+def _mean_gas(diagram: Diagram, ratio: float, offset: float, cylinders: Cylinders) -> float:
+    """Mean of `mean_gas_of_unequal_throws`, cached because searches ask again and again."""
+    family = family_of(diagram)
+    return float(mean_gas_of_unequal_throws(ratio, offset, 0.0, family, 1, {1: cylinders}))
 
 
 @dataclass(frozen=True)
@@ -187,13 +184,8 @@ class Engine(_Group):
     @property
     def torque_mean(self) -> float:
         """Mean torque over the cycle [N m]."""
-        means, cylinders = [], self.cylinders
-        for member in cylinders.members[:1] if cylinders.are_equal else cylinders.members:
-            own = map(float, member.own(self.crank_ratio, self.offset_ratio))
-            mean = _mean_gas(self.diagram, *own, member.pressure_factor)
-            means.append(member.radius_factor * mean)
-        mean_gas = sum(means) / len(means)
-        return self.lever * mean_gas - self.friction_torque
+        mean = _mean_gas(self.diagram, self.crank_ratio, self.offset_ratio, self.cylinders)
+        return self.lever * mean - self.friction_torque
 
     def inputs(self) -> dict[str, Any]:
         """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to the engine."""
@@ -264,21 +256,18 @@ class Load(_Group):
         driven = self.driven
         if driven.over_speed is not None:
             return gear * float(driven.over_speed(gear * speed))
-        law, numbers = LAWS[driven.form.kind], self.inputs_over_speed()
+        law, numbers = LAWS[driven.form.kind], self.inputs(gear)
         assert law.torque is not None
         with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
             torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
         return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 
     def inputs(self, gear: float) -> dict[str, Any]:
-        """Inputs of the kernels that belong to loads over an angle."""
+        """Inputs of the kernels (`engine_dyn.speed.fields`) that belong to load and driver."""
         return {
-            "gear_ratio": gear, "load_phase": self.load_phase, "load_scale": self.load_scale
-        }  # fmt: skip
-
-    def inputs_over_speed(self) -> dict[str, Any]:
-        """Inputs of the kernels that belong to laws over speed."""
-        return {
+            "gear_ratio": gear,
+            "load_phase": self.load_phase,
+            "load_scale": self.load_scale,
             "exponent": self.load_exponent,
             "synchronous_speed": self.synchronous_speed or 1.0,
             "breakdown_slip": self.breakdown_slip or 1.0,

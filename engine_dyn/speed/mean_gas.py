@@ -1,10 +1,8 @@
 """Mean over angle of the gas pressure times the reduced piston velocity, of one cylinder or all.
 
 The mean gas torque is this mean times piston area, crank radius and number of cylinders,
-docs/method.md (29). It is linear in the velocity, and so a sum of columns as the work is, see
-`engine_dyn.speed.work`. The mean is linear in the factor f on a cylinder's pressure above motored,
-p = p_motored + f (p - p_motored), so equal throws need two means at most: that of the diagram and
-that of the motored diagram.
+docs/method.md (29). It is a sum of columns as the work is, see `engine_dyn.speed.work`, and linear
+in the factor on a cylinder's pressure above motored: equal throws need two means at most.
 """
 
 from __future__ import annotations

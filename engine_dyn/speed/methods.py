@@ -1,7 +1,4 @@
-"""The methods that find the periodic speed: the one table of their names and of what they can do.
-
-There are no functions here: `engine_dyn.speed.dispatch` gives designs to what solves them.
-"""
+"""The methods that find the periodic speed: the one table of what they are called and can do."""
 
 from __future__ import annotations
 
@@ -69,7 +66,7 @@ INERTIA_MODELS = ("constant", "variable")
 """Models of the inertia, in the order of their codes."""
 
 DEVICES = ("cpu", "cuda")
-"""What solves designs: the processor, or a GPU as far as `engine_dyn.speed.cuda` can."""
+"""What solves designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
 CLOSURES = ("power_mean", "cycle_time")
 """What the nominal speed means, in the order of their codes."""

@@ -1,10 +1,8 @@
 """The inertia that gives a wanted coefficient of speed fluctuation, for every design of a sweep.
 
-The fluctuation delta falls as the inertia grows: nearly as 1/Theta where it is small, and from some
-largest value at the lightest engine that still runs. The root of log delta(Theta) - log delta_w is
-found over log Theta by secants from the estimate by the energy swing, docs/method.md (91), in a
-bracket that is halved where a secant leaves it. Each step solves the periodic speed of all designs
-that are not done, by the same function as a sweep.
+The root of log delta(Theta) - log delta_w is found over log Theta by secants, docs/method.md (91),
+in a bracket that is halved where a secant leaves it. Each step solves all designs that are not
+done, by the same function as a sweep.
 """
 
 from __future__ import annotations
@@ -47,6 +45,7 @@ inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
     "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",
+    "card",
 )  # fmt: skip
 """Arguments of `dispatch.solve` that are not inputs of each design."""
 
@@ -90,14 +89,8 @@ def solve_for_inertia(
         the fluctuation with a large inertia.
     tolerance : float
         Relative error of delta aimed at.
-    progress : callable, optional
-        Called with the number of designs done since the last call.
-    **given
+    progress, **given
         As `dispatch.solve`, without `inertia`; `wanted` and `crank_angle` are not used.
-
-    Returns
-    -------
-    Required
     """
     whole = {name: given[name] for name in _WHOLE if name in given}
     columns: dict[str, Any] = {
@@ -155,10 +148,9 @@ def search(
 ) -> Required:
     """Find the inertia for each of some designs, from a function that solves them.
 
-    Secants over docs/method.md (91), in a bracket. `outcome` takes the numbers of the designs to
-    solve and the inertias of all, and returns delta and status of those asked for. `start` is the
-    inertia to begin with [kg m2] and `goal` the wanted delta, shape (designs,); the rest is as of
-    `solve_for_inertia`.
+    `outcome` takes the numbers of the designs to solve and the inertias of all, and returns delta
+    and status of those asked for. `start` is the inertia to begin with [kg m2] and `goal` the
+    wanted delta, shape (designs,); the rest is as of `solve_for_inertia`.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         x, target = np.log(start), np.log(goal)

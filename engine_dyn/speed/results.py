@@ -16,15 +16,7 @@ __all__ = [
 
 
 class Result(NamedTuple):
-    """One result of the speed solution.
-
-    Attributes
-    ----------
-    name : str
-        Name in archives and in `engine_dyn.speed.dispatch.solve`.
-    symbol, unit, long_name, source : str
-        As in a node of `engine_dyn.quantities`.
-    """
+    """One result of the speed solution: what a node of `engine_dyn.quantities` has of it."""
 
     name: str
     symbol: str

@@ -11,7 +11,7 @@ __all__ = ["Task"]
 
 
 class Task(NamedTuple):
-    """What all designs of a call have in common.
+    """Arguments of `dispatch.solve` as kernels take them.
 
     `method` and `closure` are codes of `engine_dyn.speed.methods`, `variable` says whether the
     inertia varies over the crank angle, `tolerance` is the relative error of delta aimed at,

@@ -1,24 +1,29 @@
 """The thesis's own method: cycles of explicit Euler steps in omega, one degree each.
 
-docs/method.md (89); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. The method is of first order.
-Every step adds energy, docs/method.md (90), so that with a constant load torque the mean speed
-climbs without end. The method exists to reproduce printed numbers and should not be used for new
-ones: this file is validation, apart from the solvers.
+docs/method.md (89) and (90); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. It exists to
+reproduce printed numbers: this file is validation, apart from the solvers.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn import status
 from engine_dyn.compilation import kernel
+from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.forces.torque import (
+    GasPressure,
+    friction_over_stroke,
+    gas_torque,
+    inertia_torque,
+    reciprocating_inertia,
+)
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.friction import stacked_parts
+from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.designs import LEVELS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import Call
@@ -50,25 +55,17 @@ class Cycle(NamedTuple):
     turn: Floats
 
 
-class Law(NamedTuple):
-    """Load torque a + k omega^alpha: a [N m], k and alpha."""
-
-    offset: float
-    coefficient: float
-    exponent: float
-
-
 @kernel
 def step_cycles(
-    cycle: Cycle, law: Law, width: float, start: float, first: int, passes: int, speeds: Floats,
-    rates: Floats,
+    cycle: Cycle, offset: float, coefficient: float, exponent: float, start: float, first: int,
+    passes: int, speeds: Floats, rates: Floats,
 ) -> tuple[int, int, float, float, float]:  # fmt: skip
     """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (89).
 
-    theta domega/dt = torque - a - k omega^alpha - turn omega^2/2, from sample `first` on, in steps
-    of `width` [rad]. `speeds` gets the samples of the last cycle, `rates` the angular acceleration
-    [rad/s2] there. Returns the number of cycles done (`passes`, or until one closes where that is
-    0), the outcome, and the largest, smallest and mean sample of the last cycle.
+    The load is offset + coefficient omega^exponent. From sample `first` on, `speeds` gets the
+    samples of the last cycle, `rates` the angular acceleration [rad/s2] there. Returns the number
+    of cycles done (`passes`, or until one closes where that is 0), the outcome, and the largest,
+    smallest and mean sample of the last cycle.
     """
     omega, count = start, speeds.size
     limit = passes if passes > 0 else MOST_CYCLES
@@ -82,10 +79,10 @@ def step_cycles(
                 return number, status.STALLED, top, bottom, mean
             speeds[j] = omega
             top, bottom, total = max(top, omega), min(bottom, omega), total + omega
-            load = law.offset + law.coefficient * omega**law.exponent
+            load = offset + coefficient * omega**exponent
             torque = cycle.torque[j] - load - 0.5 * cycle.turn[j] * omega * omega
             rates[j] = torque / cycle.theta[j]
-            omega += rates[j] / omega * width
+            omega += rates[j] / omega * DEGREE
         mean = total / count
         if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
             return number, status.CONVERGED, top, bottom, mean
@@ -97,43 +94,27 @@ def _cycle_of(
     value: dict[str, float], family: Family, cylinders: Cylinders, variable: bool
 ) -> tuple[Cycle, float]:
     """Curves of a design, docs/method.md (27) and (39), and its mean torque at nominal speed."""
-    count = round(cylinders.period / DEGREE)
+    count, bore, mass = round(cylinders.period / DEGREE), value["bore"], value["mass"]
     angle: Floats = -0.5 * cylinders.period + np.arange(count, dtype=np.float64) * DEGREE
-    low = int(math.floor(value["row"]))
-    weight = value["row"] - low
-    rows = np.array([low, low + (weight > 0.0)])
-    gas, shape, square, slope = (np.zeros(count) for _ in range(4))
-    levels = np.array([max(value[name], 0.0) for name in LEVELS])
-    for member in cylinders.members:
-        crank = value["crank_ratio"], value["offset_ratio"]
-        phi = angle + member.phase_of(*crank)
-        at = member.diagram_angle(phi, *crank)
-        both = pressures_of_rows(family, rows, at, member.pressure_factor)
-        pressure = value["scale"] * ((1.0 - weight) * both[0] + weight * both[1])
-        v, load = member.velocity(phi, *crank), pressure - value["crankcase_pressure"]
-        own_square, own_slope = member.square(phi, *crank)
-        gas += load * v
-        shape -= 0.5 * own_slope
-        square += own_square
-        slope += own_slope
-        if levels.any():
-            parts = stacked_parts(
-                value["ring_pressure"] + load, v / member.radius_factor, np.sin(phi)
-            )
-            means = parts.mean(axis=1)
-            factors = np.where(means > 0.0, levels / np.where(means > 0.0, means, 1.0), 0.0)
-            gas -= factors @ (parts - means[:, None])
-    radius = 0.5 * value["double_radius"]
-    lever = 0.25 * math.pi * value["bore"] ** 2 * radius
-    moving = value["mass"] * radius * radius
-    engine = lever * gas - value["friction_torque"]
-    masses = moving * value["speed"] ** 2 * shape
+    train = CrankTrain(
+        value["crank_ratio"], value["double_radius"], 1, cylinders.period, value["offset_ratio"],
+        {1: cylinders},
+    )  # fmt: skip
+    gas = GasPressure(family, value["row"], value["scale"], value["crankcase_pressure"])
+    friction: Any = value["friction_torque"]
+    levels = [max(value[name], 0.0) for name in LEVELS]
+    if any(levels):
+        shape = StrokeFriction._make([*levels, value["ring_pressure"]])
+        friction = friction_over_stroke(angle, train, bore, gas, friction, shape)
+    engine = gas_torque(angle, train, bore, gas) - friction
+    masses = inertia_torque(angle, train, mass, value["speed"])
     mean = float((engine + masses).mean())
     if not variable:
         still = np.full(count, value["inertia"])
         return Cycle(engine + masses, still, np.zeros(count)), mean
-    theta = value["inertia"] + moving * (square - square.mean())
-    return Cycle(engine, theta, moving * slope), mean
+    moving = reciprocating_inertia(angle, train, mass)
+    theta = value["inertia"] + moving - moving.mean()
+    return Cycle(engine, theta, -2.0 * masses / value["speed"] ** 2), mean
 
 
 def _store_curves(
@@ -182,7 +163,7 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
         surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
         coefficient = surplus / value["speed"] ** value["exponent"]
         cycles, code, high, low, mean = step_cycles(
-            cycle, Law(value["offset"], coefficient, value["exponent"]), DEGREE,
+            cycle, value["offset"], coefficient, value["exponent"],
             value["start_speed"] or value["speed"],
             (round(value["start_angle"] / DEGREE) + count // 2) % count, int(value["passes"]),
             speeds, rates,

@@ -199,22 +199,7 @@ def _follow(
 
 
 def follow_train(train: TorqueTrain, start_speed: float, load_coefficient: float) -> SpeedOfTrain:
-    """Integrate the speed from the beginning of a train to its end.
-
-    Parameters
-    ----------
-    train : TorqueTrain
-        Torque, inertia and load law.
-    start_speed : float
-        [rad/s], more than 0.
-    load_coefficient : float
-        k [N m s^alpha].
-
-    Returns
-    -------
-    SpeedOfTrain
-        Its status is `stalled` where the speed falls to nothing before the end.
-    """
+    """Integrate the speed of a train from its first speed [rad/s], with k [N m s^alpha]."""
     start_speed = given_number("start_speed", start_speed)
     if not start_speed > 0.0:
         raise ValueError(f"start_speed: {start_speed:g} rad/s; must be more than 0")
@@ -238,10 +223,10 @@ def fit_train(
 ) -> SpeedOfTrain:  # fmt: skip
     """Fit first speed and load coefficient to measured speeds: docs/method.md (119).
 
+    The status is `not_converged` where the steps do not end.
+
     Parameters
     ----------
-    train : TorqueTrain
-        Torque, inertia and load law.
     edges : ndarray, shape (m + 1,)
         Ascending angles from the beginning of the train [rad], within it.
     measured : ndarray, shape (m,)
@@ -249,11 +234,6 @@ def fit_train(
         first and the last cycle alone; NaN where there is none. At least two are needed.
     start_speed, load_coefficient : float, optional
         First guesses; without them, the measured mean and the balance of mean torques.
-
-    Returns
-    -------
-    SpeedOfTrain
-        Its status is `not_converged` where the steps do not end.
     """
     edges, measured = np.asarray(edges, dtype=float), np.asarray(measured, dtype=float)
     known = np.isfinite(measured)
@@ -281,18 +261,9 @@ def fit_train(
 def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
     """Speed of the same train if it repeated for ever: docs/method.md (120).
 
-    Parameters
-    ----------
-    train : TorqueTrain
-        Torque, inertia and load law; with exponent 0 the first speed follows from the mean alone.
-    mean_speed : float
-        Mean over the angle [rad/s].
-
-    Returns
-    -------
-    SpeedOfTrain
-        Its first and last speeds agree. The first one, less that of the recorded train, is the jump
-        that closing forces on the train; it fades as `memory` says.
+    `mean_speed` is that over the angle [rad/s]; with exponent 0 the first speed follows from it
+    alone. The first speed, less that of the recorded train, is the jump that closing forces on the
+    train; it fades as `memory` says.
     """
     mean_speed = given_number("mean_speed", mean_speed)
     if not mean_speed > 0.0:

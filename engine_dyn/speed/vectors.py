@@ -16,13 +16,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.extending import (
-    lower_builtin,
-    models,
-    register_model,
-    type_callable,
-    typeof_impl,
-)
+from numba.extending import lower_builtin, models, register_model, type_callable, typeof_impl
 
 from engine_dyn.plain_arrays import PlainArray, PlainType, address_of, type_of
 

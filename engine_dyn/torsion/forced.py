@@ -22,7 +22,6 @@ no steady state, and that is its status.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -30,7 +29,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
-from engine_dyn.speed.pieces import Progress, map_on_threads
+from engine_dyn.speed.pieces import Progress, do_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
@@ -213,9 +212,7 @@ def forced_response(
         return some.size
 
     pieces = (which[i : i + AT_ONCE] for i in range(0, count, AT_ONCE))
-    for done in map_on_threads(solve, pieces, threads or os.cpu_count() or 1):
-        if progress:
-            progress(done)
+    do_on_threads(solve, pieces, threads, progress)
     status = np.full(count, CONVERGED, dtype=np.int8)
     for case in np.flatnonzero(found.doubtful):
         known, resonant = _with_pivoting(tree, cases, int(case))

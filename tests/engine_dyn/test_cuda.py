@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.speed import dispatch
+from engine_dyn.card import card_of
 from tests.support import card_designs
 
 pytestmark = pytest.mark.compiled
@@ -96,11 +96,11 @@ REASONS = {
 def test_the_processor_solves_the_rest_and_says_so_once() -> None:
     script = """
 import sys
-from tests.support.card_designs import designs, dispatch, launched
+from tests.support.card_designs import card_of, designs, dispatch, launched
 sizes = launched()
 for more in eval(sys.argv[1]):
     inputs = {"wanted": ("delta",), **designs(2), **more}
-    found, *_ = [dispatch.solve(device="cuda", **inputs) for _ in range(2)]
+    found, *_ = [dispatch.solve(card=card_of("cuda"), **inputs) for _ in range(2)]
     right = dispatch.solve(**inputs)
     assert not sizes and all(right[n].tobytes() == found[n].tobytes() for n in right)
 """
@@ -112,11 +112,11 @@ for more in eval(sys.argv[1]):
 
 def test_a_call_that_needs_more_memory_than_there_is_goes_to_the_processor() -> None:
     script = """
-from engine_dyn.speed import cuda
-from tests.support.card_designs import designs, dispatch, launched
-cuda.PART_OF_MEMORY = 1e-7
+from engine_dyn.card import card
+from tests.support.card_designs import card_of, designs, dispatch, launched
+card.PART_OF_MEMORY = 1e-7
 inputs = {"wanted": ("delta",), **designs(2)}
-found, right = (dispatch.solve(device=one, **inputs) for one in ("cuda", "cpu"))
+found, right = (dispatch.solve(card=card_of(one), **inputs) for one in ("cuda", "cpu"))
 assert all(right[n].tobytes() == found[n].tobytes() for n in right)
 """
     line = "device 'cuda': what needs more memory than the card has is solved on the processor"
@@ -136,9 +136,9 @@ assert all(right[n].tobytes() == found[n].tobytes() for n in right)
 )  # fmt: skip
 def test_a_device_that_cannot_be_used_is_refused_in_one_line(change: str, message: str) -> None:
     script = f"""
-from engine_dyn.compilation import device
+from engine_dyn.card import device
 device.{change}
-from engine_dyn.speed.cuda import check_card
+from engine_dyn.card.card import check_card
 try:
     check_card()
 except ValueError as error:
@@ -149,4 +149,4 @@ except ValueError as error:
 
 def test_an_unknown_device_is_refused() -> None:
     with pytest.raises(ValueError, match="device 'gpu': not one of 'cpu', 'cuda'"):
-        dispatch.solve(**ONE, device="gpu")
+        card_of("gpu")

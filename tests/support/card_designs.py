@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.card import card_of
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
 from engine_dyn.speed import dispatch
@@ -70,7 +71,8 @@ def solutions(device: str, names: Sequence[str] = ()) -> dict[str, Any]:
         if names and name not in names:
             continue
         with counted() as tally:
-            results = dispatch.solve(**{"wanted": WANTED, "device": device, "threads": 2, **inputs})
+            asked = {"wanted": WANTED, "card": card_of(device), "threads": 2, **inputs}
+            results = dispatch.solve(**asked)
         found |= {f"{name}/{one}": array for one, array in results.items()}
         found[f"{name}/left"] = np.array(tally.deferred)
     return found
@@ -78,7 +80,7 @@ def solutions(device: str, names: Sequence[str] = ()) -> dict[str, Any]:
 
 def launched() -> list[int]:
     """Designs of each launch from now on."""
-    from engine_dyn.speed.cuda import Card
+    from engine_dyn.card.card import Card
 
     sizes, solve = [], Card._solve
 
@@ -92,8 +94,8 @@ def launched() -> list[int]:
 
 if __name__ == "__main__":
     if len(sys.argv) > 2:
-        from engine_dyn.speed import cuda
+        from engine_dyn.card import card
 
-        cuda.PIECE = int(sys.argv[2])
+        card.PIECE = int(sys.argv[2])
     sizes = launched()
     np.savez(sys.argv[1], **solutions("cuda", sys.argv[3:]), sizes=sizes)

@@ -21,8 +21,7 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "HALO", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "ColumnRows", "Curves", "Lanes",
-    "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends",
-    "row_numbers",
+    "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends", "row_numbers",
 ]  # fmt: skip
 
 HALO = 4

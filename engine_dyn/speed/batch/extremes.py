@@ -1,10 +1,8 @@
-"""Largest, smallest and mean speed of a block of designs.
+"""Largest, smallest and mean speed of a block of designs: docs/solver.md chapter 12.
 
 The largest u at a coarse node only brackets a maximum. Around it the curve is evaluated at fine
-nodes, where the work is known from the columns and the load, which is smoother, is interpolated.
-The extreme lies in the interval at whose ends the slope changes its sign, and is that of a quartic.
-A local maximum beside another node is looked at too if the curve can rise above the best between
-its nodes. docs/solver.md chapter 12.
+nodes, up to the interval at whose ends the slope changes its sign. A local maximum beside another
+node is looked at too if the curve can rise above the best between its nodes.
 """
 
 from __future__ import annotations
@@ -42,9 +40,8 @@ varies, it may be as low as `LIGHTEST`."""
 def find_candidates(lanes: Lanes, curves: Curves) -> None:
     """Nodes beside which the largest and the smallest u may lie, in `tops` and `bottoms`.
 
-    Beside a local maximum a parabola rises above its node by an eighth of the second difference at
-    most; twice as much is looked at. `mean` gets that of sqrt(q); the mean of X is 0, and what it
-    is over the coarse nodes is taken away again.
+    They are those of docs/solver.md (95). `mean` gets that of sqrt(q); the mean of X is 0, and what
+    it is over the coarse nodes is taken away again.
     """
     repeat_ends(curves.u)
     repeat_ends(curves.load)  # which is interpolated around them

@@ -42,9 +42,7 @@ def solve_in_blocks(
     weights = weights_of(designs, task.form, columns.width * (nodes // coarse), coarse)
     curves = np.empty((2, LANES, nodes if task.angles.node.size else 0))
     blocks = Designs(*map(rows_of, designs))._replace(
-        factor=plain(designs.factor),
-        part=plain(designs.part),
-        share=plain(designs.share),
+        factor=plain(designs.factor), part=plain(designs.part), share=plain(designs.share)
     )
     solve_blocks(
         left.size, plain(task), column_rows(columns), Weights(*map(rows_of, weights)), blocks,

@@ -17,6 +17,7 @@ from engine_dyn.speed.batch.block import LEFT, MOST_TERMS, SOLVING, Lanes
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.vectors import LANES, Rows, read, where, write
+from engine_dyn.speed.work.boxes import chebyshev_matrix
 from engine_dyn.types import Floats
 
 __all__ = ["fit_laws"]
@@ -48,8 +49,7 @@ def _tables() -> tuple[Floats, Floats]:
     for i, size in enumerate(SIZES):
         angle = (np.arange(size) + 0.5) * np.pi / size
         points[i, :size] = np.cos(angle)
-        matrix = 2.0 / size * np.cos(np.outer(np.arange(size), angle))
-        matrix[0] *= 0.5
+        matrix = chebyshev_matrix(angle)
         for column in range(size):
             found = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
             powers[i, : len(found), column] = found
@@ -60,25 +60,15 @@ _POINTS, _POWERS = _tables()
 
 
 @inlined
-def closing_function(q: float, closure: int) -> float:
-    """What closes a design whose law does not depend on the speed, with the slope 1 at q = 1.
-
-    docs/method.md (65) and (66).
-    """
-    if closure == CYCLE_TIME:
-        return 2.0 - 2.0 / math.sqrt(q)
-    return math.log(q)
-
-
-@inlined
 def fit_laws(
     block: int, closure: int, form: Form, designs: Designs, lanes: Lanes, law: Rows, values: Rows
 ) -> int:
     """Polynomials for F - 1 over the range of u of each lane that is solved, and somewhat beyond.
 
     `law` (power, lane) gets their coefficients over (u - centre) half. Where a law does not depend
-    on the speed, `free` is 0, it is that of the closure. Lanes for which no polynomial is good
-    enough are left. Returns how many terms the longest has. `values` is scratch.
+    on the speed, `free` is 0, it is that of the closure, docs/method.md (65) and (66). Lanes for
+    which no polynomial is good enough are left. Returns how many terms the longest has. `values` is
+    scratch.
     """
     low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
     centre, half = 0.5 * (low + high), np.maximum((0.5 + MARGIN) * (high - low), NARROWEST)
@@ -105,10 +95,12 @@ def fit_laws(
                     lanes.state[0, k] = LEFT
                 for m in range(size):
                     q = middle + _POINTS[i, m] / lanes.half[0, k]
-                    if lanes.free[0, k] == 0.0:
-                        values[m, k] = closing_function(q, closure)
-                    else:
+                    if lanes.free[0, k] > 0.0:
                         values[m, k] = load_terms(q, one)[0] - 1.0
+                    elif closure == CYCLE_TIME:  # with the slope 1 at q = 1
+                        values[m, k] = 2.0 - 2.0 / math.sqrt(q)
+                    else:
+                        values[m, k] = math.log(q)
         if some:
             tried = read(lanes.terms, 0) >= size
             good = fit_values(i, tried, law, values)

@@ -1,19 +1,12 @@
-"""The periodic speed of a block of designs at its coarse nodes.
+"""The periodic speed of a block of designs at its coarse nodes: docs/solver.md chapter 10.
 
-With q = (omega/omega_n)^2 = 1 + u, X = g P - eta V and tau = 1, or 1 + eta V where the inertia
-varies, the energy equation is
+With q = (omega/omega_n)^2 = 1 + u, X = g P - eta V, tau = 1, or 1 + eta V where the inertia varies,
+and beta = kappa s,
 
-    u tau = X - y,      y' = kappa (F(q)/mu - 1),      y periodic,
+    u tau = X - y,      y' + beta y = beta (X + r),      r = (F/mu - 1)/s - u tau,
 
-where y is the work of the load, docs/method.md (55). Its law is split into a part that is
-proportional to the energy, with the slope s of F, and a remainder r, so that with beta = kappa s
-
-    y' + beta y = beta (X + r),      r = (F/mu - 1)/s - u tau,
-
-which is linear in y. One pass solves it, exactly for the integrals of X that are tabulated, and for
-a polynomial through r: docs/solver.md (70) to (74). Passes are repeated with the remainder of their
-results. The equation contains the closure <F> = mu, because y is periodic, so an idle engine is one
-with a tiny beta.
+where y, the work of the load, is periodic, and s is the slope of F. One pass solves this for the
+remainder r of the pass before.
 """
 
 from __future__ import annotations
@@ -38,14 +31,7 @@ from engine_dyn.speed.batch.law_polynomial import fit_laws
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.vectors import (
-    LANES,
-    Rows,
-    any_of,
-    read,
-    where,
-    write,
-)
+from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 
 __all__ = ["solve_curves"]
 

@@ -126,10 +126,7 @@ def fill_motion(
 def begin_design(
     which: int, task: Task, columns: Columns, designs: Designs, motion: Motion
 ) -> tuple[Design, int]:
-    """Fill in the curve of a design; its reduced numbers and its outcome so far.
-
-    docs/method.md (51), and (67) for idle.
-    """
+    """Fill in the curve of a design; its numbers and outcome so far: docs/method.md (51), (67)."""
     fill_motion(which, task.variable, columns, designs, motion)
     law, sign = law_of(
         designs.speed[which], designs.first[which], designs.second[which], designs.gear[which],

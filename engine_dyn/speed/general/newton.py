@@ -1,18 +1,11 @@
 """Newton's method on the whole periodic curve, for one design: docs/solver.md section 10.4.
 
-The unknown is e(phi), the kinetic energy over its nominal value, docs/method.md (53) to (55), where
-it is called chi:
+With e the kinetic energy over its nominal value, docs/method.md (53) to (55), where it is chi,
 
-    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
+    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau.
 
-or any other law F of `engine_dyn.loads.laws`. The curve e is periodic, and tau is 1 (constant
-inertia) or Theta(phi)/Theta (variable). The work of the load s = e - 1 - w obeys
-s' = -kappa (F/mu - 1), docs/solver.md (78), which is discretised with Obreshkov's two-point formula
-of fourth order, docs/solver.md (79). The nodes store d = e - 1 and not s, because a strong load
-follows a work that is far more than the kinetic energy, and their sum would have no digits. Each
-Newton step is one pass of a scalar recurrence. The sum of all interval equations says
-mean(F) = mu. It replaces the equation of the last interval, so that weak loads (kappa near 0), for
-which the condition omega(end) = omega(start) is singular, are as well conditioned as any other.
+The nodes store d = e - 1. Each step is one pass of a scalar recurrence, in which mean(F) = mu
+replaces the equation of the last interval.
 """
 
 from __future__ import annotations
@@ -144,11 +137,9 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
 def _ends(
     mu: float, fixed: bool, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float]:
-    """delta_0 and delta_mu from the two means that close the system.
+    """delta_0 and delta_mu from the two means that close the system; from one if mu is `fixed`.
 
     They are docs/solver.md (83) and docs/method.md (66).
-
-    If mu is `fixed`, the second mean is left out.
     """
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0

@@ -116,9 +116,7 @@ def follow_designs(
 def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     """Whether no periodic speed above zero exists, with a power law and the power mean.
 
-    docs/method.md (94). From the angle of the least work on, the load takes at most the work of a
-    whole period, kappa Phi, because the mean of F is 1. So q >= (w - min w - kappa Phi)/tau
-    wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution.
+    docs/method.md (94): the mean of F of the bound q >= (w - min w - kappa Phi)/tau exceeds 1.
     """
     most = largest(1.0, motion.w)
     least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)

@@ -1,9 +1,7 @@
 """One interval of the energy equation, however stiff: Radau's formula of fifth order.
 
 The equation is docs/method.md (53) for e = chi, forwards in time. Between two nodes, the slope of
-the work is a polynomial, docs/solver.md (84), so the formula may take steps of any size there. It
-damps within one step whatever dies out within it (it is L-stable), which Obreshkov's two-point
-formula does not.
+the work is a polynomial, docs/solver.md (84), so the formula may take steps of any size there.
 """
 
 from __future__ import annotations

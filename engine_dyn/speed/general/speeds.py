@@ -1,7 +1,4 @@
-"""Extreme and mean speeds of a solution at the fine nodes, and an estimate of their error.
-
-docs/solver.md chapter 12 on extrema and docs/solver.md section 13.1 on the error.
-"""
+"""Extreme and mean speeds at the fine nodes, docs/solver.md chapter 12, and their error (101)."""
 
 from __future__ import annotations
 
@@ -85,13 +82,7 @@ def _mean(closure: int, design: Design, motion: Motion) -> tuple[float, float]:
 
 @inlined
 def _load_missed(mu: float, width: float, design: Design, force: Floats) -> float:
-    """Error of the two-point formula in q, by third differences of the load's rate.
-
-    The numerator of docs/solver.md (103). The rate is kappa (F/mu - 1). The local errors, h^5/720
-    times its fourth derivative, add up to h^4/720 times the third, and the cubic through the nodes
-    misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
-    a stall differences are too small.
-    """
+    """Error of the two-point formula in q: the numerator of docs/solver.md (103)."""
     n = len(force)
     largest = 0.0
     for j in range(n):
@@ -128,10 +119,8 @@ def speeds_of(
 ) -> tuple[float, float, float, float, float]:
     """Largest, smallest and mean speed and the range [rad/s], and the relative error of delta.
 
-    docs/solver.md (101) and (104). `missed` is what the solution may miss of q in all. The estimate
-    is that of the smallest speed, where it is larger: near a stall that speed is far less than the
-    range, and its error may be as large. It is 1 where the fluctuation is less than rounding. All
-    are NaN where the smallest q is not above FLOOR.
+    docs/solver.md (101) and (104). `missed` is what the solution may miss of q in all. All are NaN
+    where the smallest q is not above FLOOR.
     """
     _fill_solution(mu, missed, width, design, motion)
     nan, nominal = math.nan, design.nominal

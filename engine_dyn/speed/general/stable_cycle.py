@@ -1,10 +1,7 @@
 """The stable cycle of one design, by following cycles in time: docs/solver.md section 10.5.
 
-It is for designs for which the other solvers find none: torques that answer steeply to the speed,
-for which Newton's method on the whole curve starts too far away. The equation is of first order, so
-cycles from a lower start never cross those from a higher one: they rise or fall, cycle by cycle, to
-the next cycle that repeats. If they fall to standstill from above all speeds that a steady cycle
-can have, there is none.
+It is for designs for which the other solvers find none: torques that answer steeply to the speed.
+Cycles from a lower start never cross those from a higher one.
 """
 
 from __future__ import annotations
@@ -80,10 +77,9 @@ def _follow(
 ) -> tuple[int, float, float, int]:
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
-    One that begins above every steady cycle, `above`, and ends still higher never comes back.
-    Returns what comes of them, the energy at node 0, what the last one may miss, and their number.
-    Where a deviation shrinks slowly, the next start is where this shrinking leads to,
-    docs/solver.md (87); from where that led to standstill, the cycles are followed one by one.
+    Where a deviation shrinks, the next start is where this leads to, docs/solver.md (87). `above`
+    is above every steady cycle. Returns what comes of them, the energy at node 0, what the last one
+    may miss, and their number.
     """
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
     e, plain, hurried = start, start, True
@@ -111,11 +107,7 @@ def _follow(
 def _found(
     start: float, above: float, mu: float, width: float, design: Design, motion: Motion
 ) -> tuple[int, float, float, int]:
-    """The stable cycle for one mu: from `start`, and from elsewhere where that leads to none.
-
-    Starts that lead to standstill lie below all that run away, and steady cycles between them, so
-    the next start is higher or lower.
-    """
+    """The stable cycle for one mu: from `start`, or from a start higher or lower than that."""
     low, high, e = 0.0, above, start
     runs_away, fate, cycles = False, LOST, 0
     for _ in range(MOST_STARTS):
@@ -150,10 +142,9 @@ def stable_cycle(
 ) -> tuple[int, int, float, float]:
     """Find the stable cycle of a design; `motion` gets chi - 1 at the nodes, and its slope.
 
-    With the closure `cycle_time`, it is the one whose time is that at nominal speed. More mu is
-    less load, or less drive, so the cycle's time falls or rises with it throughout. The search is
-    by secants within a bracket of ln mu, halved where they are slow. Returns the outcome, the
-    number of cycles, mu, and what the numerical integration may miss of the energy.
+    With the closure `cycle_time`, mu is searched by secants within a bracket of ln mu, halved where
+    they are slow. Returns the outcome, the number of cycles, mu, and what the numerical integration
+    may miss of the energy.
     """
     sense = 1.0 if design.kappa > 0.0 else -1.0
     # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they

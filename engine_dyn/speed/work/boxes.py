@@ -1,9 +1,8 @@
 """Boxes of crank ratio and pin offset in which velocities are polynomials.
 
-The reduced piston velocity is a smooth function of the crank ratio and of the offset over the crank
-radius. Within a box of both it is a sum of products of Chebyshev polynomials, docs/solver.md (58);
-so is everything that is linear in it, such as the work of the gas. A design's box follows from its
-own numbers, so it has the same curves whatever else is computed.
+Within a box of both, the reduced piston velocity is a sum of products of Chebyshev polynomials,
+docs/solver.md (58), and so is everything that is linear in it. A design's box follows from its own
+numbers, so it has the same curves whatever else is computed.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import numpy as np
 
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["DEGREE", "Box", "box_of", "boxes_of"]
+__all__ = ["DEGREE", "Box", "box_of", "boxes_of", "chebyshev_matrix"]
 
 DEGREE = 8
 """Chebyshev points of ratio and offset; products of polynomials are kept up to below this total
@@ -40,20 +39,14 @@ KINDS = 2 * len(OFFSET_EDGES) - 1
 
 @dataclass(frozen=True)
 class Box:
-    """Crank ratios and offsets that have columns in common.
-
-    Attributes
-    ----------
-    ratio, offset : tuple of float
-        Centre and half-width; a width of 0 is a point.
-    """
+    """Crank ratios and offsets that have columns in common: centre and half-width of each."""
 
     ratio: tuple[float, float]
     offset: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def _angles(self) -> list[Floats]:
-        """Arc cosines of the Chebyshev points of ratio and offset: one point has no width."""
+        """Arc cosines of the Chebyshev points of ratio and offset: one where the width is 0."""
         sizes = (DEGREE if width > 0.0 else 1 for _, width in (self.ratio, self.offset))
         return [(np.arange(size) + 0.5) * np.pi / size for size in sizes]
 
@@ -73,7 +66,7 @@ class Box:
     @cached_property
     def transform(self) -> Floats:
         """Matrix from values at the samples to columns, shape (terms, samples)."""
-        full = np.kron(*(_matrix(angle) for angle in self._angles))
+        full = np.kron(*(chebyshev_matrix(angle) for angle in self._angles))
         one, other = self.degrees.T
         return np.ascontiguousarray(full[one * self._angles[1].size + other])
 
@@ -95,7 +88,7 @@ class Box:
         return np.ascontiguousarray(found.T)
 
 
-def _matrix(angle: Floats) -> Floats:
+def chebyshev_matrix(angle: Floats) -> Floats:
     """Matrix from values at the Chebyshev points to coefficients of the polynomials."""
     matrix = 2.0 / angle.size * np.cos(np.outer(np.arange(angle.size), angle))
     matrix[0] *= 0.5

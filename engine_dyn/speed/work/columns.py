@@ -1,14 +1,9 @@
 """Columns: the parts of the work curves of all designs that share cylinders, box and diagrams.
 
-The periodic speed of a design needs one curve over a period, the reduced work
-
-    w(phi) = g P(phi) - eta V(phi),
-
-of gas, friction over the stroke, load over angle and masses, docs/method.md (50) and (54). Each is
-linear in the piston velocity, or in its square, and so a polynomial of crank ratio and offset
-within a box of both: a short sum of columns, one for each polynomial. They are tabulated once, for
-each diagram and for what all diagrams have in common. Cylinders that differ, misfire, offsets and
-friction are dealt with here and nowhere else.
+The reduced work w(phi) = g P(phi) - eta V(phi) of gas, friction over the stroke, load over angle
+and masses, docs/method.md (50) and (54), is a short sum of columns: docs/solver.md chapter 8. They
+are tabulated once, for each diagram and for what all diagrams have in common. Cylinders that
+differ, misfire, offsets and friction are dealt with here and nowhere else.
 """
 
 from __future__ import annotations
@@ -93,18 +88,7 @@ class Columns(NamedTuple):
 class Source:
     """What the columns of some designs have in common besides the parts that are wanted.
 
-    Attributes
-    ----------
-    family : Family
-        Indicator diagrams.
-    cylinders : Cylinders
-        Of the engine.
-    box : Box
-        Crank ratios and offsets over the crank radius.
-    nodes : Nodes
-        Of a period of torque and load.
-    torques : tuple of TorqueOverAngle
-        Torques over an angle, see `DrivenMachine.torques`.
+    `torques` over an angle are those of `DrivenMachine.torques`.
     """
 
     family: Family
@@ -186,10 +170,7 @@ def _missed(box: Box, columns: Floats) -> Floats:
 
 
 def _roughness(curve: Floats) -> Floats:
-    """What a polynomial through every other node misses of the work between, over its range.
-
-    docs/solver.md (62).
-    """
+    """What every other node misses of the work between, over its range: docs/solver.md (62)."""
     even, odd = curve[:, ::2], curve[:, 1::2]
     guess = sum(
         weight * (np.roll(even, back, axis=1) + np.roll(even, -1 - back, axis=1))
@@ -268,10 +249,7 @@ def _folded(curves: Floats, nodes: Nodes) -> Floats:
 
 
 def _add_square(source: Source, curves: Floats) -> None:
-    """Add the squared velocity without its mean, docs/method.md (20), and its slope.
-
-    The slope is docs/solver.md (57).
-    """
+    """Add V without its mean, docs/method.md (20), and its slope, docs/solver.md (57)."""
     for member in source.members:
         own = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
         for total, curve in zip(curves, (own.square, own.square_between, own.slope), strict=True):

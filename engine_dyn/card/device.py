@@ -2,7 +2,6 @@
 
 What the processor's kernels call is compiled for the card as it stands, with other functions behind
 a few names. With ``NUMBA_ENABLE_CUDASIM=1`` Numba's simulator runs the same functions in Python.
-This module is imported when a device is asked for, and not before.
 """
 
 from __future__ import annotations
@@ -19,8 +18,6 @@ from typing import Any
 import numpy as np
 from numba import cuda
 from numba.core import config
-
-from engine_dyn.compilation.decorators import _Compiled
 
 __all__ = [
     "Launcher", "device_name", "free_memory", "multiprocessors", "new_device_array",
@@ -99,7 +96,7 @@ class Launcher:
                 module = types.ModuleType("instead")
                 vars(module).update({name: part(one) for name, one in value.items()})
                 return module
-            plain = value.py_func if isinstance(value, _Compiled) else value
+            plain = getattr(value, "py_func", value)
             if not isinstance(plain, types.FunctionType):
                 return value
             if not plain.__module__.startswith("engine_dyn."):

@@ -1,6 +1,6 @@
 """The batch solver on a GPU: one thread a design.
 
-What the card runs is `card_kernel`: one lane, whose rows are columns of a global array (row,
+What the card runs is `kernel`: one lane, whose rows are columns of a global array (row,
 thread). Columns lie in global memory, once for each call. Here is the way to the card and back.
 
 Pieces come from several threads of the processor. Each takes one of two slots, with a stream and
@@ -19,11 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.compilation import device
+from engine_dyn.card import device
+from engine_dyn.card.kernel import INSTEAD, solve_designs
 from engine_dyn.loads.laws import LAWS, LINEAR_SQUARE, POWER
 from engine_dyn.speed.batch.block import MOST_TERMS, row_numbers
 from engine_dyn.speed.batch.weights import Weights
-from engine_dyn.speed.card_kernel import INSTEAD, solve_designs
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import AUTO, CLOSURES, METHODS, POWER_MEAN
 from engine_dyn.speed.results import RESULTS, Results
