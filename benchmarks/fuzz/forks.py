@@ -6,6 +6,7 @@ loaded no more than reading needs, so that a fork of it is cheap.
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import signal
@@ -41,8 +42,15 @@ def read_in_fork(path: Path, whole: bool) -> None:
 @cache
 def _process(owner: int) -> Popen[str]:
     """Return the process whose forks read files for this one."""
-    del owner
-    return started("benchmarks.fuzz.forks", encoding="ascii")
+    process = started("benchmarks.fuzz.forks", encoding="ascii")
+    atexit.register(_end, process, owner)
+    return process
+
+
+def _end(process: Popen[str], owner: int) -> None:
+    if owner == os.getpid():
+        with process:  # waits for it, when its input is closed
+            process.kill()
 
 
 def _status(path: Path, whole: bool) -> int:
