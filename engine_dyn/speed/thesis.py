@@ -24,13 +24,13 @@ from engine_dyn.forces.torque import (
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.designs import LEVELS
+from engine_dyn.speed.designs import LEVELS, Designs
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import Call
-from engine_dyn.speed.results import SCALAR_NAMES, Results
+from engine_dyn.speed.results import IDLE, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import store, store_nothing
 from engine_dyn.speed.task import Task
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 
 __all__ = ["CLOSED_CYCLE", "MOST_CYCLES", "solve_as_printed", "step_cycles"]
@@ -53,6 +53,13 @@ class Cycle(NamedTuple):
     torque: Floats
     theta: Floats
     turn: Floats
+
+
+class Nominal(NamedTuple):
+    """Mean and range of the torque at nominal speed [N m]."""
+
+    mean: float
+    reach: float
 
 
 @kernel
@@ -92,8 +99,8 @@ def step_cycles(
 
 def _cycle_of(
     value: dict[str, float], family: Family, cylinders: Cylinders, variable: bool
-) -> tuple[Cycle, float]:
-    """Curves of a design, docs/method.md (27) and (39), and its mean torque at nominal speed."""
+) -> tuple[Cycle, Nominal]:
+    """Curves of a design, docs/method.md (27) and (39), and its torque at nominal speed."""
     count, bore, mass = round(cylinders.period / DEGREE), value["bore"], value["mass"]
     angle: Floats = -0.5 * cylinders.period + np.arange(count, dtype=np.float64) * DEGREE
     train = CrankTrain(
@@ -108,13 +115,13 @@ def _cycle_of(
         friction = friction_over_stroke(angle, train, bore, gas, friction, shape)
     engine = gas_torque(angle, train, bore, gas) - friction
     masses = inertia_torque(angle, train, mass, value["speed"])
-    mean = float((engine + masses).mean())
+    torque = engine + masses
+    nominal = Nominal(float(torque.mean()), float(np.ptp(torque)))
     if not variable:
-        still = np.full(count, value["inertia"])
-        return Cycle(engine + masses, still, np.zeros(count)), mean
+        return Cycle(torque, np.full(count, value["inertia"]), np.zeros(count)), nominal
     moving = reciprocating_inertia(angle, train, mass)
     theta = value["inertia"] + moving - moving.mean()
-    return Cycle(engine, theta, -2.0 * masses / value["speed"] ** 2), mean
+    return Cycle(engine, theta, -2.0 * masses / value["speed"] ** 2), nominal
 
 
 def _store_curves(
@@ -132,35 +139,57 @@ def _store_curves(
             curve[target] = values
 
 
+def _periodic(call: Call, designs: Designs, task: Task, chosen: Booleans) -> Floats:
+    """Delta of the periodic solution and its error, (2, design), of the chosen designs; else NaN.
+
+    Only for them is the general solver compiled, which takes longer than all else of a first run.
+    """
+    compared, nothing = ("delta", "delta_error"), np.empty((1, 0))
+    results = Results(
+        np.array([compared.index(n) if n in compared else -1 for n in SCALAR_NAMES]),
+        np.full((2, chosen.size), np.nan), np.empty(chosen.size, dtype=np.int8), nothing, nothing,
+        np.zeros(0, dtype=np.bool_),
+    )  # fmt: skip
+    if chosen.any():
+        own = np.minimum(np.arange(designs.target.size), chosen.size - 1)
+        designs = designs._replace(target=own)
+        solve_one_by_one(np.flatnonzero(chosen), task, call.columns, designs, results, last=False)
+    return results.scalars
+
+
+def _outcome(surplus: float, idle: bool, cycle: Cycle) -> int:
+    """Outcome before the first step: as of the general solver, docs/method.md (67)."""
+    if not (idle or surplus > 0.0):
+        return status.NO_STEADY_STATE
+    return status.CONVERGED if (cycle.theta > 0.0).all() else status.INVALID_INPUT
+
+
 def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -> None:
     """Solve designs as the thesis does; the error is the difference to the periodic solution.
 
-    The coefficient k follows from the mean of the samples.
+    The coefficient k follows from the mean of the samples. The error is needed where it is wanted,
+    and to judge a cycle that closes.
     """
     piece, designs = call.piece, call.designs()
     family, size = piece.source.family, piece.size
-    compared = ("delta", "delta_error")
-    nothing = np.empty((1, 0))
-    periodic = Results(
-        np.array([compared.index(n) if n in compared else -1 for n in SCALAR_NAMES]),
-        np.full((2, size), np.nan), np.empty(size, dtype=np.int8), nothing, nothing,
-        np.zeros(0, dtype=np.bool_),
-    )  # fmt: skip
-    own = designs._replace(target=np.minimum(np.arange(designs.target.size), size - 1))
-    solve_one_by_one(np.arange(size), task, call.columns, own, periodic, last=False)
+    wanted = results.wanted[SCALAR_NAMES.index("delta_error")] >= 0
+    closing = np.broadcast_to(piece.chosen.take("passes") == 0.0, size)
+    periodic = _periodic(call, designs, task, closing | wanted)
     count = round(piece.source.cylinders.period / DEGREE)
     speeds, rates = np.zeros(count), np.zeros(count)
     for i in range(size):
-        target, code = int(designs.target[i]), int(periodic.status[i])
-        if code in (status.NO_STEADY_STATE, status.INVALID_INPUT):
-            store_nothing(target, code, results)
-            continue
+        target = int(designs.target[i])
         one = piece.chosen.subset(np.array([i]))
         value = {name: float(one.take(name).flat[0]) for name in one.inputs.arrays}
         cylinders = piece.grouping.cylinders_of(int(value["cylinders"]))
-        cycle, mean_torque = _cycle_of(value, family, cylinders, task.variable)
-        # An idle engine has no load.
-        surplus = mean_torque - value["offset"] if designs.kappa[i] != 0.0 else 0.0
+        cycle, nominal = _cycle_of(value, family, cylinders, task.variable)
+        surplus = value["mean_torque"] - value["offset"]
+        idle = abs(surplus) <= IDLE * nominal.reach
+        code = _outcome(surplus, idle, cycle)
+        if code != status.CONVERGED:
+            store_nothing(target, code, results)
+            continue
+        surplus = 0.0 if idle else nominal.mean - value["offset"]  # an idle engine has no load
         coefficient = surplus / value["speed"] ** value["exponent"]
         cycles, code, high, low, mean = step_cycles(
             cycle, value["offset"], coefficient, value["exponent"],
@@ -171,7 +200,7 @@ def solve_as_printed(call: Call, task: Task, angles: Floats, results: Results) -
         if code in (status.STALLED, status.NOT_CONVERGED):
             store_nothing(target, code, results)
             continue
-        delta, error = np.nan_to_num(periodic.scalars[:, i], posinf=math.inf)
+        delta, error = np.nan_to_num(periodic[:, i], posinf=math.inf)
         if delta > 0.0:
             error += abs((high - low) / mean - delta) / delta
         if code == status.CONVERGED and error > task.tolerance:
