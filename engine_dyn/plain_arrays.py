@@ -1,8 +1,8 @@
 """Arrays of which kernels see the address and the shape alone.
 
 Of an array in a named tuple, Numba takes apart seven fields and counts a reference wherever it is
-handed on. Without that a kernel of many such arrays takes a quarter less time to compile, and the
-instruction that counts, which stops all others, took 40 % of the time of designs with one work
+handed on. Without that a kernel of many such arrays takes a quarter less time to compile; and
+counting, for which a processor stops all else, took 40 % of the time of designs with one work
 table. Whoever calls the kernel keeps the arrays. Kernels index them, wholly or from the first axis
 on, and ask for `len` and `shape`.
 """
@@ -34,7 +34,7 @@ class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""
 
     # Else Numba takes it for an array, and looks anew for the kernel at each call: a sixth of the
-    # time of a small run.
+    # time of a small run. Truths and arrays that may not be written are mistaken all the same.
     __numba_array_subtype_dispatch__ = True
 
 

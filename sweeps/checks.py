@@ -120,7 +120,7 @@ def thread_count(threads: Any) -> int | None:
     """
     whole = isinstance(threads, int | np.integer) and not isinstance(threads, bool)
     if threads is not None and not (whole and threads >= 1):
-        raise SceneError(f"threads = {shown(threads)}: must be a whole number, 1 or more")
+        raise SceneError(f"threads = {shown_for_whole(threads)}: must be a whole number, 1 or more")
     return None if threads is None else int(threads)
 
 

@@ -177,4 +177,4 @@ def shown(value: object, limit: int = 60) -> str:
 
 def shown_for_whole(value: object) -> str:
     """As `shown`, where a whole number is wanted: 1e3 is none, and is shown as 1000.0."""
-    return repr(value) if isinstance(value, float) else shown(value)
+    return float.__repr__(value) if isinstance(value, float) else shown(value)

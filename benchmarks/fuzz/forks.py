@@ -1,4 +1,4 @@
-"""A process that reads each netCDF file in a fork of itself, in place of the child of a command.
+"""A process that reads each netCDF file in a fork of itself, before the child of a command does.
 
 To start a child again after every file that it refuses takes a fifth of a second. This process has
 loaded no more than reading needs, so that a fork of it is cheap.
@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from subprocess import Popen
@@ -33,9 +34,13 @@ def read_in_fork(path: Path, whole: bool) -> None:
     """Read a file in a fork; OSError where that could not."""
     process = _process(os.getpid())
     assert process.stdin and process.stdout
-    process.stdin.write(json.dumps([str(path), whole]) + "\n")
-    process.stdin.flush()
-    if process.stdout.readline() != "0\n":
+    with suppress(BrokenPipeError):
+        process.stdin.write(json.dumps([str(path), whole]) + "\n")
+        process.stdin.flush()
+    answer = process.stdout.readline()
+    if not answer:
+        raise EOFError("the process whose forks read files has ended")
+    if answer != "0\n":
         raise OSError(22, "damaged: a fork could not read it")
 
 

@@ -177,7 +177,7 @@ def _ends_of(columns: Columns) -> Integers:
 
 
 class Card:
-    """A card while it solves the designs of one call; its memory is released with it."""
+    """A card while it solves the designs of one call or search; its memory goes with it."""
 
     def __init__(self) -> None:
         check_card()

@@ -44,7 +44,7 @@ def simulated() -> bool:
 
 
 def what_is_missing() -> str:
-    """What a card cannot be used for, in a few words; empty where nothing is missing."""
+    """Why no card can be used, in a few words; empty where nothing is missing."""
     if simulated():
         return ""
     if find_spec("numba_cuda") is None:

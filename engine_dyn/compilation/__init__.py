@@ -1,4 +1,4 @@
-"""The one room that imports Numba and llvmlite: how kernels are compiled and kept."""
+"""How kernels are compiled and kept. Besides, only arrays, vectors and the card import Numba."""
 
 from engine_dyn.compilation.cache import source_hash
 from engine_dyn.compilation.decorators import formula, inlined, kernel

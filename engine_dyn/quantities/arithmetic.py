@@ -11,7 +11,7 @@ __all__ = ["balance_of", "power", "product", "quotient"]
 
 INEXACT = 1e-10
 """Difference of two numbers, over the second, up to which it is none: so far the velocities that
-the mean gas torque is made with are exact, docs/solver.md (58)."""
+the mean gas torque is made with are exact without a pin offset, docs/solver.md (58)."""
 
 
 def balance_of(plus: Any, minus: Any) -> Any:

@@ -26,9 +26,9 @@ LEVELS = FRICTION_NAMES[:FRICTION_PARTS]
 """Levels of the friction over the stroke, in the order of the parts of `StrokeFriction`."""
 
 ROWS_TOGETHER, MOST_UNUSED = 16, 1.25
-"""Where most of the loads between two are used, columns are made of whole groups of rows, up to so
-many times those that are used: other designs find them made. That saves a quarter of the time of a
-million designs with sampled loads."""
+"""Where designs lie between rows of the family, columns are made for whole groups of rows, unless
+these are more than so many times the rows in use: designs that come later find them made. That
+saves a quarter of the time of a million designs with sampled loads."""
 
 
 class Designs(NamedTuple):

@@ -52,7 +52,7 @@ FINER = 4
 
 
 class Card(Protocol):
-    """What `engine_dyn.card` does of a sweep; it has `solve_in_blocks` for designs that it can."""
+    """What `engine_dyn.card` does of a sweep; it solves designs that it can."""
 
     piece: int
 

@@ -253,8 +253,8 @@ def _without_motored(cycle: Any, step: float) -> Diagram:
 def taken(table: dict[str, Any], key: str, where: str) -> Any:
     """Take a key out of a table that must have it."""
     if key not in table:
-        found = f" (found: {one_line(', '.join(table), 100)})" if table else ""
-        raise SceneError(f"{where} {key}: missing{found}")
+        others = f" (other keys: {one_line(', '.join(table), 100)})" if table else ""
+        raise SceneError(f"{where} {key}: missing{others}")
     return table.pop(key)
 
 

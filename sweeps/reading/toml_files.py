@@ -26,10 +26,11 @@ _QUOTED = re.compile(
 _DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}")
 
 _MISTAKES = (
-    (re.compile(r"[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
+    (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
     (re.compile(r"[-+]?\d+,\d+ *(#|$)"), "the decimal mark is a point"),
-    (re.compile(r"[-+]?[\d.]+ *[a-df-zA-DF-Z]"), "numbers stand without their unit"),
-    (re.compile(r"(?!true|false|nan|inf)[a-zA-Z]"), "a text needs quotes"),
+    (re.compile(r"[-+]?[\d.]+(e\d+)? *[a-df-wyzA-DF-WYZ]"), "numbers stand without their unit"),
+    (re.compile(r"[-+]?(true|false|nan|inf)\b", re.IGNORECASE), "such words are written small"),
+    (re.compile(r"[a-zA-Z]"), "a text needs quotes"),
 )
 """What a value begins with that is not TOML, and what is said of it; the first counts."""
 

@@ -212,7 +212,7 @@ def read_sample(
     seed = raw.get("seed", 1)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 32:
         raise SceneError(
-            f"{where} seed = {shown(seed)}: must be a whole number from 0 to 4294967295"
+            f"{where} seed = {shown_for_whole(seed)}: must be a whole number from 0 to 4294967295"
         )
     sample = Sample(method, 0, seed, parameters)
     if method == SEARCH:

@@ -165,7 +165,7 @@ WRONG: list[tuple[Any, ...]] = [
      "rod_length"),
     (swapped("rod_length = 0.35", "rod_length = 0.08"), "= 0.08", "0.09 m"),
     (swapped("stroke = 0.18", ""), "stroke", "missing"),
-    (swapped("file =", "fille ="), "[[diagram]] number 1 file: missing (found: fille)"),
+    (swapped("file =", "fille ="), "[[diagram]] number 1 file: missing (other keys: fille)"),
     (lambda: VALUES.replace("load = 50\ncyl", "cyl") + POINTS
      + POINTS.replace("load = 50", "load = 90"),
      "[values] load", "missing"),

@@ -44,9 +44,11 @@ def solve_in_blocks(
     blocks = Designs(*map(rows_of, designs))._replace(
         factor=plain(designs.factor), part=plain(designs.part), share=plain(designs.share)
     )
+    # Numba mistakes plain arrays of truths for common ones, and looks anew for the kernel.
+    still_left = plain(left.view(np.uint8))
     solve_blocks(
         left.size, plain(task), column_rows(columns), Weights(*map(rows_of, weights)), blocks,
-        plain(results), plain(left), make_scratch(columns), plain(curves),
+        plain(results), still_left, make_scratch(columns), plain(curves),
     )  # fmt: skip
 
 
