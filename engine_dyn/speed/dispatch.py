@@ -6,7 +6,7 @@ one. Nothing that a design gets depends on the others.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
@@ -26,7 +26,7 @@ from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import PIECE, Grouping, Piece
 from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
-from engine_dyn.speed.pieces import Progress, do_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import COMPARED, CURVE_NAMES, SCALAR_NAMES, Results
 from engine_dyn.speed.storage import angles_of
 from engine_dyn.speed.task import Task
@@ -94,10 +94,10 @@ class Sweep:
         found = inputs.arrays["method"] != THESIS
         return np.broadcast_to(found, inputs.shape).reshape(-1)
 
-    def solve_at(self, places: Integers | None = None, progress: Progress | None = None) -> None:
-        """Solve the designs at some flat places, or all."""
+    def solve_at(self, places: Integers | None = None) -> Iterator[int]:
+        """Solve the designs at some flat places, or all, while the numbers of them are taken."""
         pieces = self.grouping.pieces(places, self.finer, self.alone)
-        do_on_threads(partial(_solve_piece, self), pieces, self.threads, progress)
+        return map_on_threads(partial(_solve_piece, self), pieces, self.threads)
 
 
 # Longer than usual by its docstring; its parameters are the keywords of every caller.
@@ -203,7 +203,9 @@ def solve(
         grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
-    sweep.solve_at(progress=progress)
+    for done in sweep.solve_at():
+        if progress:
+            progress(done)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
         _estimate_errors(sweep, found, missed)
@@ -258,7 +260,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     all_missed = missed = np.flatnonzero(failed & sweep.periodic)
     for finer in (FINER, FINEST):
         if missed.size:
-            replace(sweep, finer=finer, general=True, alone=True).solve_at(missed)
+            list(replace(sweep, finer=finer, general=True, alone=True).solve_at(missed))
         missed = missed[status[missed] == TOLERANCE_NOT_MET]
     return all_missed
 
@@ -280,7 +282,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         results=results._replace(deferred=sweep.results.deferred),
         iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
     )  # fmt: skip
-    second.solve_at(None if known.all() else np.flatnonzero(known))
+    list(second.solve_at(None if known.all() else np.flatnonzero(known)))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 

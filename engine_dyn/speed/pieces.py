@@ -7,38 +7,39 @@ the processors. It can be stopped by Ctrl-C.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import chain, islice
 from typing import TypeVar
 
-__all__ = ["Progress", "do_on_threads"]
+__all__ = ["Progress", "map_on_threads"]
 
 Progress = Callable[[int], None]
 
 Job = TypeVar("Job")
+Result = TypeVar("Result")
 
 
-def do_on_threads(
-    do: Callable[[Job], int], jobs: Iterable[Job], threads: int | None,
-    progress: Progress | None = None,
-) -> None:  # fmt: skip
-    """Do jobs on so many threads at most, None for one a processor.
+def map_on_threads(
+    do: Callable[[Job], Result], jobs: Iterable[Job], threads: int | None
+) -> Iterator[Result]:
+    """Results of jobs in the order in which they are done, one thread a processor unless given.
 
-    Jobs are made in the calling thread, while others are done already. `do` returns the number of
-    designs, which `progress` is told.
+    Jobs are made in the calling thread, while others are done already.
     """
-    tell, rest = progress or (lambda done: None), iter(jobs)
-    threads = threads or os.cpu_count() or 1
+    rest, threads = iter(jobs), threads or os.cpu_count() or 1
     first = list(islice(rest, 2))
+    all_jobs = chain(first, rest)
     if threads == 1 or len(first) < 2:  # a pool costs some 200 us
-        for job in chain(first, rest):
-            tell(do(job))
-        return
+        return map(do, all_jobs)
+    return _on_pool(do, all_jobs, threads)
+
+
+def _on_pool(do: Callable[[Job], Result], jobs: Iterable[Job], threads: int) -> Iterator[Result]:
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for done in as_completed([pool.submit(do, job) for job in chain(first, rest)]):
-                tell(done.result())
+            for done in as_completed([pool.submit(do, job) for job in jobs]):
+                yield done.result()
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

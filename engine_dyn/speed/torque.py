@@ -17,7 +17,7 @@ from engine_dyn.speed.designs import Designs, Inputs
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, add_row, fill_motion, make_motion, part_of
 from engine_dyn.speed.grouping import Grouping, Piece
-from engine_dyn.speed.pieces import Progress, do_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.maxima import largest, max_between, max_near
@@ -71,7 +71,9 @@ def torque_extremes(
                 _extremes(count, columns, alone, friction, high, low, motion.dw)
         return piece.size
 
-    do_on_threads(solve, grouping.pieces(None, 1), threads, progress)
+    for done in map_on_threads(solve, grouping.pieces(None, 1), threads):
+        if progress:
+            progress(done)
     found = zip(TORQUE_NAMES, results, strict=True)
     return discard({n: array.reshape(whole.shape) for n, array in found if n in wanted}, unknown)
 

@@ -29,7 +29,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
-from engine_dyn.speed.pieces import Progress, do_on_threads
+from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
@@ -212,7 +212,9 @@ def forced_response(
         return some.size
 
     pieces = (which[i : i + AT_ONCE] for i in range(0, count, AT_ONCE))
-    do_on_threads(solve, pieces, threads, progress)
+    for done in map_on_threads(solve, pieces, threads):
+        if progress:
+            progress(done)
     status = np.full(count, CONVERGED, dtype=np.int8)
     for case in np.flatnonzero(found.doubtful):
         known, resonant = _with_pivoting(tree, cases, int(case))
