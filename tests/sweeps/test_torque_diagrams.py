@@ -519,4 +519,4 @@ def test_bad_input(tables: Any, message: str) -> None:
 
 def test_a_method_that_cannot() -> None:
     scene = asking(["delta"], auxiliaries=[CAM], solver={"method": "thesis"})
-    assert "with load_table, a driver, [[auxiliaries]] or a torque" in refusal(scene)
+    assert "with another law, load_table, a driver, [[auxiliaries]] or a torque" in refusal(scene)
