@@ -7,9 +7,8 @@ in the folder, with the file. With `--first` a campaign goes on where it was sto
 
 Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
 `export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
-Each is first read by a fork of the process, then by the child of a command: to start that again
-after every file that it refuses would take most of the time, and a fork refuses nearly all of
-these.
+Each is first read by a fork (`forks`), then by the child of a command: to start that again after
+every file that it refuses would take most of the time, and a fork refuses nearly all of these.
 What the fork survives by luck, the child may not: its memory is laid out anew.
 """
 

@@ -147,14 +147,15 @@ def needs_of(chosen: Chosen, torques: Sequence[TorqueOverAngle | None], row_coun
     low = np.floor(row).astype(np.int64)
     weight = row - low
     rows = np.unique(np.concatenate([low, low + (weight > 0.0)]))
-    groups = ROWS_TOGETHER * np.unique(rows // ROWS_TOGETHER)
-    whole = (groups[:, None] + np.arange(ROWS_TOGETHER)).reshape(-1)
-    whole = whole[whole < row_count]
-    if weight.any() and whole.size <= MOST_UNUSED * rows.size:
-        rows = whole
+    between = weight.any()
+    if between:
+        groups = ROWS_TOGETHER * np.unique(rows // ROWS_TOGETHER)
+        whole = (groups[:, None] + np.arange(ROWS_TOGETHER)).reshape(-1)
+        whole = whole[whole < row_count]
+        rows = whole if whole.size <= MOST_UNUSED * rows.size else rows
     parts, place = Parts(rows), FIRST_GAS + np.searchsorted(rows, low)
     found: list[tuple[Any, Any]] = [(place, scale * (1.0 - weight))]
-    if weight.any():
+    if between:
         found.append((place + (weight > 0.0), scale * weight))
     found.append((UNIT, scale * ATMOSPHERE - chosen.take("crankcase_pressure")))
     if any(chosen.take(name).any() for name in LEVELS):

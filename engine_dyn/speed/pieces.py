@@ -27,12 +27,14 @@ def map_on_threads(
 
     Jobs are made in the calling thread, while others are done already.
     """
-    rest, threads = iter(jobs), threads or os.cpu_count() or 1
+    rest = iter(jobs)
     first = list(islice(rest, 2))
     all_jobs = chain(first, rest)
-    if threads == 1 or len(first) < 2:  # a pool costs some 200 us
-        return map(do, all_jobs)
-    return _on_pool(do, all_jobs, threads)
+    if len(first) > 1:  # to count processors takes some 60 us, a pool 200
+        threads = threads or os.cpu_count() or 1
+        if threads > 1:
+            return _on_pool(do, all_jobs, threads)
+    return map(do, all_jobs)
 
 
 def _on_pool(do: Callable[[Job], Result], jobs: Iterable[Job], threads: int) -> Iterator[Result]:
