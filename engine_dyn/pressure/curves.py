@@ -94,8 +94,9 @@ def sampled(
     shape = curves.rows.size, angle.size
     values = np.empty(shape)
     rises = np.empty(shape if slopes else (shape[0], 0))
-    places = np.empty((2, angle.size), dtype=np.int64)
-    weights = np.empty((8, angle.size))
+    # Unsigned: Numba asks of other places whether they count from the end.
+    places = np.empty((2, angle.size), dtype=np.uint64)
+    weights = np.empty((angle.size, 8))
     _weigh(angle, curves.pressure.shape[1], period, places, weights)
 
     def work(begin: int, end: int) -> None:
@@ -116,11 +117,11 @@ def _weigh(angle: Floats, count: int, period: float, places: Integers, weights: 
         left, t = place_of(angle[i], count, period)
         rest = 1.0 - t
         places[0, i], places[1, i] = left, left + 1 if left + 1 < count else 0
-        weights[0, i], weights[1, i] = rest * rest * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
-        weights[2, i], weights[3, i] = step * (t * rest * rest), -step * (t * t * rest)
-        weights[5, i] = 6.0 * t * rest / step
-        weights[4, i] = -weights[5, i]
-        weights[6, i], weights[7, i] = rest * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)
+        weights[i, 0], weights[i, 1] = rest * rest * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
+        weights[i, 2], weights[i, 3] = step * (t * rest * rest), -step * (t * t * rest)
+        weights[i, 5] = 6.0 * t * rest / step
+        weights[i, 4] = -weights[i, 5]
+        weights[i, 6], weights[i, 7] = rest * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)
 
 
 @kernel
@@ -133,14 +134,14 @@ def _sample(
         p, s = pressure[rows[row]], slope[rows[row]]
         for i in range(left.size):
             values[row, i] = (
-                p[left[i]] * weights[0, i] + p[right[i]] * weights[1, i]
-                + s[left[i]] * weights[2, i] + s[right[i]] * weights[3, i]
+                p[left[i]] * weights[i, 0] + p[right[i]] * weights[i, 1]
+                + s[left[i]] * weights[i, 2] + s[right[i]] * weights[i, 3]
             )  # fmt: skip
         if rises.shape[1] > 0:
             for i in range(left.size):
                 rises[row, i] = (
-                    p[left[i]] * weights[4, i] + p[right[i]] * weights[5, i]
-                    + s[left[i]] * weights[6, i] + s[right[i]] * weights[7, i]
+                    p[left[i]] * weights[i, 4] + p[right[i]] * weights[i, 5]
+                    + s[left[i]] * weights[i, 6] + s[right[i]] * weights[i, 7]
                 )  # fmt: skip
 
 

@@ -17,6 +17,9 @@ POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
 WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0
 """Quadrature of an interval of width 1, docs/solver.md (56): Gauss's three points on each half."""
 
+BEFORE = STENCIL // 2 - 1
+"""Nodes of a stencil before the interval."""
+
 
 @kernel
 def add_products(
@@ -42,6 +45,7 @@ def add_products(
                         sums[i] += weight * here[i] * speed[i]
 
 
+@kernel
 def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float) -> Floats:
     """Turn mean torques of intervals into the work at nodes and between, docs/method.md (50).
 
@@ -50,20 +54,27 @@ def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float) -> Float
     gets the work in its middle; `rates` has the torque at the nodes, and loses its mean, which is
     returned, (part, term). `width` is that of an interval [rad].
     """
-    level = sums.mean(axis=-1, keepdims=True)
-    halves -= 0.5 * level
-    halves *= width
-    sums -= level
-    sums *= width
-    sums[..., 1:] = np.cumsum(sums[..., :-1], axis=-1)
-    sums[..., 0] = 0.0
-    halves += sums
-    # Simpson's rule, as for the means over coarse intervals.
-    total = (sums.mean(axis=-1, keepdims=True) + 2.0 * halves.mean(axis=-1, keepdims=True)) / 3.0
-    sums -= total
-    halves -= total
-    rates -= level
-    return np.asarray(level[..., 0])
+    parts, terms, nodes = sums.shape
+    mean = np.empty((parts, terms))
+    for part in range(parts):
+        for term in range(terms):
+            work, half, rate = sums[part, term], halves[part, term], rates[part, term]
+            level = 0.0
+            for i in range(nodes):
+                level += work[i] / nodes
+            done = total = 0.0
+            for i in range(nodes):
+                rise = work[i] - level
+                work[i], half[i] = done, done + (half[i] - 0.5 * level) * width
+                rate[i] -= level
+                done += rise * width
+                # Simpson's rule, as for the means over coarse intervals.
+                total += (work[i] + 2.0 * half[i]) / (3.0 * nodes)
+            for i in range(nodes):
+                work[i] -= total
+                half[i] -= total
+            mean[part, term] = level
+    return mean
 
 
 @kernel
@@ -79,8 +90,9 @@ def arranged(
     parts, terms, nodes = work.shape
     stride, wide = weights.shape[0], nodes // weights.shape[0]
     fine, coarse = np.empty((parts, nodes, 4, terms)), np.empty((parts, wide, 2, terms))
-    integral = np.empty((wide + STENCIL) * stride + 1)  # with halves of a stencil at both ends
-    begin = (STENCIL // 2 - 1) * stride
+    integral, missed = np.empty(nodes + 1), np.empty(wide)
+    # Integral and work at the coarse nodes, with half a stencil more at both ends.
+    sparse, around = np.empty(wide + STENCIL), np.empty(wide + STENCIL)
     for part in range(parts):
         for term in range(terms):
             y, half, slope = work[part, term], halves[part, term], rates[part, term]
@@ -89,23 +101,26 @@ def arranged(
                 after = i + 1 if i + 1 < nodes else 0
                 cubic = 0.5 * (y[i] + y[after]) + 0.125 * width * (slope[i] - slope[after])
                 fine[part, i, 0, term], fine[part, i, 1, term] = y[i], slope[i]
-                fine[part, i, 2, term], integral[begin + i] = half[i] - cubic, total
+                fine[part, i, 2, term], integral[i] = half[i] - cubic, total
                 total += (y[i] + 4.0 * half[i] + y[after]) / 6.0  # exact for cubics
-            # `total` is nearly 0: the work has no mean.
-            for i in range(begin):
-                integral[i] = integral[nodes + i] - total
-            for i in range(begin + nodes, integral.size):
-                integral[i] = integral[i - nodes] + total
-            for i in range(nodes):
-                missed, first = integral[begin + i], i - i % stride
+            integral[nodes] = total  # nearly 0: the work has no mean
+            for c in range(wide + STENCIL):
+                turn = (c - BEFORE + wide) // wide - 1
+                node = (c - BEFORE - turn * wide) * stride
+                sparse[c], around[c] = integral[node] + turn * total, y[node]
+            # All intervals beside each other: that is twice as fast as one after the other.
+            for place in range(stride):
+                for c in range(wide):
+                    missed[c] = integral[c * stride + place]
                 for m in range(STENCIL):
-                    missed -= weights[i % stride, m] * integral[first + m * stride]
-                fine[part, i, 3, term] = width * missed
+                    for c in range(wide):
+                        missed[c] -= weights[place, m] * sparse[c + m]
+                for c in range(wide):
+                    fine[part, c * stride + place, 3, term] = width * missed[c]
             for c in range(wide):
-                first = begin + c * stride
-                mean = (integral[first + stride] - integral[first]) / stride
+                at = c + BEFORE
+                mean = (sparse[at + 1] - sparse[at]) / stride
                 for m in range(len(MEAN_BY_PAIRS)):
-                    pair = y[(c - m) % wide * stride] + y[(c + 1 + m) % wide * stride]
-                    mean -= MEAN_BY_PAIRS[m] * pair
-                coarse[part, c, 0, term], coarse[part, c, 1, term] = y[c * stride], mean
+                    mean -= MEAN_BY_PAIRS[m] * (around[at - m] + around[at + 1 + m])
+                coarse[part, c, 0, term], coarse[part, c, 1, term] = around[at], mean
     return fine, coarse
