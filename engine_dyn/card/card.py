@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.card import device
-from engine_dyn.card.kernel import INSTEAD, solve_designs
+from engine_dyn.card.kernel import INSTEAD, solve_on_card
 from engine_dyn.loads.laws import LAWS, LINEAR_SQUARE, POWER
 from engine_dyn.speed.batch.block import MOST_TERMS, row_numbers
 from engine_dyn.speed.batch.weights import Weights
@@ -146,7 +146,7 @@ TO_CARD, FROM_CARD = ("numbers", "places", "wanted"), ("scalars", "status", "lef
 def buffers_of(
     columns: Columns, pieces: int, count: int, results: int, threads: int
 ) -> dict[str, Buffer]:
-    """Buffers of a launch, see `solve_designs`."""
+    """Buffers of a launch, see `solve_on_card`."""
     _, size, kinds, terms = columns.fine.shape
     intervals, ends = columns.coarse.shape[1], _ends_of(columns)
     return {
@@ -280,5 +280,5 @@ _LAUNCHER: list[device.Launcher] = []
 def _launcher() -> device.Launcher:
     """Return the kernel, which is compiled once."""
     if not _LAUNCHER:
-        _LAUNCHER.append(device.Launcher(solve_designs, INSTEAD))
+        _LAUNCHER.append(device.Launcher(solve_on_card, INSTEAD))
     return _LAUNCHER[0]

@@ -12,8 +12,8 @@ from typing import Any
 from engine_dyn.loads.laws import Form
 from engine_dyn.speed.batch.block import ColumnRows, Curves, Lanes, Peaks, Scratch, WorkTable
 from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
+from engine_dyn.speed.batch.fine_nodes import KINDS, add_up_node
 from engine_dyn.speed.batch.in_blocks import finish_block
-from engine_dyn.speed.batch.nodes import KINDS, add_up_node
 from engine_dyn.speed.batch.solution import solve_curves
 from engine_dyn.speed.batch.weights import Weights, recurrence, slope_of_design
 from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
@@ -23,7 +23,7 @@ from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import Angles
 from engine_dyn.speed.task import Task
 
-__all__ = ["INSTEAD", "solve_designs"]
+__all__ = ["INSTEAD", "solve_on_card"]
 
 
 # --- on the card: what stands for vectors, of one lane --------------------------------------------
@@ -130,7 +130,7 @@ def design_of(which: int, terms: int, numbers: Any, places: Any) -> Designs:
     )  # fmt: skip
 
 
-def solve_designs(
+def solve_on_card(
     thread: int, threads: int, count: int, kind: int, sign: float, geared: int, tolerance: float,
     iterated: float, width: float, size: int, fine: Any, coarse: Any, jagged: Any, between: Any,
     e: Any, r: Any, whole: Any, mixed: Any, node: Any, numbers: Any, places: Any, wanted: Any,

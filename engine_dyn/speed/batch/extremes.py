@@ -23,7 +23,7 @@ from engine_dyn.speed.batch.block import (
     Scratch,
     repeat_ends,
 )
-from engine_dyn.speed.batch.nodes import Seen, load_at_nodes, seen_by, work_at_nodes
+from engine_dyn.speed.batch.fine_nodes import Seen, load_at_nodes, seen_by, work_at_nodes
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write

@@ -11,7 +11,7 @@ from engine_dyn.loads.laws import covers
 from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.batch.block import LEFT, ColumnRows, Scratch, column_rows, make_scratch
 from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
-from engine_dyn.speed.batch.nodes import fill_curves
+from engine_dyn.speed.batch.fine_nodes import fill_curves
 from engine_dyn.speed.batch.solution import solve_curves
 from engine_dyn.speed.batch.weights import Weights, weights_of
 from engine_dyn.speed.batch.work_table import fill_work, fill_work_table

@@ -10,7 +10,7 @@ from engine_dyn.compilation import kernel
 from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS, STENCIL
 from engine_dyn.types import Floats
 
-__all__ = ["POINTS", "WEIGHTS", "add_products", "arranged", "cumulate"]
+__all__ = ["POINTS", "WEIGHTS", "add_products", "arrange", "cumulate"]
 
 _GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * math.sqrt(0.15)
 POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
@@ -78,10 +78,11 @@ def cumulate(sums: Floats, halves: Floats, rates: Floats, width: float) -> Float
 
 
 @kernel
-def arranged(
-    work: Floats, halves: Floats, rates: Floats, width: float, weights: Floats
-) -> tuple[Floats, Floats]:
-    """Work in the order in which solvers read it: `fine` and `coarse` of `columns.Columns`.
+def arrange(
+    work: Floats, halves: Floats, rates: Floats, width: float, weights: Floats, fine: Floats,
+    coarse: Floats,
+) -> None:  # fmt: skip
+    """Put the work in the order in which solvers read it, `fine` and `coarse` of `columns.Columns`.
 
     What is missed of the middles is docs/solver.md (60), of the integral of the work (63), and of
     its mean over a coarse interval (72). `width` is that of an interval [rad]; `weights` are those
@@ -89,7 +90,6 @@ def arranged(
     """
     parts, terms, nodes = work.shape
     stride, wide = weights.shape[0], nodes // weights.shape[0]
-    fine, coarse = np.empty((parts, nodes, 4, terms)), np.empty((parts, wide, 2, terms))
     integral, missed = np.empty(nodes + 1), np.empty(wide)
     # Integral and work at the coarse nodes, with half a stencil more at both ends.
     sparse, around = np.empty(wide + STENCIL), np.empty(wide + STENCIL)
@@ -123,4 +123,3 @@ def arranged(
                 for m in range(len(MEAN_BY_PAIRS)):
                     mean -= MEAN_BY_PAIRS[m] * (around[at - m] + around[at + 1 + m])
                 coarse[part, c, 0, term], coarse[part, c, 1, term] = around[at], mean
-    return fine, coarse
