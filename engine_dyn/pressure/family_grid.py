@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from engine_dyn.combinations import distinct_combinations
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import (
     LARGEST_SHIFT,
@@ -198,14 +199,10 @@ class FamilyGrid(RowsOfDiagrams):
         ValueError
             For a load or a speed outside the grid.
         """
-        wanted, turning = np.broadcast_arrays(
-            np.asarray(load, dtype=np.float64), np.asarray(speed, dtype=np.float64)
-        )
-        points = np.stack([wanted.reshape(-1), turning.reshape(-1)], axis=-1)
-        values, places = np.unique(points, axis=0, return_inverse=True)
+        values, places = distinct_combinations(load, speed)
         self.locate(values[:, 0], values[:, 1])
         peaks = np.array([self.at(float(a), float(b)).peak for a, b in values])
-        return peaks[places.reshape(-1)].reshape(wanted.shape)
+        return np.asarray(peaks[places])
 
     @cached_property
     def _speed_axis(self) -> TableAxis:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.combinations import distinct_combinations
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.laws import LawFacts
 from engine_dyn.speed.fields import FRICTION_NAMES
@@ -120,10 +121,7 @@ class Chosen:
 
     def distinct(self, *names: str) -> tuple[Floats, Integers]:
         """Different combinations of some inputs, (combination, input), and that of each design."""
-        values = [self.take(name).astype(np.float64) for name in names]
-        table = np.stack(np.broadcast_arrays(*values), axis=1)
-        found, number = np.unique(table, axis=0, return_inverse=True)
-        return found, number.reshape(-1)
+        return distinct_combinations(*map(self.take, names))
 
     def subset(self, which: Integers | Booleans | slice) -> Chosen:
         """Some of these designs."""

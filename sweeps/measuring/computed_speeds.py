@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine_dyn.combinations import distinct_combinations
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.graph import PARAMETERS
@@ -155,8 +156,7 @@ class SpeedsOfRecordings:
             else:
                 (columns if plain in PARAMETERS else diagrams)[plain][:, where] = varied[:, None]
         diagrams["dead_centre_shift"] += recorded
-        changes = np.stack([diagrams[key].ravel() for key in OF_DIAGRAM], axis=1)
-        distinct, which = np.unique(changes, axis=0, return_inverse=True)
+        distinct, which = distinct_combinations(*(diagrams[key] for key in OF_DIAGRAM))
         results: dict[int, Floats] = {}
         refused: ValueError | None = None
         for place, change in enumerate(distinct):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.combinations import distinct_combinations
 from engine_dyn.forces.energy_levels import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
@@ -226,9 +227,7 @@ def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], F
         np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
         for value in values
     ]
-    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
-    distinct, number = np.unique(columns, axis=0, return_inverse=True)
-    return dims, distinct, number.reshape(np.broadcast_shapes(*(c.shape for c in shaped)))
+    return dims, *distinct_combinations(*shaped)
 
 
 def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
