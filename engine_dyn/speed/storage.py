@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.work.interpolation import STENCIL, lagrange_weights
+from engine_dyn.speed.work.interpolation import BEFORE, STENCIL, lagrange_weights
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["Angles", "angles_of", "store", "store_curves", "store_nothing"]
@@ -77,12 +77,12 @@ def store_curves(
     """
     nodes = len(q)
     for i in range(len(angles.node)):
-        node, middle = angles.node[i], STENCIL // 2 - 1
+        node = angles.node[i]
         value, slope = q[node], rate[node]
-        if angles.weight[i, middle] != 1.0:  # between nodes
+        if angles.weight[i, BEFORE] != 1.0:  # between nodes
             value = slope = 0.0
             for j in range(STENCIL):
-                there = node + j - middle
+                there = node + j - BEFORE
                 there += nodes if there < 0 else (-nodes if there >= nodes else 0)
                 value += angles.weight[i, j] * q[there]
                 slope += angles.weight[i, j] * rate[there]

@@ -13,7 +13,7 @@ from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, read, write
 from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE
-from engine_dyn.speed.work.interpolation import STENCIL
+from engine_dyn.speed.work.interpolation import BEFORE, STENCIL
 from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
 
@@ -95,7 +95,7 @@ def load_at_nodes(scratch: Scratch) -> None:
         coarse, place = peaks.node[0, k] // len(weights), peaks.node[0, k] % len(weights)
         y = work = drive = 0.0
         for j in range(STENCIL):
-            there = HALO + coarse + j - (STENCIL // 2 - 1)
+            there = HALO + coarse + j - BEFORE
             y += weights[place, j] * curves.load[there, k]
             work += weights[place, j] * curves.work[there, k]
             drive += weights[place, j] * curves.drive[there, k]
