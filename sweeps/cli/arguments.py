@@ -233,24 +233,21 @@ def percentages(text: str) -> list[float]:
         ) from None
 
 
-def axis_slice(text: str, option: str = "--select") -> tuple[str, float | str]:
-    """Return the axis and the number or word of "load=50" or "method=newton".
+def axis_slice(text: str, option: str = "--select") -> tuple[str, str]:
+    """Return the axis and the value of "load=50" or "method=newton" as it is written.
 
-    A fraction such as "1/200" stays a text, which `nearest` and figures read where the axis is one
-    of numbers: a design may be named so.
+    Whoever takes it of an archive knows whether the axis is one of numbers: "1", "1e3" and "1/200"
+    may be names of designs.
     """
     axis, separator, value = text.partition("=")
     if not separator or not axis.strip() or not value.strip():
         raise SceneError(f"{option} {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")
-    try:
-        return axis.strip(), plain_number(value)
-    except ValueError:
-        return axis.strip(), value.strip()
+    return axis.strip(), value.strip()
 
 
-def axis_slices(texts: Iterable[str], option: str = "--select") -> dict[str, float | str]:
+def axis_slices(texts: Iterable[str], option: str = "--select") -> dict[str, str]:
     """Return the axes and values of several texts such as "load=50,speed=1500"."""
-    found: dict[str, float | str] = {}
+    found: dict[str, str] = {}
     for part in (part for text in texts for part in re.split(r",(?=\s*\w+\s*=)", text)):
         axis, value = axis_slice(part, option)
         if axis in found:

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
+from sweeps.axis_places import words_of
 from sweeps.checks import names_given
 from sweeps.dimensions import DESIGN, RANK, REDUCTION, STATE
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.attributes import of_designs
-from sweeps.exploring.slices import words_of
 
 if TYPE_CHECKING:
     import xarray as xr

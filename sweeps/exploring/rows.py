@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.axis_places import words_of
 from sweeps.checks import check_dataset
 from sweeps.dimensions import (
     ELASTICITY,
@@ -244,7 +245,8 @@ def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, .
         if CRANK_ANGLE in over:
             curves.append(name)
         elif over and all(dim in part.coords and part.sizes[dim] for dim in over):
-            one = ",".join(f"{dim}={_example(part[dim].values)}" for dim in over)
+            words = words_of(part)
+            one = ",".join(f"{d}={_example(part[words.get(d, d)].values)}" for d in over)
             several[one] = (*several.get(one, ()), name)
     return tuple(curves), several
 

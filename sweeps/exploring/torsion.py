@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError
+from sweeps.exploring.slices import nearest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +103,7 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
     nodes : sequence of int
         Node of each throw, from throw 1 on.
     **select : float
-        Values of the archive's axes, where it has more than one design; the nearest are taken.
+        Values of the archive's axes, where it has more than one design, as `nearest` takes them.
 
     Raises
     ------
@@ -115,12 +116,7 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
         raise SceneError(
             f"archive: has no {', '.join(missing)}; ask for {', '.join(QUANTITIES)} in [output]"
         )
-    data = archive[list(QUANTITIES)]
-    unknown = [name for name in select if name not in data.dims]
-    if unknown:
-        axes = ", ".join(str(d) for d in data.dims if d not in ("cylinder", "order"))
-        raise SceneError(f"archive: has no axis '{unknown[0]}'; its axes are {axes or 'none'}")
-    data = data.sel(select, method="nearest")
+    data = nearest(archive, **select)[list(QUANTITIES)]
     several = [str(d) for d in data.dims if d not in ("cylinder", "order") and data.sizes[d] > 1]
     if several:
         raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import tomllib
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,8 +13,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
+from sweeps.axis_places import selected_places, words_of
 from sweeps.dimensions import REDUCTION, SEARCHED
-from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
+from sweeps.errors import SceneError, outside_axis
 from sweeps.figures.kept import kept_as_cases, told_kept
 from sweeps.figures.options import Options, check_targets, with_angle_from_zero
 from sweeps.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
@@ -216,22 +216,18 @@ def study_of(
     options = options or Options()
     check_targets(options, data)
     given, data = data, kept_as_cases(with_angle_from_zero(data, options))
-    order: dict[Hashable, Any] = {}
-    for dim in data.sizes:
-        own = data.variables.get(dim)
-        if own is None or dim == "design" or is_words(own):
-            continue
-        rising = np.argsort(own.values, kind="stable")
-        if np.any(np.diff(rising) != 1):
-            order[dim] = rising
+    places = selected_places(data, select)
+    for name in select.keys() - words_of(data).keys():
+        number = number_or_ratio(str(select[name]))
+        outside = outside_axis(number, data[name].values)
+        if outside:
+            raise SceneError(f"select: {name} = {number:.12g}: {outside}")
+    several = {dim: here for dim, here in places.items() if len(here) > 1}
+    data = data.isel(several) if several else data
     options = replace(options, select=select)
-    view = View(
-        data.isel(order) if order else data,
-        tolerance=_tolerance(data),
-        own=_own_values(data),
-        options=options,
-    )
-    view = view.slice_at({dim: _selected(view, dim, value) for dim, value in select.items()})
+    view = View(data, tolerance=_tolerance(data), own=_own_values(data), options=options)
+    view = view.slice_at({dim: here[0] for dim, here in places.items() if len(here) == 1})
+    view = replace(view, data=_in_rising_order(view.data))
     single = {str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING}
     view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
@@ -254,6 +250,19 @@ def study_of(
     if base:
         view = replace(view, nominal={"design": 0}, others=listed)
     return Study(view, tuple(base), tuple(aside), bool(lonely.any()), given)
+
+
+def _in_rising_order(data: xr.Dataset) -> xr.Dataset:
+    """The same archive with axes of numbers in rising order; designs and words as they stand."""
+    order: dict[Hashable, Any] = {}
+    for dim in data.sizes:
+        own = data.variables.get(dim)
+        if own is None or dim == "design" or is_words(own):
+            continue
+        rising = np.argsort(own.values, kind="stable")
+        if np.any(np.diff(rising) != 1):
+            order[dim] = rising
+    return data.isel(order) if order else data
 
 
 def _own_values(data: xr.Dataset) -> dict[str, float]:
@@ -283,31 +292,3 @@ def _tolerance(data: xr.Dataset) -> float:
         return float(json.loads(data.attrs["solver"])["tolerance"])
     except (KeyError, TypeError, ValueError):
         return 0.0
-
-
-def _selected(view: View, dim: str, value: float | str) -> int:
-    """The index of a selected slice: the word itself, or the nearest number."""
-    if dim not in view.data.sizes:
-        axes = [str(name) for name in view.data.sizes]
-        hint = did_you_mean(dim, axes) or f"; its axes are {', '.join(axes) or 'none'}"
-        raise SceneError(f"select: the archive has no axis {shown(dim)}{hint}")
-    axis = view.axis(dim)
-    given = value
-    if isinstance(value, str):
-        if axis.words and shorten(value) in axis.words:
-            return axis.words.index(shorten(value))
-        try:
-            value = math.nan if axis.words else number_or_ratio(value)
-        except ValueError:
-            value = math.nan
-        if math.isnan(value):
-            allowed = ", ".join(axis.words[:20]) if axis.words else "numbers"
-            raise SceneError(f"select: {dim} is {shown(str(given))}, allowed: {allowed}")
-    if not np.isfinite(value):
-        raise SceneError(f"select: {dim} must be a finite number, not {value}")
-    plain = not axis.words or not is_words(axis.variable)
-    numbers = np.asarray(axis.variable.values if plain else axis.values, dtype=float)
-    outside = outside_axis(value, numbers)
-    if outside:
-        raise SceneError(f"select: {dim} = {shown(value)}: {outside}")
-    return int(np.nanargmin(np.abs(numbers - float(value))))

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.errors import SceneError, outside_axis, shown
-from sweeps.exploring.slices import words_of
+from sweeps.axis_places import words_of
+from sweeps.errors import SceneError, outside_axis
 from sweeps.presenting.tables import number_text
 from sweeps.ratios import number_or_ratio
 
@@ -49,7 +49,7 @@ def nearest_notes(archive: xr.Dataset, values: Mapping[str, float | str]) -> lis
             continue
         outside = outside_axis(number, axis)
         if outside:
-            raise SceneError(f"{name} = {shown(value)}: {outside}")
+            raise SceneError(f"{name} = {number:.12g}: {outside}")
         taken = float(axis[np.nanargmin(np.abs(axis - number))])
         if number_text(taken) != number_text(number):
             notes.append(

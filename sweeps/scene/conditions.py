@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
+from sweeps.axis_places import words_of
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.ratios import number_or_ratio, ratio_text
@@ -157,7 +158,11 @@ def check_name(archive: xr.Dataset, name: str) -> None:
         For a name that the archive does not have, and for curves.
     """
     known = [str(n) for n, v in archive.variables.items() if v.dtype.kind in "iuf"]
+    words = words_of(archive)
+    if name in words:
+        raise SceneError(f"{name}: an axis of words, not of numbers; --select {name}=... takes one")
     if name not in known:
+        known = [each for each in known if each not in words]
         raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
     curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in ALONG_SHAFT]
     if curve:

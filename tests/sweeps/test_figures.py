@@ -337,7 +337,7 @@ def test_curves_are_closed_or_have_a_gap() -> None:
     data["status"][:] = 0
     with style():
         figure, panels = new_sheet(1, 1, 3.0)
-        view = study_of(data, {"design": 0}).view
+        view = study_of(data, {"case": "#1"}).view
         (drawn,) = draw_curves(panels[0], view, "omega", view.axis(None), {}, {})
         crank_axis(panels[0], view.array("crank_angle"), 5.0)
         figure.canvas.draw()
@@ -352,7 +352,7 @@ def test_curves_are_closed_or_have_a_gap() -> None:
     ]  # fmt: skip
     # Passes that do not close have a gap where they start.
     with style():
-        figure = curve_figure(study_of(thesis_like(), {"design": 0}).view, "omega", None)
+        figure = curve_figure(study_of(thesis_like(), {"case": "#1"}).view, "omega", None)
     (line,) = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 5]
     gap = np.flatnonzero(np.isnan(line.get_ydata()))
     assert line.get_xdata()[gap].tolist() == [-180.0]
@@ -439,10 +439,10 @@ def test_maps_over_two_axes_and_more() -> None:
 @pytest.mark.parametrize(
     ("select", "message"),
     [
-        ({"inertai": 2.0}, r"no axis 'inertai'; did you mean 'inertia'\?"),
-        ({"method": "nowton"}, r"method is 'nowton', allowed: thesis, newton"),
-        ({"inertia": "large"}, r"inertia is 'large', allowed: numbers"),
-        ({"inertia": np.nan}, r"inertia must be a finite number"),
+        ({"inertai": 2.0}, r"inertai: not an axis of the archive; did you mean 'inertia'\?"),
+        ({"method": "nowton"}, r"method = 'nowton': unknown; did you mean 'newton'\?"),
+        ({"inertia": "large"}, r"inertia = 'large': must be a finite number"),
+        ({"inertia": np.nan}, r"inertia = nan: must be a finite number"),
     ],
 )
 def test_a_slice_that_is_not_there_is_bad_input(select: dict, message: str) -> None:

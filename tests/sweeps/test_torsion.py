@@ -56,7 +56,7 @@ def test_designs_are_chosen(found: Any) -> None:
     assert one.complexes == pytest.approx(excitation(found, NODES).complexes, rel=1e-12)
     for arguments, message in (
         ({"speed": 2200}, "more than one design along reciprocating_mass"),
-        ({"load": 100}, "has no axis 'load'; its axes are speed, reciprocating_mass"),
+        ({"load": 100}, "load: not an axis of the archive. Allowed: speed, reciprocating_mass"),
     ):
         with pytest.raises(SceneError, match=message):
             excitation(many, NODES, **arguments)

@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
+from sweeps.axis_places import words_of
 from sweeps.errors import SceneError, one_line
-from sweeps.exploring.slices import words_of
 from sweeps.presenting.readable_units import converted, unit_choices
 from sweeps.reducing.ranges import ranges
 

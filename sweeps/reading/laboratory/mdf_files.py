@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.errors import SceneError, not_known, one_line
+from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
 from sweeps.reading.libraries import library, library_reading
@@ -62,11 +63,11 @@ def _group(file: Any, wanted: str | None, label: str) -> int:
         raise SceneError(f"{label}: has no channels")
     names = [str(getattr(g.channel_group, "acq_name", "") or "") for g in file.groups]
     if wanted is not None:
-        if wanted.isdigit() and int(wanted) < len(names):
+        if wanted in names:
+            return names.index(wanted)
+        if re.fullmatch(r"[0-9]{1,9}", wanted) and int(wanted) < len(names):
             return int(wanted)
-        if wanted not in names:
-            raise SceneError(f"{label}: group '{wanted}': not found{not_known(wanted, names)}")
-        return names.index(wanted)
+        raise SceneError(f"{label}: group {shown(wanted)}: not found{not_known(wanted, names)}")
     sizes = [int(group.channel_group.cycles_nr) for group in file.groups]
     return sizes.index(max(sizes))
 
