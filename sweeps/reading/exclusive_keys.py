@@ -6,12 +6,12 @@ The table holds for [values] of engine files and for [set], [axes] and [designs]
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container
+from collections.abc import Collection, Container
 
 from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 
-__all__ = ["exclusive_pair"]
+__all__ = ["exclusive_pair", "replaced_by"]
 
 _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),
@@ -26,6 +26,11 @@ _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
         "counterweight_fraction",
         ("counterweight_mass",),
         "both determine the counterweights; give one of them",
+    ),
+    (
+        "counterweights_factor",
+        ("counterweight_fraction", "counterweight_mass"),
+        "it is a factor on [[counterweights]], which they replace; give one of them",
     ),
     (
         "motor_slip",
@@ -59,3 +64,14 @@ def exclusive_pair(keys: Container[str]) -> tuple[str, str, str] | None:
         if first in keys and second is not None:
             return first, second, reason
     return None
+
+
+def replaced_by(keys: Collection[str]) -> frozenset[str]:
+    """Keys of an engine that count nowhere where a scene gives these: they exclude each other."""
+    found: set[str] = set()
+    for first, others, _ in _EXCLUSIVE:
+        if first in keys:
+            found.update(others)
+        if not set(others).isdisjoint(keys):
+            found.add(first)
+    return frozenset(found - set(keys))

@@ -9,14 +9,17 @@ import numpy as np
 
 from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, variants_of
 from engine_dyn.speed.fields import FRICTION_NAMES
+from sweeps.reading.exclusive_keys import replaced_by
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Value", "known_values"]
 
-REPLACED_BY = {"crank_ratio": "rod_length", "load_damping": "load_damping_factor"}
-"""Parameters of an engine that give way where the scene gives another one: they follow from it.
-
-Others give way by the words of a scene: see `_left_in_force`.
+REPLACED_BY = {
+    "crank_ratio": "rod_length", "load_damping": "load_damping_factor",
+    "load_damping_factor": "load_damping", "piston_mass": "reciprocating_mass",
+}  # fmt: skip
+"""Parameters of an engine that give way where the scene gives another one, which need not exclude
+them. Those that it excludes (`exclusive_keys`) and those that words derive give way too.
 """
 
 BY_CHOICE = frozenset(
@@ -83,10 +86,11 @@ def _left_in_force(
     own = {**values.engine.values, **more}
     variants = variants_of(tuple(words))
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
+    replaced = replaced_by(values.given.keys())
     return {
         key: value
         for key, value in own.items()
-        if key not in derived and REPLACED_BY.get(key) not in values.given
+        if key not in derived and key not in replaced and REPLACED_BY.get(key) not in values.given
     }
 
 

@@ -390,7 +390,9 @@ def _assembled(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
     )
     check_places(values, solver.start, name)
-    _check_weights(given, values, name)
+    if values.gives(*WEIGHT_KEYS):
+        _check_weights(given, values, name)
+        engine = replace(engine, counterweights=None)  # nothing may count what is replaced
     dimensions = _dimensions(axes, raw, solver.axes)
     _check_size(values, dimensions, name)
     check_output(given.output, engine, name)

@@ -162,8 +162,7 @@ def _balance_words(values: GivenValues) -> tuple[str, ...]:
     fraction, mass = "counterweight_fraction", "counterweight_mass"
     # A fraction of the scene replaces the engine's mass.
     weights_given = not values.gives(fraction) and (values.gives(mass) or values.engine_gives(mass))
-    # Both of the scene replace the engine's table.
-    of_webs = values.engine.counterweights is not None and not values.gives(fraction, mass)
+    of_webs = values.engine.counterweights is not None
     # A fraction of 0 is given too.
     counterweights = weights_given or values.gives(fraction) or values.engine_gives(fraction)
     mounts = values.engine.mounts

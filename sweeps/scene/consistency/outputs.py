@@ -200,10 +200,10 @@ def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
         )
         quoted = ", ".join(f"'{quantity}'" for quantity in asking)
         verb = "needs" if len(asking) == 1 else "need"
-        texts.append(
-            f"{quoted} {verb} {listed}, which engine {scene.engine.name} does not "
-            f"give; must be {place}"
-        )
+        why = f"engine {scene.engine.name} does not give"
+        if not scene.engine.values.keys().isdisjoint(needs):
+            why = f"{why} or the scene replaces"
+        texts.append(f"{quoted} {verb} {listed}, which {why}; must be {place}")
     return "; ".join(texts)
 
 
