@@ -253,7 +253,7 @@ def torque_after_throw(
     assert train.by_count is not None
     varying = None if friction is None else _friction_of_one(train, gas, friction)
     sets = np.unique(np.asarray(train.cylinders)).astype(int)
-    throws = max(train.by_count[int(number)].count for number in sets)
+    throws = max(len(along_shaft(train.by_count[int(number)])) for number in sets)
     lever = piston_area(bore) * 0.5 * train.double_radius
     moment = mass * (0.5 * train.double_radius * speed) ** 2
 

@@ -218,7 +218,7 @@ def _bending_of_cycle(**needs: Any) -> Any:
     phi = np.arange(samples) * (needs["period"] / samples)
     factors = _journal_factors(each)
     return web_weights.largest_of_cycle(
-        crankshaft(each), each["cylinder"], each["speed"], phi,
+        crankshaft(each), each["bay"], each["speed"], phi,
         lambda engine: bearings.pin_forces(
             phi, engine, each["crank_ratio"], each["offset_ratio"], each["family"], each["row"],
             factors,
@@ -254,7 +254,7 @@ NODES: tuple[Node, ...] = (
          "largest bending moment of the shaft between the main bearings beside each throw over the "
          "cycle, due to all forces on the crank pins and counterweights, each bay a simply "
          "supported beam, in steps of 1 degree", "this project",
-         needs=tuple(dict.fromkeys((*_LOADED, *BENDING, "cylinder"))), make=_bending_of_cycle,
+         needs=tuple(dict.fromkeys((*_LOADED, *BENDING, "bay"))), make=_bending_of_cycle,
          throws=True, width=200_000),
     Node("all_main_journals_load_rms", r"\bar F_{H,rms}", "N",
          "root mean square of the loads of all main journals", NOTES,

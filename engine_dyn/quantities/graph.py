@@ -124,8 +124,12 @@ _CONSTANTS = tuple(
 
 _DIMENSIONS = (
     Dimension(
-        "cylinder", "", "1", "throw along the shaft, with its cylinders, counted from 1",
-        whole=True,
+        "throw", "", "1", "throw along the shaft, with its cylinders, counted from 1; pins that "
+        "are split stand in one", whole=True,
+    ),
+    Dimension(
+        "bay", "", "1", "bay of the shaft between two main bearings, with its throw, counted from "
+        "1", whole=True,
     ),
     Dimension(
         "piston", "", "1", "piston, by the number of its cylinder, counted from 1", whole=True,
@@ -171,7 +175,7 @@ _DIMENSIONS = (
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
 """Dimensions beside the axes of a scene, in the order of archives."""
 
-ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
+ALONG_SHAFT = frozenset({"throw", "bay", "main_bearing"})
 """Dimensions of what needs to know the throws of an engine."""
 
 _POINTS = tuple(

@@ -89,7 +89,7 @@ _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
         ("first_mode_phase_vectors",),
         harmonics.of_first_mode,
     ),
-    "throw_": ("each throw", ("cylinder",), ("throw_phase_vectors",), harmonics.of_throws),
+    "throw_": ("each throw", ("throw",), ("throw_phase_vectors",), harmonics.of_throws),
 }
 """Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
 
@@ -198,9 +198,9 @@ _HARMONICS = (
     ),
     _harmonic(
         "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
-        ("order", *_COUNTED, "cylinder"),
-        lambda order, cylinder_set, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
-            order, cylinder_set, cylinders_by_count, cylinder
+        ("order", *_COUNTED, "throw"),
+        lambda order, cylinder_set, cylinders_by_count, throw: harmonics.throw_phase_vectors(
+            order, cylinder_set, cylinders_by_count, throw
         ),
     ),
     *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),

@@ -229,7 +229,7 @@ NODES: tuple[Node, ...] = (
         "torque_after_throw", "T_i", "N m",
         "torque in the shaft after each throw, summed from the last throw to the take-off at throw "
         "1, positive in the sense of rotation",
-        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
+        "Kakaitsas section 5.4", kind="curve", adds=("throw",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",

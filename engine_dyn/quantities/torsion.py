@@ -185,7 +185,7 @@ def _critical_speeds(
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
     """|sum_j a_j exp(i nu psi_j)|; both have the axes throw, mode, disc and order last."""
     vectors, shape = np.asarray(throw_phase_vectors), np.asarray(mode_shape)
-    total: Any = 0.0  # axes: cylinder, mode, disc, order
+    total: Any = 0.0  # axes: throw, mode, disc, order
     for throw, disc in enumerate(shaft_system.throws):
         total = total + shape[..., 0, :, disc, :] * vectors[..., throw, 0, :, :]
     return np.abs(total)
@@ -357,8 +357,7 @@ def _reciprocating_share(
     own = shaft_system.along("disc_inertia", values, np.nan)
     discs = [np.atleast_1d(own[disc]) for disc in shaft_system.throws]
     moving, added = np.asarray(mean_reciprocating_inertia_of_throw), throw_reciprocating_inertia
-    beyond = moving.shape[-1] - len(discs)  # numbers of throws beyond the last one
-    return moving / (_joined(discs + [np.full(1, np.nan)] * beyond) + added)
+    return moving / (_joined(discs) + added)
 
 
 def _largest_order(of: str) -> Any:
@@ -408,7 +407,7 @@ NODES: tuple[Node, ...] = (
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
-        ("cylinder",), lambda cylinder: 0.0 * cylinder, when="reciprocating_included",
+        ("throw",), lambda throw: 0.0 * throw, when="reciprocating_included",
     ),
     hidden(
         "throw_reciprocating_inertia", "kg m2",
@@ -421,11 +420,11 @@ NODES: tuple[Node, ...] = (
         "mean_reciprocating_inertia_of_throw", "kg m2",
         "mean inertia of the reciprocating masses of each throw",
         ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinder_set",
-         "cylinders_by_count", "cylinder"),
+         "cylinders_by_count", "throw"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinder_set,
-        cylinders_by_count, cylinder: reciprocating_inertia_of_throws(
+        cylinders_by_count, throw: reciprocating_inertia_of_throws(
             reciprocating_mass, 0.5 * double_radius, crank_ratio, offset_ratio, cylinder_set,
-            cylinders_by_count, cylinder,
+            cylinders_by_count, throw,
         ),
     ),
     Node(
@@ -485,7 +484,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "modal_damping_ratio", r"\zeta_m", "1",
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
-        removes=("cylinder", "disc", "shaft"),
+        removes=("throw", "disc", "shaft"),
         needs=(*_OF_SYSTEM, "speed_of_modes", "load_damping", "natural_frequency", "mode_shape",
                "modal_inertia"),
         make=_damping_ratio, of_shaft=_ALL, width=OF_MODES,
@@ -508,7 +507,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
         "sum of the phase vectors of all throws, each times the amplitude of its disc in a mode",
-        WILSON, removes=("cylinder", "disc"),
+        WILSON, removes=("throw", "disc"),
         needs=("shaft_system", "mode_shape", "throw_phase_vectors"), make=_vector_sum,
     ),
     Node(
@@ -549,18 +548,18 @@ NODES: tuple[Node, ...] = (
     hidden(
         "throw_torque_mean", "N m", "mean torque on each throw, less its share of the friction",
         ("pressure_scale", "bore", "double_radius", "crank_ratio", "offset_ratio", "row", "family",
-         "friction_torque", "cylinder_set", "cylinders_by_count", "cylinder"),
+         "friction_torque", "cylinder_set", "cylinders_by_count", "throw"),
         lambda pressure_scale, bore, double_radius, crank_ratio, offset_ratio, row, family,
-        friction_torque, cylinder_set, cylinders_by_count, cylinder: mean_torques_of_throws(
+        friction_torque, cylinder_set, cylinders_by_count, throw: mean_torques_of_throws(
             pressure_scale * piston_area(bore) * 0.5 * double_radius, crank_ratio, offset_ratio,
-            row, family, friction_torque, cylinder_set, cylinders_by_count, cylinder,
+            row, family, friction_torque, cylinder_set, cylinders_by_count, throw,
         ),
     ),
     Node(
         "shaft_torque_mean", r"\bar T", "N m",
         "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
         "drives the second", WILSON,
-        adds=("shaft",), removes=("cylinder",),
+        adds=("shaft",), removes=("throw",),
         needs=("shaft_system", "throw_torque_mean"), make=_mean_torques,
         of_shaft=("shaft_gear_ratio",),
     ),

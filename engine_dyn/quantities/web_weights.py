@@ -73,8 +73,8 @@ BENDING = (
 )  # fmt: skip
 
 
-def _bending(*, speed: Any, cylinder: Any, **needs: Any) -> Any:
-    return web_weights.largest_bending(crankshaft(needs), cylinder) * speed**2
+def _bending(*, speed: Any, bay: Any, **needs: Any) -> Any:
+    return web_weights.largest_bending(crankshaft(needs), bay) * speed**2
 
 
 def _largest_bending(*, speed: Any, **needs: Any) -> Any:
@@ -102,7 +102,7 @@ NODES: tuple[Node, ...] = (
         "bay_bending_moment", "M_b", "N m",
         "largest bending moment of the shaft between the main bearings beside each throw, due to "
         "centrifugal forces, each bay a simply supported beam",
-        "this project", needs=(*BENDING, "speed", "cylinder"), make=_bending, throws=True,
+        "this project", needs=(*BENDING, "speed", "bay"), make=_bending, throws=True,
     ),
     Node(
         "bay_bending_moment_max", "M_{b,max}", "N m",

@@ -117,12 +117,13 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
             f"archive: has no {', '.join(missing)}; ask for {', '.join(QUANTITIES)} in [output]"
         )
     data = nearest(archive, **select)[list(QUANTITIES)]
-    several = [str(d) for d in data.dims if d not in ("cylinder", "order") and data.sizes[d] > 1]
+    throw = "throw" if "throw" in data.dims else "cylinder"  # of archives before 0.3
+    several = [str(d) for d in data.dims if d not in (throw, "order") and data.sizes[d] > 1]
     if several:
         raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")
-    data = data.squeeze([d for d in data.dims if d not in ("cylinder", "order")])
-    amplitude = data["throw_torque_order"].transpose("cylinder", "order").values
-    phase = np.radians(data["throw_torque_phase"].transpose("cylinder", "order").values)
+    data = data.squeeze([d for d in data.dims if d not in (throw, "order")])
+    amplitude = data["throw_torque_order"].transpose(throw, "order").values
+    phase = np.radians(data["throw_torque_phase"].transpose(throw, "order").values)
     throws = np.isfinite(amplitude).all(axis=1)
     if len(nodes) != throws.sum():
         raise SceneError(f"nodes: {len(nodes)} given for {throws.sum()} throws; one for each")

@@ -39,7 +39,7 @@ FEW_POINTS = 5
 
 BAND = "95 % range due to the uncertain values"
 
-COUNTED = ("cylinder", "piston", "main_bearing", "mount")
+COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
 """Dimensions whose points are parts of an engine: no line runs from one to the next."""
 
 

@@ -124,7 +124,7 @@ def _is_goal(view: View, name: str) -> bool:
     if is_words(array) or array.dtype.kind not in "iuf":
         return False
     axes = [str(dim) for dim in array.dims if dim not in PARTS]
-    if not axes or {"crank_angle", "order", "cylinder"} & set(array.dims):
+    if not axes or {"crank_angle", "order", "throw", "bay", "cylinder"} & set(array.dims):
         return False
     some = {dim: pick(size, MOST_LINES) for dim, size in array.sizes.items()}
     values = np.asarray(array.isel(some).values, dtype=float)

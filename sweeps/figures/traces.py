@@ -25,7 +25,7 @@ FRICTION = "friction_torque"
 RMS = "_rms"
 """Ending of the root mean square of a curve."""
 
-PADDED = {"cylinder", "piston", "main_bearing"}
+PADDED = {"throw", "bay", "piston", "main_bearing", "cylinder"}
 """Dimensions as long as the largest engine needs; others have no values at their end."""
 
 

@@ -41,7 +41,8 @@ MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
 CATEGORIES = (
-    "cylinder", "piston", "main_bearing", "mount", "cylinders", "direction", "valve_train", MISFIRE,
+    "throw", "bay", "cylinder", "piston", "main_bearing", "mount", "cylinders", "direction",
+    "valve_train", MISFIRE,
 )  # fmt: skip
 """Dimensions between whose values there is nothing: no line runs from one to the next."""
 

@@ -53,13 +53,14 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
     lowest = math.tau / (period * scene.cycles)
-    cycles = _cycles(scene)
+    cycles, throws = _cycles(scene), _throws(scene)
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
-        "cylinder": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "throw": np.arange(1, throws + 1, dtype=np.int32),
+        "bay": np.arange(1, throws + 1, dtype=np.int32),
         "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
-        "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
+        "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
         "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),

@@ -79,7 +79,7 @@ def test_functions_take_the_label_first(archive: xr.Dataset, name: str, label: s
     np.testing.assert_allclose(
         change, 100.0 * (archive["delta"].values / one["delta"].item() - 1.0).ravel()
     )
-    torque = one["throw_torque_order"].transpose("cylinder", "order").values
+    torque = one["throw_torque_order"].transpose("throw", "order").values
     taken = excitation(archive, [0, 1, 2, 3], **select)
     np.testing.assert_array_equal(taken.amplitude, torque)
 

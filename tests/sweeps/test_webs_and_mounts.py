@@ -48,7 +48,7 @@ def test_the_shaft_of_four_in_line_bends_although_it_is_balanced() -> None:
         at_web = reaction * (half - apart)
         middle = reaction * half + 0.5 * share * force * apart
         assert here == pytest.approx(max(at_web, middle), rel=1e-12)
-    assert found["bay_bending_moment"].dims == ("counterweights_factor", "cylinder")
+    assert found["bay_bending_moment"].dims == ("counterweights_factor", "bay")
     apart_from_largest = found["bay_bending_moment"] / found["bay_bending_moment_max"] - 1.0
     assert float(abs(apart_from_largest).max()) < 1e-12
     assert (np.diff(found["bay_bending_moment_max"]) < 0.0).all()
@@ -327,7 +327,7 @@ def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
         moments = [first * 0.07, first * 0.12 - turning * 0.05,
                    journals.sel(speed=speed, main_bearing=2).values * 0.06]  # fmt: skip
         largest = max(float(np.abs(moment).max()) for moment in moments)
-        here = float(found["bay_bending_moment_cycle_max"].sel(speed=speed, cylinder=1))
+        here = float(found["bay_bending_moment_cycle_max"].sel(speed=speed, bay=1))
         assert here == pytest.approx(largest, rel=1e-4)
 
 

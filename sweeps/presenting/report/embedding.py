@@ -45,7 +45,7 @@ COARSE_ANGLES = 121
 ANGLE_WEIGHT = 12.0
 """An axis of designs is thinned before the crank angle while it has this share of its points."""
 
-KEPT = frozenset({"cylinder", "main_bearing", "mount", "direction", "order"})
+KEPT = frozenset({"throw", "bay", "cylinder", "main_bearing", "mount", "direction", "order"})
 """Dimensions that are never thinned."""
 
 MOST_WORDS = 50
