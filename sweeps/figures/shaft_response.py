@@ -368,7 +368,8 @@ def _over_angle(
     order, amplitude, phase = (
         view.numbers(name, place) for name in (ORDER, f"{what}_order", f"{what}_phase")
     )
-    cycle = 720.0 if np.any(order % 1.0) else 360.0
+    turns = round(1.0 / np.diff(order, prepend=0.0).min())  # orders are whole periods in so many
+    cycle = 360.0 * turns
     degrees = np.arange(-0.5 * cycle, 0.5 * cycle, STEP)
     about = {"long_name": "crank angle", "symbol": r"$\varphi$", "units": "degree"}
     curves = {

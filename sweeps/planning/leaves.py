@@ -35,7 +35,18 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
-__all__ = ["LOOKED_AT", "cycles_known", "leaves_of", "mean_of", "points_of"]
+__all__ = [
+    "CYCLES",
+    "LOOKED_AT",
+    "cycles_known",
+    "leaves_of",
+    "leaves_of_points",
+    "mean_of",
+    "points_of",
+]
+
+CYCLES = "cycles_of_pattern"
+"""Name of the leaf that has the cycles after which the pattern of each design repeats."""
 
 LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
@@ -47,15 +58,19 @@ FIRST_SET = MOST_CYLINDERS + 1
 # --- points of the dimensions that quantities add -------------------------------------------------
 
 
-def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
-    """Points of the dimensions that quantities add, in the units of files."""
+def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
+    """Points of the dimensions that quantities add, in the units of files.
+
+    `cycles` are those after which firing patterns repeat.
+    """
     shaft = scene.engine.shaft
     discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
-    lowest = math.tau / (period * scene.cycles)
-    cycles, throws = _cycles(scene), _throws(scene)
+    throws = _throws(scene)
+    turns = round(period / math.tau) * cycles
+    cycles = cycles * _cycles_of_load(scene)
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
-    orders = math.floor(scene.highest_order / lowest + 1e-9)
+    orders = math.floor(scene.highest_order * turns + 1e-9)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
         "bay": np.arange(1, throws + 1, dtype=np.int32),
@@ -65,7 +80,8 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "mount": np.arange(1, mounts + 1, dtype=np.int32),
-        "order": lowest * np.arange(1, orders + 1),
+        # A quotient of whole numbers is the same number whatever it was reduced from.
+        "order": np.arange(1, orders + 1) / turns,
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
@@ -73,9 +89,15 @@ def points_of(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     }
 
 
-def _cycles(scene: Scene) -> int:
-    """Cycles after which curves repeat, because of a firing pattern or a load."""
-    return scene.cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
+def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> dict[str, Value]:
+    """Points of dimensions in SI units, and the angle after which curves over them repeat."""
+    found = {name: Value(p * DIMENSIONS[name].si, (name,)) for name, p in points.items()}
+    return found | {"curve_period": Value(period * len(points["firing_cycle"]))}
+
+
+def _cycles_of_load(scene: Scene) -> int:
+    """Cycles after which a load over an angle repeats."""
+    return cycles_of(scene.driven.over_angle, scene.engine.period)
 
 
 def _throws(scene: Scene) -> int:
@@ -114,12 +136,14 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     if not driven.geared:
         leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
-    for name, values in points.items():
-        leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
+    patterns = scene.firing_patterns
+    if patterns is not None:
+        leaves[CYCLES] = Value(patterns.cycles_of_each(scene.counts), patterns.dims)
+    if points:
+        leaves |= leaves_of_points(points, engine.period)
     constants = {
         "family": family,
         "period": engine.period,
-        "curve_period": engine.period * _cycles(scene),
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Unpack
@@ -192,15 +192,22 @@ class Part:
     at : mapping of int
         Its place along the axes `engine` and `arrangement`, those of them that there are.
     rows : ndarray of int, optional
-        Its rows along `design`, rising; None where it has all of them.
+        Its rows along `axis`, rising; None where it has all of them.
     points : dict of ndarray
         Places of its points among those of all parts, along the dimensions that quantities add.
+    axis : str
+        `design`, or the axis of firing patterns where these have different periods.
+    own : dict of ndarray
+        Where its results repeat along such a dimension: its own point for each of all points, -1
+        where its results are 0.
     """
 
     plan: Plan
     at: Mapping[str, int]
     rows: Integers | None
     points: Mapping[str, Integers]
+    axis: str = DESIGN
+    own: Mapping[str, Integers] = field(default_factory=dict)
 
 
 @tables_in_signature
@@ -246,7 +253,7 @@ def make_plan(scene: Scene) -> Plan:
     """
     if scene.beside:
         return _plan_of_several(scene)
-    points = points_of(scene)
+    points = points_of(scene, scene.cycles)
     leaves = leaves_of(scene, points)
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     found = _Ancestors(scene, leaves, sizes)

@@ -1,7 +1,8 @@
 """Parts of a plan: some positions along one axis, computed as in the whole plan.
 
 A part keeps what the whole plan decides (how tables are shared, the engine with most cylinders), so
-that its numbers are those of the whole plan to the bit.
+that its numbers are those of the whole plan to the bit. Only firing patterns that repeat after
+different numbers of cycles are computed each over its own, so that others change nothing.
 """
 
 from __future__ import annotations
@@ -18,10 +19,15 @@ from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.blocks import undivided
+from sweeps.planning.leaves import CYCLES, leaves_of_points, points_of
 from sweeps.planning.plan import Part, Plan
 from sweeps.planning.portions import Portions
+from sweeps.scene.known_values import Value
 
-__all__ = ["part", "shard"]
+OVER_CYCLES = ("order", "firing_cycle", "crank_angle")
+"""Dimensions whose points follow from the cycles after which firing patterns repeat."""
+
+__all__ = ["by_cycles", "part", "shard"]
 
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
@@ -92,6 +98,54 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
             for one in plan.variations
         ),
     )
+
+
+def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
+    """Divide a plan into what no firing pattern reaches, and a plan of one part for each period.
+
+    Without patterns that repeat sooner than all of them together, the plan itself and None.
+    """
+    cycles = plan.leaves.get(CYCLES, Value(np.zeros(0))).data
+    if plan.parts or np.all(cycles == plan.scene.cycles):
+        return plan, None
+    (axis,) = plan.leaves[CYCLES].dims
+    asked = [name for name in plan.outputs if name not in plan.afterwards]
+    reached = [name for name in asked if axis in plan.dims(name)]
+    rest = _with_outputs(plan, [name for name in asked if name not in reached])
+    whole = _with_outputs(plan, reached)
+    leaves = {name: value for name, value in plan.leaves.items() if name != CYCLES}
+    parts = []
+    for own in np.unique(cycles).tolist():
+        found = points_of(plan.scene, own)
+        points = {**plan.points, **{name: found[name] for name in OVER_CYCLES}}
+        made = replace(
+            whole,
+            points=points,
+            sizes={**plan.sizes, **{name: len(values) for name, values in points.items()}},
+            leaves={**leaves, **leaves_of_points(points, plan.scene.engine.period)},
+        )
+        rows = np.flatnonzero(cycles == own)
+        places = {name: np.arange(len(values)) for name, values in plan.points.items()}
+        own_points = {d: places[d] % len(points[d]) for d in OVER_CYCLES}
+        own_points["order"] = np.full(len(places["order"]), -1)
+        there = np.searchsorted(plan.points["order"], points["order"])
+        own_points["order"][there] = np.arange(len(there))
+        made = part(made, axis, rows, "")
+        parts.append(Part(made, {}, rows, places, axis, own_points))
+    return rest, replace(whole, parts=tuple(parts))
+
+
+def _with_outputs(plan: Plan, outputs: Sequence[str]) -> Plan:
+    """Plan that gives these outputs and computes nothing that they do not need."""
+    needed, stages = set(outputs), []
+    for stage in reversed(plan.stages):
+        if stage.node.name in needed:
+            needed.update(stage.node.needs)
+            stages.append(stage)
+    return replace(
+        plan, outputs=tuple(outputs), stages=tuple(reversed(stages)), variations=(),
+        afterwards=frozenset(),
+    )  # fmt: skip
 
 
 def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:

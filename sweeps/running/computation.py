@@ -23,6 +23,7 @@ from sweeps.planning.blocks import (
     shape_in,
 )
 from sweeps.planning.plan import Plan, Stage
+from sweeps.planning.shards import by_cycles
 from sweeps.running.elasticities import elasticities_of
 from sweeps.running.progress import progress_bar
 from sweeps.running.side_by_side import side_by_side
@@ -70,7 +71,13 @@ class Computation:
         self.device = device
         self.all_in_each = all_in_each
         self.bars = _Bars(progress)
-        self.dims = {n: plan.dims(n) for n in plan.outputs if n not in plan.afterwards}
+        rest, of_periods = by_cycles(plan)
+        self.of_periods = None if of_periods is None else Computation(
+            of_periods, lengths, progress=progress, threads=threads, device=device,
+            all_in_each=all_in_each,
+        )  # fmt: skip
+        self.rest = rest
+        self.dims = {n: plan.dims(n) for n in rest.outputs if n not in plan.afterwards}
         self.engines = [
             Computation(
                 part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
@@ -83,7 +90,7 @@ class Computation:
             for variation in plan.variations
         ]
         # The others are results of kernels, which their stages give, and variables of variations.
-        self.stages = [stage for stage in plan.stages if stage.node.make is not None]
+        self.stages = [stage for stage in rest.stages if stage.node.make is not None]
         self.uses = Counter(need for stage in self.stages for need in stage.node.needs)
         given = [(name, value) for name, value in plan.leaves.items() if name in self.uses]
         # Columns stay in the units of files until a stage takes them.
@@ -94,8 +101,8 @@ class Computation:
             self.known = {name: _read_only(value) for name, value in self.known.items()}
             once = [stage for stage in self.stages if stage not in self.varying]
             again = {need for stage in self.varying for need in stage.node.needs}
-            self.common.update(*(_results_of(plan, stage) for stage in once))
-            self.common &= again.union(plan.outputs)
+            self.common.update(*(_results_of(rest, stage) for stage in once))
+            self.common &= again.union(rest.outputs)
         family = plan.leaves["family"].data
         if isinstance(family, CycleTable):
             family.use_threads(threads)
@@ -104,8 +111,10 @@ class Computation:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for one in (self, *self.engines):
-            one.bars.close()
+        self.bars.close()
+        for one in (self.of_periods, *self.engines):
+            if one is not None:
+                one.__exit__()
 
     def results(self, block: Block) -> Results:
         """Outputs of a block that belong to it (see `blocks.belongs`), in SI units.
@@ -114,7 +123,7 @@ class Computation:
         """
         if self.plan.parts:
             each = [engine.results for engine in self.engines]
-            return side_by_side(self.plan, block, each)
+            return side_by_side(self.plan, block, each, self.all_in_each)
         values = dict(self.known) if not block else _part_of(self.known, block)
         uses = self.uses.copy()
         for stage in self.stages:
@@ -130,7 +139,7 @@ class Computation:
             if node.on_card:
                 arguments["device"] = self.device
             if node.kind == "stage":
-                wanted = self.plan.wanted(stage)
+                wanted = self.rest.wanted(stage)
                 bundle = node.make(
                     **arguments, wanted=wanted, threads=self.threads, progress=self.bars.of(stage)
                 )
@@ -143,7 +152,7 @@ class Computation:
                 except ValueError as error:  # what only the physics can refuse, in its own words
                     raise SceneError(f"{self.plan.name}: {error}") from None
                 values[node.name] = Value(np.asarray(data), stage.dims)
-            kept = (*self.plan.outputs, *self.common)
+            kept = (*self.rest.outputs, *self.common)
             for need in node.needs:
                 uses[need] -= 1
                 if uses[need] == 0 and need not in self.known and need not in kept:
@@ -157,6 +166,8 @@ class Computation:
             if self.all_in_each or belongs(block, dims):
                 array = _filled(values.pop(name).si, dims, shape_in(self.plan, dims, block))
                 found[name] = array if array.flags.writeable else array.copy()
+        if self.of_periods is not None:
+            found |= self.of_periods.results(block)
         for variation, others in zip(self.plan.variations, self.varied, strict=True):
             combine = _COMBINE[variation.dimension]
             found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])

@@ -2,6 +2,9 @@
 
 What an engine does not have stays missing: numbers are NaN, and the outcome of a design whose
 solution was not asked for, because its engine lacks what it needs, is `invalid_input`.
+
+Firing patterns that repeat sooner than all of them together are computed over their own cycles in
+the same way. Their curves repeat, and orders that do not belong to their period are 0.
 """
 
 from __future__ import annotations
@@ -15,7 +18,6 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Integers
-from sweeps.dimensions import DESIGN
 from sweeps.planning.blocks import Block, Results, aligned, belongs, shape_in
 from sweeps.planning.plan import Part, Plan
 
@@ -23,13 +25,16 @@ __all__ = ["side_by_side"]
 
 
 def side_by_side(
-    plan: Plan, block: Block, compute: Sequence[Callable[[Block], Results]]
-) -> Results:
+    plan: Plan, block: Block, compute: Sequence[Callable[[Block], Results]],
+    all_in_each: bool = False,
+) -> Results:  # fmt: skip
     """Outputs of a block of a plan that has parts.
 
-    `compute` gives, for each part, all outputs of one of its own blocks.
+    `compute` gives, for each part, all outputs of one of its own blocks; for `all_in_each` see
+    `Computation`.
     """
-    outputs = {n: plan.dims(n) for n in plan.outputs if belongs(block, plan.dims(n))}
+    every = {name: plan.dims(name) for name in plan.outputs}
+    outputs = {n: dims for n, dims in every.items() if all_in_each or belongs(block, dims)}
     found: Results = {}
     for part, compute_block in zip(plan.parts, compute, strict=True):
         places = {
@@ -45,18 +50,31 @@ def side_by_side(
                     found[name] = _empty(plan, name, block, values.dtype)
                 dims = outputs[name]
                 here = np.ix_(*(places[d][0] for d in dims))
-                found[name][here] = aligned(values, part.plan.dims(name), dims)
+                own_values = aligned(values, part.plan.dims(name), dims)
+                found[name][here] = _spread(own_values, part, dims)
     for name in outputs:
         if name not in found:
             found[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
     return found
 
 
+def _spread(values: npt.NDArray[Any], part: Part, dims: tuple[str, ...]) -> npt.NDArray[Any]:
+    """Results at all points of the whole plan, from those at a part's own points."""
+    for axis, dimension in enumerate(dims):
+        own = part.own.get(dimension)
+        if own is not None:
+            values = np.take(values, own, axis=axis)
+            other = (own < 0).reshape([-1 if d == dimension else 1 for d in dims])
+            if other.any():
+                values = np.where(other & ~np.isnan(values), 0.0, values)
+    return values
+
+
 def _places(part: Part, dimension: str, within: slice) -> tuple[Integers, slice]:
     """Where a part has points in a range of positions: places in the range, and its own range."""
     if dimension in part.at:
         positions = np.array([part.at[dimension]])
-    elif dimension == DESIGN and part.rows is not None:
+    elif dimension == part.axis and part.rows is not None:
         positions = part.rows
     elif dimension in DIMENSIONS:
         positions = part.points.get(dimension, np.zeros(0, dtype=np.int64))

@@ -108,9 +108,14 @@ class FiringPatterns:
     dims: tuple[str, ...]
     which: npt.NDArray[np.int64]
 
+    def cycles_of_each(self, counts: Sequence[int]) -> npt.NDArray[np.int64]:
+        """Cycles after which that of each design repeats, for all these numbers of cylinders."""
+        cycles = [math.lcm(*map(one.cycles_of, counts)) for one in self.each]
+        return np.array(cycles, dtype=np.int64)[self.which]
+
     def cycles(self, counts: Sequence[int]) -> int:
         """Cycles after which all of them repeat, for engines with these numbers of cylinders."""
-        return math.lcm(*(one.cycles_of(count) for one in self.each for count in counts))
+        return math.lcm(*np.unique(self.cycles_of_each(counts)).tolist())
 
 
 def read_pattern_axis(raw: object, where: str) -> tuple[FiringPattern, ...]:

@@ -256,11 +256,10 @@ class RunningGear:
 
         def with_weights(weights: Callable[[Lines], Floats]) -> Any:
             counts = np.asarray(self.cylinders)
-            total: Any = None
+            total: Any = 0.0
             for count in np.unique(counts):
                 lines = lines_of(self.by_count[int(count)])
-                here = value(lines, weights(lines))
-                total = here if total is None else np.where(counts == count, here, total)
+                total = np.where(counts == count, value(lines, weights(lines)), total)
             return total
 
         if not moment:
