@@ -112,7 +112,7 @@ def damping_ratio(shaft: ShaftSystem, given: dict[str, Any]) -> Any:
 
 def vector_sum(shaft: ShaftSystem, given: dict[str, Any]) -> Any:
     vectors = np.exp(-1j * np.radians(given["delay"])[:, None] * given["orders"])
-    sums = modal_excitation(natural_modes(shaft), given["throws"], vectors)
+    sums = modal_excitation(natural_modes(shaft, unit=0), given["throws"], vectors)
     return np.abs(of_modes(sums, given)).ravel()
 
 
@@ -134,7 +134,7 @@ def of_diesel(shaft: ShaftSystem, given: dict[str, Any], what: str, **more: Any)
 
 
 def resonance(shaft: ShaftSystem, given: dict[str, Any]) -> Any:
-    modes = natural_modes(shaft)
+    modes = natural_modes(shaft, unit=0)
     torques = diesel_torques()[:, given["order"] == ORDERS]
     direct = forced_response(shaft, [1.0], modes.omega[0], THROWS, torques)["angle"][0, 0]
     one = resonance_angle(
@@ -191,7 +191,7 @@ def receptance(shaft: ShaftSystem, given: dict[str, Any]) -> Any:
 
 
 def damper_of_one_mode(_: ShaftSystem, given: dict[str, Any]) -> Any:
-    modes = natural_modes(shaft_system(**SYSTEMS["diesel_105x137"]["shaft"]))
+    modes = natural_modes(shaft_system(**SYSTEMS["diesel_105x137"]["shaft"]), unit=0)
     ring = SYSTEMS["diesel_viscous_damper"]["shaft"]["inertia"][-1]
     inertia, omega = modes.modal_inertia[0], modes.omega[0]
     damping = optimum_viscous(ring, inertia, omega).damping
@@ -249,8 +249,10 @@ def hub_loss(_: ShaftSystem, given: dict[str, Any]) -> Any:
 KINDS: dict[str, Callable[[ShaftSystem, dict[str, Any]], Any]] = {
     "frequency": frequency,
     "critical": lambda shaft, given: critical_speeds(shaft, given["orders"])[:, given["mode"] - 1],
-    "shape": lambda shaft, given: natural_modes(shaft).shape[given["mode"] - 1],
-    "modal inertia": lambda shaft, given: of_modes(natural_modes(shaft).modal_inertia, given),
+    "shape": lambda shaft, given: natural_modes(shaft, unit=0).shape[given["mode"] - 1],
+    "modal inertia": lambda shaft, given: of_modes(
+        natural_modes(shaft, unit=0).modal_inertia, given
+    ),
     "damping ratio": damping_ratio,
     "vector sum": vector_sum,
     "eigenvalues": eigenvalues,

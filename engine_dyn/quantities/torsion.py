@@ -108,23 +108,13 @@ def _modes(
     modes = natural_modes(system, speed_of_modes)
     count = np.size(mode)
 
-    def cut(array: Any, own: int) -> Any:
-        """The first modes, which `own` axes follow; NaN where there are fewer, or no flywheel."""
-        kept = array[(..., slice(count), *(slice(None),) * own)]
-        short = count - kept.shape[-1 - own]
-        kept = np.pad(
-            kept, [(0, 0)] * (kept.ndim - 1 - own) + [(0, short)] + [(0, 0)] * own,
-            constant_values=np.nan,
-        )  # fmt: skip
-        return np.where(bad[(..., *(None,) * (1 + own))], np.nan, kept)
-
     found = {}
     if "mode_node" in wanted:
-        found["mode_node"] = cut(zero_crossings(system, modes), 1)
+        found["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
     return found | {
-        "natural_frequency": cut(modes.frequency, 0),
-        "mode_shape": cut(modes.shape, 1),
-        "modal_inertia": cut(modes.modal_inertia, 0),
+        "natural_frequency": _first_modes(modes.frequency, count, bad),
+        "mode_shape": _first_modes(modes.shape, count, bad, 1),
+        "modal_inertia": _first_modes(modes.modal_inertia, count, bad),
     }
 
 
@@ -142,28 +132,33 @@ def _system(
     return shaft.system(values, reciprocating, excess, load_damping, of_tables), bad
 
 
-def _damping_ratio(
+def _damping(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, speed_of_modes: Any, load_damping: Any, natural_frequency: Any,
-    mode_shape: Any, modal_inertia: Any, **values: Any,
-) -> Any:  # fmt: skip
-    from engine_dyn.torsion.modes import Modes, modal_damping
+    coupling_stiffness: Any, load_damping: Any, speed_of_modes: Any, mode: Any,
+    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.modes import modal_damping, natural_modes
 
-    def outer(value: Any) -> Any:
-        """Without the axes of throw, mode, disc and shaft, which come last."""
-        return np.asarray(value)[..., 0, 0, 0, 0] if np.ndim(value) else value
-
-    own = {name: outer(value) for name, value in values.items()}
-    added = np.asarray(throw_reciprocating_inertia)[..., 0, 0, 0]
-    of_tables = np.asarray(coupling_stiffness)[..., 0, 0, 0, :]
-    system, _ = _system(
-        shaft_system, own, added, outer(flywheel_excess), of_tables, outer(load_damping)
-    )
-    modes = Modes(
-        2.0 * np.pi * np.asarray(natural_frequency)[..., 0, :, 0, 0],
-        np.asarray(mode_shape)[..., 0, :, :, 0], np.asarray(modal_inertia)[..., 0, :, 0, 0],
+    del wanted, threads, progress
+    damping = np.asarray(load_damping)
+    system, bad = _system(
+        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
+        np.where(np.isfinite(damping), damping, 0.0),
     )  # fmt: skip
-    return modal_damping(system, modes, outer(speed_of_modes))
+    ratio = modal_damping(system, natural_modes(system, speed_of_modes), speed_of_modes)
+    bad = bad | ~np.isfinite(damping)
+    return {"modal_damping_ratio": _first_modes(ratio, np.size(mode), bad)}
+
+
+def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
+    """The first modes, which `own` axes follow; NaN where there are fewer, or no system."""
+    kept = array[(..., slice(count), *(slice(None),) * own)]
+    short = count - kept.shape[-1 - own]
+    kept = np.pad(
+        kept, [(0, 0)] * (kept.ndim - 1 - own) + [(0, short)] + [(0, 0)] * own,
+        constant_values=np.nan,
+    )  # fmt: skip
+    return np.where(bad[(..., *(None,) * (1 + own))], np.nan, kept)
 
 
 def _critical_speeds(
@@ -475,19 +470,23 @@ NODES: tuple[Node, ...] = (
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
     _of_modes("mode_shape", "a", "1",
-              "mode shape: amplitude of each disc, in its own turns, over that of disc 1",
+              "mode shape: amplitude of each disc, in its own turns, over that of the disc that "
+              "moves most",
               ("disc",)),
     _of_modes("mode_node", "x_0", "1",
               "node of a mode: where in a shaft it does not move, as the part of the way from its "
               "first disc", ("shaft",)),
-    _of_modes("modal_inertia", "J_m", "kg m2", "modal inertia, referred to disc 1", ()),
+    _of_modes("modal_inertia", "J_m", "kg m2",
+              "modal inertia, referred to the disc that moves most", ()),
+    Node(
+        "torsional_damping", "", "", "damping of the modes of the shaft", kind="stage",
+        public=False, needs=(*_OF_SYSTEM, "speed_of_modes", "load_damping", "mode"),
+        gives=("modal_damping_ratio",), make=_damping, of_shaft=_ALL, width=OF_MODES, source=WILSON,
+    ),
     Node(
         "modal_damping_ratio", r"\zeta_m", "1",
         "damping ratio of each mode, from the losses of its undamped shape", WILSON,
-        removes=("throw", "disc", "shaft"),
-        needs=(*_OF_SYSTEM, "speed_of_modes", "load_damping", "natural_frequency", "mode_shape",
-               "modal_inertia"),
-        make=_damping_ratio, of_shaft=_ALL, width=OF_MODES,
+        needs=("torsional_damping",), adds=("mode",),
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "

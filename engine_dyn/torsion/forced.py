@@ -31,10 +31,11 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
 from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
+from engine_dyn.torsion.graded import graded_modes
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
 from engine_dyn.torsion.system import ShaftSystem
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["RESULTS", "forced_response", "largest_order"]
 
@@ -58,8 +59,9 @@ DETUNED = 1e-12
 SMALL = 1e-6
 """Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
 
-NEAR_RESONANCE = 1e-11
-"""Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state."""
+NEAR_RESONANCE = 1e-9
+"""Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state: frequencies
+have ten digits."""
 
 AT_ONCE = 1024
 """Cases that a thread takes at once."""
@@ -205,7 +207,7 @@ def forced_response(
         np.empty(count if "frame_loss" in wanted else 0),
         np.zeros(count, dtype=np.int64),
     )
-    which, none = np.arange(count), np.empty((0, system.parent.size, 2, orders))
+    which, none = np.arange(count), np.empty((0, 2, system.parent.size, 2, orders))
 
     def solve(some: Integers) -> int:
         _respond(some, none, tree, cases, signals, table, found)
@@ -331,7 +333,7 @@ def _respond(
     which: Integers, known: Floats, tree: _Tree, cases: _Cases, signals: _Signals,
     table: Synthesis, found: _Found,
 ) -> None:  # fmt: skip
-    """Solve some cases, or, with angles of the nodes in `known`, derive results from these."""
+    """Solve some cases, or, with angles and twists of the nodes in `known`, derive results."""
     nodes, orders, quarter = tree.parent.size, cases.orders.size, table.cosine.shape[1]
     w, lost = np.empty(orders), np.empty(orders)
     angle, twist = np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders))
@@ -351,12 +353,7 @@ def _respond(
                 if lost[v] > 0.0:
                     found.doubtful[case] = 1
         else:
-            for node in range(nodes):
-                above = max(tree.parent[node], 0)
-                for part in range(2):
-                    for v in range(orders):
-                        angle[node, part, v] = known[number, node, part, v]
-                        twist[node, part, v] = angle[node, part, v] - known[number, above, part, v]
+            angle[:], twist[:] = known[number, 0], known[number, 1]
         _to_lines(design, signals, cases.orders, angle, twist, stiff, lines)
         for i in range(signals.stored.size):
             line = lines[signals.stored[i]]
@@ -488,38 +485,53 @@ def _to_lines(
 
 
 def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:
-    """Angles of the nodes of a case, shape (1, M, 2, V), and whether an order meets a resonance.
+    """Angles and twists of the nodes of a case, shape (1, 2, M, 2, V), and whether it resonates.
 
-    B = J^(-1/2) (K* + i w C - w^2 J) J^(-1/2)/w^2 has the eigenvalues omega_m^2/w^2 - 1 if nothing
-    damps: of one that is nothing but rounding, there is no steady state.
+    Torques T of the shafts are unknowns beside the angles: T - k* (theta - theta_parent) = 0,
+    divided by the larger of |k*| and what the discs have, keeps a stiff shaft and a light disc
+    apart from rounding.
     """
     design, speed = cases.design[case], cases.speed[case]
     inertia, own, ground, stiffness, eta, damping, following = (line[design] for line in tree[1:])
     parts = np.tensordot(cases.factor[case], cases.harmonics[cases.line[case]], axes=1)
     forces = cases.throw_ratio[design][:, None] * (parts[:, 0] + 1j * parts[:, 1])
     nodes, orders = inertia.size, cases.orders.size
-    found = np.full((1, nodes, 2, orders), np.nan)
-    resonant = False
+    found = np.full((2, nodes, orders), np.nan, dtype=np.complex128)
+    real = stiffness + speed**2 * following
+    joins = np.eye(nodes)[1:]
+    joins[np.arange(nodes - 1), tree.parent[1:]] = -1.0
+    meets = _resonances(tree, design, real, cases.orders * speed)
     for v, w in enumerate(cases.orders * speed):
-        stiff = (stiffness + speed**2 * following) * (1.0 + 1j * eta) + 1j * w * damping
-        matrix = np.diag(ground - w**2 * inertia + 1j * w * own)
-        for node, parent in enumerate(tree.parent[1:].tolist(), 1):
-            ends = np.array([node, parent])
-            matrix[np.ix_(ends, ends)] += stiff[node] * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        scale = w * np.sqrt(inertia)
-        sizes = np.abs(np.linalg.eigvals(matrix / (scale[:, None] * scale)))
-        if sizes.min() <= max(NEAR_RESONANCE, 4.0 * np.finfo(float).eps * sizes.max()):
-            resonant = True
-            continue
-        force = np.zeros(nodes, dtype=np.complex128)
-        np.add.at(force, cases.throw_node, forces[:, v])
+        stiff = (real * (1.0 + 1j * eta) + 1j * w * damping)[1:]
+        discs = np.diag(ground - w**2 * inertia + 1j * w * own)
+        scale = np.abs(discs).max()
+        over = np.maximum(np.abs(stiff), scale)
+        rows = [[discs / scale, joins.T], [(stiff / over)[:, None] * joins, np.diag(-scale / over)]]
+        force = np.zeros(2 * nodes - 1, dtype=np.complex128)
+        np.add.at(force, cases.throw_node, forces[:, v] / scale)
         try:
-            solved = np.linalg.solve(matrix, force)
-        except np.linalg.LinAlgError:  # numbers so far apart that nothing is left of one
-            resonant = True
-            continue
-        found[0, :, 0, v], found[0, :, 1, v] = solved.real, solved.imag
-    return found, resonant
+            solved = np.linalg.solve(np.block(rows), force)
+        except np.linalg.LinAlgError:
+            meets[v] = True
+        if not meets[v]:
+            found[0, :, v], found[1, 0, v] = solved[:nodes], 0.0
+            with np.errstate(divide="ignore", invalid="ignore"):  # dampers that hold nothing
+                known = np.abs(stiff) > scale
+                twist = np.where(known, scale * solved[nodes:] / stiff, joins @ solved[:nodes])
+            found[1, 1:, v] = twist
+    return np.stack([found.real, found.imag], axis=-2)[None], bool(meets.any())
+
+
+def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Booleans:
+    """Whether each frequency [rad/s] meets a natural one of which nothing damps the mode."""
+    nodes = tree.parent.size
+    squares, angle, twist = np.empty((1, nodes)), *np.empty((2, 1, nodes, nodes))
+    line = (tree.inertia[design], stiffness, tree.ground_stiffness[design])
+    graded_modes(tree.parent, *(values[None] for values in line), squares, angle, twist)
+    lost = twist[0] ** 2 @ (stiffness * tree.loss_factor[design])
+    viscous = twist[0] ** 2 @ tree.damping[design] + angle[0] ** 2 @ tree.disc_damping[design]
+    gap = squares[0] + 1j * (lost + w[:, None] * viscous) - (w**2)[:, None]
+    return np.asarray((np.abs(gap) <= NEAR_RESONANCE * (w**2)[:, None]).any(axis=-1))
 
 
 def largest_order(harmonics: Any, orders: Any) -> tuple[Any, Any]:

@@ -9,12 +9,12 @@ elastic one.
 
 from __future__ import annotations
 
-import contextlib
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn.given_numbers import given_array
+from engine_dyn.torsion.graded import critical_squares, graded_modes
 from engine_dyn.torsion.system import ShaftSystem, matrices
 from engine_dyn.types import Complexes, Floats, Integers
 
@@ -29,6 +29,15 @@ __all__ = [
     "zero_crossings",
 ]
 
+WIDE = 1e6
+"""Largest over least omega^2 that is left to eigenvalues, which then have ten digits."""
+
+ALIKE = 1e-9
+"""Part by which amplitudes differ that count as equally large."""
+
+STILL = 1e-12
+"""Part of the largest amplitude below which a disc does not move: the rounding of eigenvectors."""
+
 
 class Modes(NamedTuple):
     """Elastic modes, from the lowest; NaN where a design has fewer than others.
@@ -41,11 +50,15 @@ class Modes(NamedTuple):
         Amplitude of each disc, in its own turns, over that of the disc of unit amplitude.
     modal_inertia : ndarray, shape (..., m)
         sum J a^2 [kg m2], which belongs to the disc of unit amplitude.
+    twist : ndarray, shape (..., m, M)
+        Referred amplitude of each node less that of its parent, which of stiff shafts is more exact
+        than the difference; 0 of node 0.
     """
 
     omega: Floats
     shape: Floats
     modal_inertia: Floats
+    twist: Floats
 
     @property
     def frequency(self) -> Floats:
@@ -53,7 +66,7 @@ class Modes(NamedTuple):
         return np.asarray(self.omega / (2.0 * np.pi))
 
 
-def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int = 0) -> Modes:
+def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None) -> Modes:
     """Natural frequencies and mode shapes.
 
     Parameters
@@ -62,23 +75,50 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int = 0) -> Modes
         Losses and damping are left out.
     speed : array_like
         Of the crank [rad/s], which stiffens pendulums; broadcasts with the designs.
-    unit : int
-        Disc of unit amplitude. The shape is infinite where that disc does not move.
+    unit : int, optional
+        Disc of unit amplitude, not finite where that disc does not move; by default the disc that
+        moves most in each mode, the first of several that move as much.
     """
-    if not 0 <= unit < system.node_of_disc.size:
+    if unit is not None and not 0 <= unit < system.node_of_disc.size:
         raise ValueError(f"unit = {unit}: must be a disc, from 0 to {system.node_of_disc.size - 1}")
+    squares, amplitude, twist = _elastic(system, speed)
+    shape = amplitude[..., system.node_of_disc] * system.ratio[..., None, :]
+    size = np.abs(shape)
+    if unit is None:
+        most = size >= (1.0 - ALIKE) * size.max(axis=-1, keepdims=True)
+        place = most.argmax(axis=-1)
+    else:
+        place = np.full(shape.shape[:-1], unit)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        over = 1.0 / np.take_along_axis(shape, place[..., None], axis=-1)
+        moves = size > STILL * size.max(axis=-1, keepdims=True)
+        shape = np.where(moves, shape * over, 0.0 * np.abs(over))
+        return Modes(np.sqrt(squares), shape, over[..., 0] ** 2, twist * over)
+
+
+def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
+    """Squares of the frequencies, and, with sum J a^2 = 1, angles and twists of the nodes."""
     inertia, stiffness, *_ = matrices(system, speed)
     free = _free_parts(system, speed)
     root = np.sqrt(inertia)
     squares, vectors = np.linalg.eigh(stiffness / (root[..., :, None] * root[..., None, :]))
-    shape = np.swapaxes(vectors / root[..., :, None], -1, -2)
-    squares, shape = _from_elastic(squares, free), _from_elastic(shape, free)
+    largest = squares[..., -1]
+    angle = np.swapaxes(vectors / root[..., :, None], -1, -2)
     count = squares.shape[-1] - int(free.min())
-    squares, shape = squares[..., :count], shape[..., :count, system.node_of_disc]
-    shape = shape * system.ratio[..., None, :]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        over = 1.0 / shape[..., unit]
-        return Modes(np.sqrt(squares), shape * over[..., None], over**2)
+    squares = _from_elastic(squares, free)[..., :count]
+    angle = _from_elastic(angle, free)[..., :count, :]
+    twist = angle - angle[..., np.maximum(system.parent, 0)]
+    if count:
+        wide = ~(largest < WIDE * squares[..., 0]) & (free < inertia.shape[-1])
+        own = (
+            np.broadcast_to(values, inertia.shape)[wide]
+            for values in (inertia, system.stiffness_at(speed), system.ground_stiffness)
+        )
+        found = squares[wide], angle[wide], twist[wide]
+        if found[0].size:
+            graded_modes(system.parent, *own, *found)
+        squares[wide], angle[wide], twist[wide] = found
+    return squares, angle, twist
 
 
 def _free_parts(system: ShaftSystem, speed: Any) -> Integers:
@@ -142,45 +182,29 @@ def critical_speeds(
 
     if not system.speed_stiffness.any():
         return within(natural_modes(system).omega[..., None, :] / nu[:, None])
-    inertia, stiffness, *_ = matrices(system)
-    following = matrices(system, 1.0)[1] - stiffness
-    nodes = inertia.shape[-1]
-    mass = inertia[..., None, :] * np.eye(nodes)
-    mass = mass[..., None, :, :] - following[..., None, :, :] / nu[:, None, None] ** 2
-    scale = (stiffness.trace(axis1=-2, axis2=-1) / inertia.sum(axis=-1))[..., None, None, None]
-    # 1/(omega^2 + shift), shift away from all roots of interest, keeps rigid modes finite.
-    stiff = stiffness[..., None, :, :]
-    inverse = np.linalg.eigvals(_solved(stiff + 1e-3 * scale * mass, mass))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        squares = 1.0 / inverse - 1e-3 * scale[..., 0]
-        real = np.abs(squares.imag) <= 1e-9 * np.abs(squares)
-        found = np.where(real & (squares.real > 1e-9 * scale[..., 0]), squares.real, np.nan)
-    return within(np.sort(np.sqrt(found), axis=-1) / nu[:, None])
-
-
-def _solved(matrix: Floats, right: Floats) -> Floats:
-    """Solutions of many systems; 0 of those whose numbers are so far apart that they have none."""
-    try:
-        return np.asarray(np.linalg.solve(matrix, right))
-    except np.linalg.LinAlgError:
-        matrix, right = np.broadcast_arrays(matrix, right)
-        found = np.zeros(right.shape)
-        for place in np.ndindex(right.shape[:-2]):
-            with contextlib.suppress(np.linalg.LinAlgError):
-                found[place] = np.linalg.solve(matrix[place], right[place])
-        return found
+    own = (
+        np.ascontiguousarray(values).reshape(-1, system.parent.size)
+        for values in (system.inertia, system.stiffness, system.ground_stiffness)
+    )
+    following = np.ascontiguousarray(system.speed_stiffness).reshape(-1, system.parent.size)
+    squares = np.empty((len(following), nu.size, system.parent.size))
+    critical_squares(system.parent, *own, following, nu, squares)
+    found = np.sqrt(squares).reshape(*system.shape, *squares.shape[1:])
+    return within(found / nu[:, None])
 
 
 def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
     """Damping ratio zeta [1] of each mode, from the losses of its undamped shape.
 
-    zeta = (a^T (eta K) a + omega a^T C a)/(2 omega^2 J_m): half the loss factor where all shafts
-    have the same. For small damping; no mode of a heavily damped ring.
+    zeta = (sum eta k (twist)^2 + omega a^T C a)/(2 omega^2 J_m): half the loss factor where all
+    shafts have the same. For small damping; no mode of a heavily damped ring.
     """
-    shape = modes.shape[..., _first_discs(system)] / system.ratio[..., None, _first_discs(system)]
-    _, _, loss, damping = matrices(system, speed)
-    lost = np.einsum("...mi,...ij,...mj->...m", shape, loss, shape)
-    viscous = np.einsum("...mi,...ij,...mj->...m", shape, damping, shape)
+    discs = _first_discs(system)
+    angle = modes.shape[..., discs] / system.ratio[..., None, discs]
+    stiffness = system.stiffness_at(speed) * system.loss_factor
+    lost = np.matmul(modes.twist**2, stiffness[..., None])[..., 0]
+    viscous = np.matmul(modes.twist**2, system.damping[..., None])[..., 0]
+    viscous = viscous + np.matmul(angle**2, system.disc_damping[..., None])[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):  # a mode that does not move disc 1
         return np.asarray(
             0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)

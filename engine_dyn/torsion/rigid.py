@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.torsion.modes import checked_orders
-from engine_dyn.torsion.system import ShaftSystem, matrices
+from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Floats
 
 __all__ = ["elastic_over_rigid"]
@@ -37,17 +37,23 @@ def elastic_over_rigid(
     disc : int
         Disc whose angle is compared, referred to the crank.
     """
-    inertia, stiffness, *_ = matrices(system)
     nu, given = checked_orders(orders), np.asarray(torque, dtype=complex)
     square = (np.ravel(speed)[:, None] * nu) ** 2
-    acting = np.zeros((inertia.size, nu.size), dtype=complex)
+    acting = np.zeros((system.parent.size, nu.size), dtype=complex)
     for throw, at in enumerate(throws):
         acting[system.node_of_disc[at]] += system.ratio[at] * given[throw]
-    dynamic = stiffness - square[..., None, None] * np.diag(inertia)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        try:
-            angle = np.linalg.solve(dynamic, np.swapaxes(acting, 0, 1)[..., None])[..., 0]
-        except np.linalg.LinAlgError:  # an order meets a natural frequency exactly
-            return np.full((square.shape[0], nu.size), np.inf)
-        rigid = -acting.sum(axis=0) / (square * inertia.sum())
-        return np.asarray(np.abs(angle[..., system.node_of_disc[disc]] / rigid))
+    rigid = -acting.sum(axis=0) / (square * system.inertia.sum())
+    torques = list(acting)
+    dynamic = [g - square * j for g, j in zip(system.ground_stiffness, system.inertia, strict=True)]
+    with np.errstate(divide="ignore", invalid="ignore"):  # an order meets a frequency exactly
+        for node in range(system.parent.size - 1, 0, -1):
+            parent, stiff = system.parent[node], system.stiffness[node]
+            pivot = stiff + dynamic[node]
+            dynamic[parent] = dynamic[parent] + stiff * dynamic[node] / pivot
+            torques[parent] = torques[parent] + stiff * torques[node] / pivot
+        angle = [torques[0] / dynamic[0]]
+        for node in range(1, system.parent.size):
+            stiff = system.stiffness[node]
+            turned = torques[node] + stiff * angle[system.parent[node]]
+            angle.append(turned / (stiff + dynamic[node]))
+        return np.asarray(np.abs(angle[system.node_of_disc[disc]] / rigid))

@@ -234,7 +234,7 @@ def test_modes_critical_speeds_and_vector_sums() -> None:
     expected = 60.0 * found.natural_frequency / found.order
     assert_allclose(found.critical_speed, expected, rtol=1e-12)
     shape = found.mode_shape.values
-    assert_allclose(shape[:, 0], 1.0)
+    assert_allclose(np.abs(shape).max(axis=1), 1.0)
     inertia = np.array(DIESEL["inertia"])
     assert_allclose(found.modal_inertia, (inertia * shape**2).sum(axis=1), rtol=1e-12)
     fire = np.radians([0.0, 480.0, 240.0, 600.0, 120.0, 360.0])  # 1-5-3-6-2-4

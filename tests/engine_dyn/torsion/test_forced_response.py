@@ -295,7 +295,7 @@ def test_without_damping_it_is_the_sum_of_the_modes() -> None:
     found = forced_response(system, ORDERS, speed, DIESEL_NODES, torque)["angle"]
     w = ORDERS * speed
     expected = np.outer(np.ones(9), torque.sum(axis=0) / (-(w**2) * sum(DIESEL["inertia"])))
-    for omega, shape, inertia in zip(*modes, strict=True):
+    for omega, shape, inertia in zip(*modes[:3], strict=True):
         work = shape[list(DIESEL_NODES)] @ torque
         expected = expected + shape[:, None] * work / (inertia * (omega**2 - w**2))
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
