@@ -107,7 +107,8 @@ def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord
 
 def _recording(measured: Measured, path: Path, where: str) -> Recording:
     keys = {key: getattr(measured.table, key) for key in ReadingChoices.model_fields}
-    return read_recording(path, where, ReadingChoices(**keys))
+    recording = read_recording(path, where, ReadingChoices(**keys))
+    return replace(recording, remarks=(*recording.said, *recording.remarks))
 
 
 def _record(measured: Measured, place: int, period: float, where: str) -> SpeedRecord:

@@ -19,13 +19,21 @@ __all__ = ["Signals", "named_column", "signals_of", "wanted_pressures"]
 
 _ANGLE = re.compile(
     r"^(ca|cad|crank.*|.*\bangle.*|angle.*|.*_angle.*|phi|φ|theta|.*kurbelwinkel.*|kw|°kw|degca|"
-    r"alpha|winkel.*|°ca|deg)$", re.I
+    r"alpha|winkel.*|°ca|deg|фи|"
+    r".*(转角|轉角|曲轴角|角度|クランク角|크랭크 ?각|회전 ?각|угол|кут).*|"
+    r".*(ángulo|angolo|ângulo|vinkel|kąt|úhel|szög|açısı).*)$", re.I
 )  # fmt: skip
 _PRESSURE = re.compile(
     r"^(p|p[ _.-]?\d+|.*p[ _.-]?cyl.*|.*cyl.*p(ress.*)?\d*|.*press.*|.*druck.*|.*p[ _.-]?zyl.*|"
-    r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*)$", re.I
+    r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*|(.*[^电電])?(压|壓|圧).*|"
+    r".*(압력|давлен|тиск).*|"
+    r".*(presión|presion|pressão|tryck|trykk?|ciśnien|tlak|nyomás|basınc).*)$", re.I
 )  # fmt: skip
-_ELSEWHERE = re.compile(r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas)", re.I)
+_ELSEWHERE = re.compile(
+    r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas|进气|"
+    r"排气|機油|机油|吸気|排気|흡기|배기|впуск|выпуск|масл|топлив|admis|échap|aspira|scarico|escape)",
+    re.I,
+)
 _SPREAD = re.compile(
     r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
 )

@@ -11,17 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from sweeps.errors import SceneError, one_line
+from sweeps.reading.laboratory.encodings import encoding_of
 from sweeps.reading.laboratory.headers import is_number, names_and_units, number_of
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
-from sweeps.reading.laboratory.text_tables import LINES, encoding_of
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
+from sweeps.reading.laboratory.text_tables import LINES
 
 __all__ = ["read"]
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a text file with fixed places, and the line of the first sample.
 
     Raises
@@ -30,7 +29,8 @@ def read(
         In one line.
     """
     del path
-    text = data.decode(encoding_of(data, label), "replace")
+    encoding, said = encoding_of(data, label, choices.encoding)
+    text = data.decode(encoding, "replace")
     lines = text.rstrip().splitlines()
     found = _start(lines[:LINES], choices)
     if found is None:
@@ -54,7 +54,7 @@ def read(
         _column(name, unit, [line[place].strip() for line in body], decimal)
         for name, unit, place in zip(names, units, places, strict=True)
     ]
-    return columns, first + 1
+    return Contents(columns, first + 1, tuple(filter(None, [said])))
 
 
 def _start(lines: Sequence[str], choices: ReadingChoices) -> tuple[int, str] | None:

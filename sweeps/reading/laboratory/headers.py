@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sweeps.errors import one_line
-from sweeps.reading.laboratory.units import SECONDS, is_angle_unit
+from sweeps.reading.laboratory.units import SECONDS, in_latin, is_angle_unit
 
 __all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
 
@@ -17,13 +17,24 @@ _UNIT_WORDS = {
     "volt", "rpm", "1/min", "min-1", "nm", "n m", "n", "kg",
     "mm", "m", "cm3", "c", "°c", "degc", "k", "kw", "%", "ppm", "g/s", "kg/h", "l", "dm3", "hz",
     "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc", "°kw", "kw°", "°crank", "ca°", *SECONDS,
+    "lbfft", "lbft", "lb-ft", "ftlbf", "ftlb", "ft-lb", "ft-lbf", "lbfin", "lbin", "lb-in", "inlbf",
+    "inlb", "in-lb", "lbf", "knm", "danm", "nmm", "kgfm", "kgm", "kn", "1/s", "r/min", "u/min",
+    "kg/cm2", "kg/cm^2", "kgf/cm^2", "kn/m2", "inhg", "inh2o", "mmh2o", "cm3/s", "m/s", "w", "hp",
 }  # fmt: skip
-"""Texts that are units and no names, in lower case."""
+"""Texts that are units and no names, in lower case; blanks and signs of products may be left out
+of them."""
 
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
 
 _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
 """Quantity over unit, as DIN 461 and ISO 80000-1 write heads of tables: "p/bar", "n/1/min"."""
+
+_COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
+"""Quantity and unit as in Russian tables: "давление, МПа"."""
+
+
+RUN = 6
+"""Rows of numbers in a row that make a table."""
 
 
 def number_of(text: str, decimal: str = ".") -> float:
@@ -53,15 +64,47 @@ def start_of_numbers(rows: Sequence[Sequence[str]], decimal: str = ".") -> tuple
 
     That is the first row of numbers (blank fields between them allowed) that only such rows of as
     many columns follow, five of them or all that there are. Where two such rows in a row stand
-    above, the numbers begin there: a text among numbers is no header.
+    above, the numbers begin there: a text among numbers is no header. Rows directly above that
+    have more columns, such as notes beside the first samples, belong to it where its numbers go
+    on evenly from them. Where rows of numbers never have equally many, a column is blank at times.
     """
     widths = [_width(row, decimal) for row in rows]
-    for place, width in enumerate(widths):
-        following = widths[place : place + 6]
-        if width and all(other == width for other in following):
-            above = (i for i in range(place - 1) if widths[i] == widths[i + 1] == width)
-            return next(above, place), width
+    ends = range(max(len(widths) - RUN + 1, 0), len(widths))
+    for place in range(ends.start):
+        if len(set(widths[place : place + RUN])) == 1 and widths[place]:
+            return _from_first(rows, widths, place, decimal)
+    for place in range(ends.start):
+        if min(widths[place : place + RUN]) > 1:
+            return place, max(widths[place:])
+    for place in ends:
+        if len(set(widths[place:])) == 1 and widths[place]:
+            return _from_first(rows, widths, place, decimal)
     return None
+
+
+def _from_first(
+    rows: Sequence[Sequence[str]], widths: Sequence[int], place: int, decimal: str
+) -> tuple[int, int]:
+    """Where a table begins of which some rows are found, and how many columns it has."""
+    width = widths[place]
+    above = (i for i in range(place - 1) if widths[i] == widths[i + 1] == width)
+    first = next(above, place)
+    while first and _goes_on(rows[first - 1 : first + 2], width, decimal):
+        first -= 1
+    return first, width
+
+
+def _goes_on(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bool:
+    """Whether a number of the first of three rows rises or falls to the next ones evenly."""
+    if len(rows) < 3 or _width(rows[0][:width], decimal) != width:
+        return False
+    for texts in zip(*(row[:width] for row in rows), strict=True):
+        if all(is_number(text, decimal) for text in texts):
+            before, here, after = (number_of(text.strip(), decimal) for text in texts)
+            step = after - here
+            if abs(here - before - step) <= 0.5 * abs(step) > 0.0:
+                return True
+    return False
 
 
 def _width(row: Sequence[str], decimal: str) -> int:
@@ -81,17 +124,20 @@ def split_unit(text: str) -> tuple[str, str]:
     """Split "p1 [bar]", "Angle (deg)" or "p/bar" into name and unit; "" where there is none."""
     found = _IN_BRACKETS.match(text)
     if found is None:
-        over = _OVER_UNIT.match(text.strip())
-        if over is None or not _is_unit(over["unit"]):
-            return text.strip(), ""
-        return over["name"], over["unit"]
+        for pattern in (_OVER_UNIT, _COMMA_UNIT):
+            beside = pattern.match(text.strip())
+            if beside is not None and _is_unit(beside["unit"]):
+                return beside["name"], in_latin(beside["unit"])
+        return text.strip(), ""
     unit = found["a"] if found["a"] is not None else found["b"]
     if found["a"] is None and not _is_unit(unit):
         return text.strip(), ""  # "p (cylinder 1)"
-    return found["name"].strip(), unit.strip()
+    return found["name"].strip(), in_latin(unit.strip())
 
 
-def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[str], list[str]]:
+def names_and_units(
+    above: Sequence[Sequence[str]], width: int, sentences: bool = False
+) -> tuple[list[str], list[str]]:
     """Names and units of columns.
 
     Parameters
@@ -99,33 +145,34 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
     above : sequence of rows
         Rows above the numbers, the nearest last.
     width : int
-        Number of columns.
+        Number of columns. What stands to the right of them is no name.
+    sentences : bool
+        Whether rows that are longer are words of a sentence: blanks separate the columns.
     """
     names, units = [""] * width, [""] * width
     fitting: list[list[str]] = []
     alone = False
     for row in reversed(above[-12:]):
         fields = [text.strip().strip('"').lstrip("#%").strip() for text in row]
-        while len(fields) > width and not fields[-1]:
+        while fields and not fields[-1]:
             fields.pop()
+        if len(fields) > width and sentences:
+            break
+        fields = fields[:width] + [""] * (width - len(fields))
         if not any(fields):
             continue
         filled = sum(map(bool, fields))
-        one_unit = filled == 1 and len(fields) == width and _are_units(fields)
+        one_unit = filled == 1 and bool(fields[-1]) and _are_units(fields)
         if filled == 1 < width and not (alone or one_unit):  # a word between names and numbers
             alone = True
             continue
-        if (
-            len(fields) > width
-            or (width > 1 and filled < 2 and not one_unit)
-            or (alone and not _are_names(fields, width))
-        ):
+        if (width > 1 and filled < 2 and not one_unit) or (alone and not _are_names(fields, width)):
             break
-        fitting.append(fields + [""] * (width - len(fields)))
+        fitting.append(fields)
         if len(fitting) == 3:
             break
     if fitting and (_are_units(fitting[0]) or _seem_units(fitting, width)):
-        units = [_bare(text) for text in fitting.pop(0)]
+        units = ["" if _is_count(text) else _bare(text) for text in fitting.pop(0)]
     if fitting and not _are_units(fitting[0]):
         names = fitting[0]
     elif len(fitting) > 1:
@@ -134,7 +181,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[st
     for number, (text, unit) in enumerate(zip(names, units, strict=True), start=1):
         name, own = split_unit(text)
         found_names.append(one_line(name, 200) or f"column {number}")
-        found_units.append(one_line(own or unit, 60))
+        found_units.append(one_line(own or in_latin(unit), 60))
     return found_names, found_units
 
 
@@ -150,13 +197,20 @@ def _seem_units(fitting: Sequence[Sequence[str]], width: int) -> bool:
         len(fitting) > 1
         and _are_names(fitting[1], width)
         and len(set(fitting[1])) == width
-        and any(_is_unit(_bare(text)) for text in nearest)
-        and len(set(nearest)) < len(nearest)
+        and any(_is_unit(_bare(text)) and not _is_count(text) for text in nearest)
+        and (len(set(nearest)) < len(nearest) or any(map(_is_count, nearest)))
     )
 
 
+def _is_count(text: str) -> bool:
+    """Whether a field is a number, which may stand in a row of units: of a column without one."""
+    return text != "1" and (is_number(text) or is_number(text, ","))
+
+
 def _is_unit(text: str) -> bool:
-    return text.strip().lower() in _UNIT_WORDS or is_angle_unit(text)
+    plain = in_latin(text.strip()).lower()
+    joined = re.sub(r"[ ·⋅*]", "", plain)
+    return plain in _UNIT_WORDS or joined in _UNIT_WORDS or is_angle_unit(plain)
 
 
 def _bare(text: str) -> str:

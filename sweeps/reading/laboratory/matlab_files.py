@@ -13,7 +13,7 @@ import numpy as np
 
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
@@ -25,9 +25,7 @@ _COMPRESSED = 15  # miCOMPRESSED of the MAT-file format, version 5
 _DEEPEST = 3
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a .mat file: vectors, and matrices (cycles by samples or samples by cycles).
 
     Fields of structures are named "structure.field".
@@ -55,7 +53,7 @@ def read(
                    for c in _columns(name, value, 0)]  # fmt: skip
     if not columns:
         raise SceneError(f"{label}: no arrays of real numbers; must have angle and pressure")
-    return columns, None
+    return Contents(columns)
 
 
 def _check_inflated(data: bytes, label: str) -> None:

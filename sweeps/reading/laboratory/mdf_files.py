@@ -12,7 +12,7 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
@@ -21,9 +21,7 @@ _NONE = {4: (0,), 3: (65535,)}
 _LINEAR = {4: (1,), 3: (0,)}
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of an MDF file: the channels of its largest group, or of the one that is wanted.
 
     The channel of times is a column. Linear conversions are applied; a channel with a formula or a
@@ -54,7 +52,7 @@ def read(
                     columns.append(Column(name, unit, values))
         finally:
             file.close()
-    return columns, None
+    return Contents(columns)
 
 
 def _group(file: Any, wanted: str | None, label: str) -> int:

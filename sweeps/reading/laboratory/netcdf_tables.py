@@ -8,15 +8,13 @@ import numpy as np
 
 from sweeps.errors import one_line
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.netcdf_files import check_chunks, opened_table
 
 __all__ = ["read"]
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a netCDF file.
 
     Raises
@@ -39,4 +37,4 @@ def read(
             values = np.ma.filled(np.ma.asarray(variable[...], np.float64), np.nan)
             unit = one_line(getattr(variable, "units", ""), 60)
             columns.append(Column(one_line(name, 200), unit, values))
-    return columns, None
+    return Contents(columns)

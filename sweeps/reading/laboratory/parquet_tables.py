@@ -10,15 +10,13 @@ import numpy as np
 from sweeps.errors import one_line
 from sweeps.reading.laboratory.headers import split_unit
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a Parquet file; units stand in the metadata of a field, or in its name.
 
     Raises
@@ -43,4 +41,4 @@ def read(
             stated = (field.metadata or {}).get(b"units", b"").decode("utf-8", "replace")
             name, unit = split_unit(field.name)
             columns.append(Column(one_line(name, 200), one_line(stated or unit, 60), values))
-    return columns, None
+    return Contents(columns)

@@ -104,7 +104,7 @@ def imported(
     SceneError
         In one line.
     """
-    said: list[str] = []
+    said = list(recording.said)
     warnings = list(recording.remarks)
     degrees = period / DEGREE
     engine = measures_of(engine) if isinstance(engine, Engine) else engine

@@ -32,6 +32,10 @@ class ReadingChoices(Strict):
         description="a string of one character, such as ';', or 'tab' or 'blank'",
     )  # fmt: skip
     decimal: Literal[".", ","] | None = Field(default=None, description="'.' or ','")
+    encoding: str | None = Field(
+        default=None, max_length=40,
+        description="a string: the encoding of a text file, such as 'cp1252' or 'gb18030'",
+    )  # fmt: skip
     sheet: str | None = Field(default=None, description="a string: the name of a sheet of an .xlsx")
     group: str | None = Field(
         default=None, description="a string: the name of a group of channels of a .tdms or .mf4"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,15 @@ from engine_dyn.types import Floats
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.ratios import BEYOND, LARGEST
 
-__all__ = ["MOST_COLUMNS", "MOST_VALUES", "Column", "Recording", "check_size", "recording_of"]
+__all__ = [
+    "MOST_COLUMNS",
+    "MOST_VALUES",
+    "Column",
+    "Contents",
+    "Recording",
+    "check_size",
+    "recording_of",
+]
 
 MOST_VALUES = 10**8
 """Values of a recording, all columns together."""
@@ -42,6 +50,24 @@ class Column:
     text: tuple[int, str] | None = None
 
 
+class Contents(NamedTuple):
+    """What the reader of a format finds in a file.
+
+    Attributes
+    ----------
+    columns : list of Column
+        In the order of the file.
+    first_line : int, optional
+        As `Recording`.
+    said : tuple of str
+        As `Recording`.
+    """
+
+    columns: list[Column]
+    first_line: int | None = None
+    said: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """What a laboratory's file holds.
@@ -56,6 +82,8 @@ class Recording:
         By name, in the order of the file.
     first_line : int, optional
         Number of the line (of a sheet: of the row) of the first sample; None for other files.
+    said : tuple of str
+        How the file was read where there was a choice: encoding, sheet, what was left out.
     remarks : tuple of str
         Which choices of the user had no meaning for the file.
     """
@@ -64,6 +92,7 @@ class Recording:
     sha256: str
     columns: dict[str, Column] = field(repr=False)
     first_line: int | None = None
+    said: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
     def place(self, sample: int) -> str:
@@ -119,9 +148,7 @@ def check_size(values: float, columns: int, label: str) -> None:
         raise SceneError(f"{label}: {values:.3g} values; must be at most {MOST_VALUES:g}")
 
 
-def recording_of(
-    label: str, sha256: str, columns: Iterable[Column], first_line: int | None = None
-) -> Recording:
+def recording_of(label: str, sha256: str, contents: Contents) -> Recording:
     """Make a recording of columns whose names may repeat; the later ones get a number.
 
     Raises
@@ -130,11 +157,11 @@ def recording_of(
         Where there are none.
     """
     found: dict[str, Column] = {}
-    for column in columns:
+    for column in contents.columns:
         name, number = column.name, 2
         while name in found:
             name, number = f"{column.name} ({number})", number + 1
         found[name] = Column(name, column.unit, column.values, column.text)
     if not found:
         raise SceneError(f"{label}: no columns of numbers")
-    return Recording(label, sha256, found, first_line)
+    return Recording(label, sha256, found, contents.first_line, contents.said)

@@ -26,14 +26,14 @@ from sweeps.reading.laboratory import (
     wav_files,
 )
 from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, Recording, recording_of
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, Recording, recording_of
 from sweeps.reading.laboratory.recordings_apart import read_apart
 from sweeps.reading.referred_files import file_bytes
 from sweeps.reading.regular_files import reading
 
 __all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_recording"]
 
-Reader = Callable[[Path, bytes, str, ReadingChoices], tuple[list[Column], int | None]]
+Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
 
 MOST_BYTES = 1 << 30
 """Bytes of a recording."""
@@ -53,9 +53,11 @@ class _Kind(NamedTuple):
 
 KINDS: Mapping[Format, _Kind] = {
     "text": _Kind(
-        text_tables.read, (".csv", ".txt", ".asc", ".dat", ".tsv"), ("separator", "decimal")
+        text_tables.read,
+        (".csv", ".txt", ".asc", ".dat", ".tsv", ".lvm", ".msl"),
+        ("separator", "decimal", "encoding"),
     ),
-    "fixed_width": _Kind(fixed_width.read, (), ("decimal",)),
+    "fixed_width": _Kind(fixed_width.read, (), ("decimal", "encoding")),
     "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm"), ("sheet",)),
     "mat": _Kind(matlab_files.read, (".mat",), apart=True),
     "tdms": _Kind(tdms_files.read, (".tdms",), ("group",), apart=True),
@@ -110,9 +112,9 @@ def read_recording(
         )
     try:
         if KINDS[format].apart:
-            columns, first_line = read_apart(format, data, name, chosen)
+            contents = read_apart(format, data, name, chosen)
         else:
-            columns, first_line = KINDS[format].read(Path(path), data, name, chosen)
+            contents = KINDS[format].read(Path(path), data, name, chosen)
     except SceneError as error:
         if chosen.format is not None or text == (format in ("text", "uff")):
             raise
@@ -124,4 +126,4 @@ def read_recording(
         if getattr(chosen, key) is not None and key not in ("format", *KINDS[format].choices)
     )
     sha256 = hashlib.sha256(data).hexdigest()
-    return replace(recording_of(name, sha256, columns, first_line), remarks=remarks)
+    return replace(recording_of(name, sha256, contents), remarks=remarks)

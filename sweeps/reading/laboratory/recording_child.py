@@ -17,9 +17,9 @@ def _answer() -> list[bytes]:
     """Names, units, shapes and first texts of the columns in a line, then their values."""
     format, label, chosen = json.loads(sys.argv[1])
     data = sys.stdin.buffer.read()
-    columns, first_line = KINDS[format].read(Path(label), data, label, ReadingChoices(**chosen))
+    columns = KINDS[format].read(Path(label), data, label, ReadingChoices(**chosen)).columns
     listed = [(c.name, c.unit, c.values.shape, c.text) for c in columns]
-    head = json.dumps({"columns": listed, "first_line": first_line}) + "\n"
+    head = json.dumps(listed) + "\n"
     return [head.encode(), *(np.asarray(c.values, np.float64).tobytes() for c in columns)]
 
 

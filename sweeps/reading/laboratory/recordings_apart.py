@@ -8,7 +8,7 @@ import numpy as np
 
 from sweeps.reading.child_process import Limits, answer_apart
 from sweeps.reading.laboratory.reading_choices import Format, ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column
+from sweeps.reading.laboratory.recorded_columns import Column, Contents
 
 __all__ = ["read_apart"]
 
@@ -23,9 +23,7 @@ MEMORY, MEMORY_RATE, MOST_MEMORY = 3 << 28, 40, 6 << 30
 libraries need a third of it."""
 
 
-def read_apart(
-    format: Format, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read_apart(format: Format, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a recording, as the reader of its format finds them in another process.
 
     Raises
@@ -40,10 +38,10 @@ def read_apart(
     )
     answer = answer_apart(CHILD, asked, data, limits, label, f"a .{format} file")
     place = answer.index(b"\n") + 1
-    found, columns = json.loads(answer[:place]), []
-    for name, unit, shape, text in found["columns"]:
+    columns = []
+    for name, unit, shape, text in json.loads(answer[:place]):
         count = int(np.prod(shape))
         numbers = np.frombuffer(answer, np.float64, count, place).reshape(shape).copy()
         columns.append(Column(name, unit, numbers, text and (text[0], text[1])))
         place += numbers.nbytes
-    return columns, found["first_line"]
+    return Contents(columns)

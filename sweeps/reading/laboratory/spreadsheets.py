@@ -10,7 +10,7 @@ import numpy as np
 from sweeps.errors import SceneError, one_line
 from sweeps.reading.laboratory.headers import names_and_units, start_of_numbers
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.sheets import sheet_rows
 
 __all__ = ["read"]
@@ -19,9 +19,7 @@ HEAD = 200
 """Rows that are looked at for names and units."""
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a sheet, the first one unless `choices.sheet` names another, and its first row.
 
     Raises
@@ -33,7 +31,7 @@ def read(
     return _columns(sheet_rows(data, label, choices.sheet), label)
 
 
-def _columns(rows: list[list[Any]], label: str) -> tuple[list[Column], int | None]:
+def _columns(rows: list[list[Any]], label: str) -> Contents:
     texts = [["" if value is None else str(value) for value in row] for row in rows[:HEAD]]
     start = start_of_numbers(texts)
     if start is None:
@@ -54,4 +52,4 @@ def _columns(rows: list[list[Any]], label: str) -> tuple[list[Column], int | Non
                 text = (number, one_line(value, 60))
         if not np.isnan(values).all():
             columns.append(Column(name, unit, values, text))
-    return columns, first + 1
+    return Contents(columns, first + 1)

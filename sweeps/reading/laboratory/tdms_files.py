@@ -10,15 +10,13 @@ import numpy as np
 
 from sweeps.errors import SceneError, not_known, one_line
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a .tdms file: the channels of its one group, or of the group that is wanted.
 
     A channel with a sampling interval (`wf_increment`) and no channel of time beside it brings the
@@ -53,7 +51,7 @@ def read(
             values = np.asarray(channel[:], dtype=np.float64)
             columns.append(Column(one_line(name, 200), one_line(unit, 60), values))
         columns += _time(channels, columns)
-    return columns, None
+    return Contents(columns)
 
 
 def _time(channels: list[tuple[str, Any]], columns: list[Column]) -> list[Column]:

@@ -9,17 +9,19 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sweeps.errors import SceneError, counted, one_line
+from sweeps.reading.laboratory.encodings import encoding_of
 from sweeps.reading.laboratory.headers import is_number, names_and_units, start_of_numbers
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 
-__all__ = ["LINES", "encoding_of", "is_text", "read"]
+__all__ = ["LINES", "is_text", "read"]
 
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
@@ -45,7 +47,7 @@ class _Form(NamedTuple):
     """How the numbers of a text file are written.
 
     `first` is the row (from 0) of the first numbers, `width` the number of columns, and `fields`
-    what a row has with the empty ones after a separator at its end.
+    what a row has with the empty ones after a separator at its end, and with notes beside it.
     """
 
     separator: str
@@ -55,9 +57,7 @@ class _Form(NamedTuple):
     fields: int
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a text file, and the line of the first sample.
 
     Raises
@@ -67,7 +67,7 @@ def read(
     """
     del path
     data = data.rstrip(_DOS_END)
-    encoding = encoding_of(data, label)
+    encoding, *said = encoding_of(data, label, choices.encoding)
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
         head = head[:-1]  # may be cut
@@ -80,8 +80,9 @@ def read(
             "recognised)"
         )
     rows = [_fields(line, form.separator) for line in head[: form.first]]
-    names, units = names_and_units(rows, form.width)
-    return _columns(data, encoding, form, names, units, label), form.first + 1
+    names, units = names_and_units(rows, form.width, sentences=form.separator == _BLANK)
+    columns = _columns(data, encoding, form, names, units, label, said)
+    return Contents(columns, form.first + 1, tuple(filter(None, said)))
 
 
 def is_text(data: bytes) -> bool:
@@ -89,27 +90,6 @@ def is_text(data: bytes) -> bool:
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
     return _CONTROL.search(data[:HEAD].rstrip(_DOS_END)) is None
-
-
-def encoding_of(data: bytes, label: str) -> str:
-    """Encoding of a text file.
-
-    Raises
-    ------
-    SceneError
-        For a file that is not of text.
-    """
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return "utf-16"
-    if b"\x00" in data[:4096]:
-        raise SceneError(f"{label}: not a text file; expected a table of numbers")
-    for encoding in ("utf-8-sig", "cp1252"):
-        try:
-            data.decode(encoding)
-            return encoding
-        except UnicodeDecodeError:
-            continue
-    return "latin-1"
 
 
 def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
@@ -133,12 +113,17 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
             parts = _seem_parts(rows[:first], rows[first:])
-            form = _Form(separator, decimal, first, width, len(rows[first]))
+            form = _Form(separator, decimal, first, width, _most_fields(rows[first:], width))
             found.append((numbers - 2 * texts, parts, form))
     # What seems to stand behind decimal commas does, where that makes numbers too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
     good = [one for one in found if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
+
+
+def _most_fields(rows: Sequence[Sequence[str]], width: int) -> int:
+    """Fields of a row, with notes beside the first ones; later ones may have no more."""
+    return max([width, *takewhile(lambda length: length > width, map(len, rows))])
 
 
 def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
@@ -159,8 +144,9 @@ def _fields(line: str, separator: str) -> list[str]:
 
 
 def _columns(
-    data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str
-) -> list[Column]:
+    data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str,
+    said: list[str],
+) -> list[Column]:  # fmt: skip
     """Read the numbers."""
     import pandas as pd
 
@@ -169,8 +155,8 @@ def _columns(
         frame = pd.read_csv(
             io.BytesIO(data), sep=form.separator, decimal=form.decimal, skiprows=form.first,
             header=None, names=range(form.fields),
-            encoding=encoding, engine="c", skip_blank_lines=False, low_memory=False,
-            skipinitialspace=True, on_bad_lines="error",
+            encoding=encoding, encoding_errors="replace", engine="c", skip_blank_lines=False,
+            low_memory=False, skipinitialspace=True, on_bad_lines="error",
         )  # fmt: skip
     except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
@@ -184,6 +170,9 @@ def _columns(
     blank = frame.isna().all(axis=1).to_numpy()
     rows = len(blank) - int(np.argmin(blank[::-1])) if not blank.all() else 0
     frame = frame.iloc[:rows]
+    beside = frame.iloc[:, form.width :].notna().any(axis=1).to_numpy()
+    if beside.any():
+        said.append(f"values right of the table in {counted(int(beside.sum()), 'row')} left out")
     return [
         _column(name, unit, frame[place])
         for place, (name, unit) in enumerate(zip(names, units, strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
@@ -24,9 +24,7 @@ _ABSCISSA = {17: ("time", "s"), 18: ("frequency", "Hz"), 20: ("order", "")}
 """Names and units of abscissas that have no labels, by their numbers in data set 58."""
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a universal file: abscissa and ordinate of each data set 58.
 
     An abscissa that repeats the one before it is left out. Complex values are two columns,
@@ -55,7 +53,7 @@ def read(
         for number in (n for n, kind in enumerate(kinds) if kind == 58):
             columns += _columns(found.read_sets(number), columns, f"{label}: data set {number + 1}")
             check_size(float(sum(c.values.size for c in columns)), len(columns), label)
-    return columns, None
+    return Contents(columns)
 
 
 def _columns(one: dict[str, Any], before: list[Column], where: str) -> Iterator[Column]:

@@ -20,6 +20,7 @@ __all__ = [
     "PressureUnit",
     "angle_factor",
     "counts_before",
+    "in_latin",
     "is_angle_unit",
     "is_time_name",
     "pressure_unit",
@@ -50,7 +51,8 @@ SECONDS = {
 """Seconds of each unit of times."""
 
 _TIME = re.compile(
-    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time)"
+    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time|x_value|"
+    r"время|时间|時間|temps|tiempo)"
     rf"([_ ]({'|'.join(unit for unit in SECONDS if unit)}))?",
     re.I,
 )
@@ -60,6 +62,18 @@ _SPELLINGS = {
     "psi": "psi", "atm": "atm", "torr": "torr", "mmhg": "mmHg", "v": "V", "mv": "mV",
     "volt": "V", "volts": "V", "at": "technical_atmosphere",
 }  # fmt: skip
+
+_FOREIGN = {
+    "град": "deg", "градус": "deg", "градусы": "deg", "гр": "deg", "°пкв": "deg", "градпкв": "deg",
+    "гпкв": "deg", "рад": "rad", "бар": "bar", "мпа": "MPa", "кпа": "kPa", "гпа": "hPa", "па": "Pa",
+    "атм": "atm", "кгс/см2": "kgf/cm2", "кгс/см²": "kgf/cm2", "в": "V", "мв": "mV", "с": "s",
+    "сек": "s", "мс": "ms", "мкс": "us", "об/мин": "rpm", "мин-1": "rpm", "н·м": "N m", "нм": "N m",
+    "н*м": "N m", "кн·м": "kN m", "кнм": "kN m", "度": "deg", "°曲轴转角": "deg", "弧度": "rad",
+    "巴": "bar", "兆帕": "MPa", "千帕": "kPa", "百帕": "hPa", "帕": "Pa", "伏": "V", "伏特": "V",
+    "秒": "s", "毫秒": "ms", "微秒": "us", "转/分": "rpm", "轉/分": "rpm", "回転/分": "rpm",
+    "牛米": "N m", "牛·米": "N m", "千牛米": "kN m", "도": "deg", "초": "s", "바": "bar",
+}  # fmt: skip
+"""Units in other scripts, in lower case and without blanks and full stops."""
 
 _GAUGE = re.compile(r"^(bar|mbar|kpa|mpa|psi|pa)\s*[\s_(\[]?(g|gauge|rel|ü|relative)[)\]]?$", re.I)
 _ABSOLUTE = re.compile(r"^(bar|mbar|kpa|mpa|psi|pa)\s*[\s_(\[]?(a|abs|absolute)\.?[)\]]?$", re.I)
@@ -75,6 +89,11 @@ class PressureUnit(NamedTuple):
     factor: float
     gauge: bool
     voltage: bool
+
+
+def in_latin(text: str) -> str:
+    """Return a unit in Latin letters; as it is where it is none of another script."""
+    return text if text.isascii() else _FOREIGN.get(re.sub(r"[\s.]", "", text.lower()), text)
 
 
 def angle_factor(text: str, label: str) -> float:

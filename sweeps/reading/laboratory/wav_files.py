@@ -9,15 +9,13 @@ import numpy as np
 
 from sweeps.errors import SceneError
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
 
 
-def read(
-    path: Path, data: bytes, label: str, choices: ReadingChoices
-) -> tuple[list[Column], int | None]:
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a .wav file: the time, which follows from its sample rate, and its channels.
 
     Raises
@@ -38,4 +36,4 @@ def read(
         columns = [Column("time", "s", time)]
         for place, values in enumerate(samples.T, start=1):
             columns.append(Column(f"channel {place}", "", values.astype(np.float64)))
-    return columns, None
+    return Contents(columns)

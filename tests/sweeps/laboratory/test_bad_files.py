@@ -206,7 +206,7 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "uff of letters": ("a.unv", changed(b"e+01", b"x+01"), ("not a UFF file",)),
     "uff of many sets": ("a.unv", write_bytes(b"    -1\n    58\n    -1\n" * 10001),
                          ("20002 columns; must be at most 20000",)),
-    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90),
+    "text with zeros": ("a.csv", write_bytes(b"a\x00\x00" * 90),
                         ("not a text file", "its format: text, fixed_width, xlsx")),
     "text of no table": ("a.log", write_bytes(b"hello"), ("no table of numbers",)),
 }  # fmt: skip

@@ -223,5 +223,5 @@ def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_zeros_before_whole_numbers(text: str, expected: list[tuple[str, float]]) -> None:
     """They seem to stand behind a decimal comma only where names do not say otherwise."""
-    columns, _ = text_tables.read(Path("log.csv"), text.encode(), "log.csv", ReadingChoices())
+    columns = text_tables.read(Path("log.csv"), text.encode(), "log.csv", ReadingChoices()).columns
     assert [(column.name, column.values[1]) for column in columns] == expected

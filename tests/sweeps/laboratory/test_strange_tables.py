@@ -1,0 +1,158 @@
+"""Tables with notes, other alphabets, blank fields and sheets: the same samples in each."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.reading.laboratory import encodings
+from sweeps.reading.laboratory.columns import Signals, signals_of
+from sweeps.reading.laboratory.pressure_options import PressureOptions
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
+from sweeps.reading.laboratory.recording import read_recording
+from sweeps.reading.torque_files import torque_of_file
+
+ANGLE = np.arange(-360.0, 360.0)
+PRESSURE = np.round(1.0 + 48.0 / (1.0 + (ANGLE / 20.0) ** 2), 3)
+
+
+def lines(separator: str = ",", end: str = "") -> list[str]:
+    pairs = zip(ANGLE, PRESSURE, strict=True)
+    return [f"{a:g}{separator}{p:g}{end}" for a, p in pairs]
+
+
+def found(path: Path, **options: str) -> Signals:
+    return signals_of(read_recording(path, path.name), PressureOptions.model_validate(options))
+
+
+LAYOUTS = {
+    "notes in the names": ["angle,p_cyl,,speed", "deg,bar,,1450", *lines(end=",,")],
+    "notes without separators": ["angle,p_cyl,,speed,load", "deg,bar,,1450,55", *lines()],
+    "a number among units": ["no,angle,p_cyl,n", "-,deg,bar,1450", *(
+        f"{i},{line},3" for i, line in enumerate(lines()))],
+    "a column of comments": ["X_Value\tangle_deg\tp_cyl_bar\tComment", *(
+        f"{1e-3 * i:.3f}\t{line}" for i, line in enumerate(lines("\t")))],
+    "notes beside samples": ["angle [deg],p_cyl [bar],,note", *(
+        line + note for line, note in zip(
+            lines(), [",,speed", ",,1450", ",,load", ",,55", *[",,"] * 716], strict=True))],
+    "a shorter channel": ["angle [deg],p_cyl [bar],rail", *(
+        line + ("" if i > 3 else f",{i}") for i, line in enumerate(lines()))],
+    "a channel that ends": ["angle [deg],p_cyl [bar],rail", *(
+        line + ("," if i > 400 else f",{i}") for i, line in enumerate(lines()))],
+    "a slower channel": ["angle [deg],p_cyl [bar],rail", *(
+        line + (f",{i}" if i % 10 == 0 else ",") for i, line in enumerate(lines()))],
+    "a channel at every third": ["angle [deg],p_cyl [bar],rail", *(
+        line + (f",{i}" if i % 3 == 0 else ",") for i, line in enumerate(lines()))],
+    "units in words": ["угол ПКВ;давление", "град.;МПа", *(
+        f"{a:g};{0.1 * p:.4f}" for a, p in zip(ANGLE, PRESSURE, strict=True))],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_no_sample_is_lost_whatever_stands_beside_it(layout: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("\n".join(LAYOUTS[layout]) + "\n", encoding="utf-8")
+    signals = found(tmp_path / "a.csv")
+    (pressure,) = signals.pressures.values()
+    (unit,) = signals.units.values()
+    assert signals.angle is not None
+    assert np.array_equal(signals.angle, ANGLE)
+    assert np.allclose(pressure * {"MPa": 10.0}.get(unit, 1.0), PRESSURE, rtol=1e-12)
+    assert unit or next(iter(signals.pressures)).endswith("_bar")
+
+
+def test_counts_above_a_table_are_no_samples(tmp_path: Path) -> None:
+    head = ["angle deg,pressure bar", "720,2,1.5,8"]
+    (tmp_path / "a.csv").write_text("\n".join(head + lines()))
+    column = read_recording(tmp_path / "a.csv").columns
+    assert [len(c.values) for c in column.values()] == [720, 720]
+
+
+def test_words_of_a_sentence_are_no_names(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("\n".join(["Run of the engine at part load", *lines(" ")]))
+    assert list(read_recording(tmp_path / "a.txt").columns) == ["column 1", "column 2"]
+
+
+NAMES = {
+    "gb18030": ["曲轴转角 (°),气缸压力 (bar)", "曲轴转角,缸压", "角度[deg],压力[MPa]",
+                "曲轴转角 (度),缸压 1 (兆帕)", "转角 °CA,压力 bar"],
+    "big5": ["曲軸轉角 (°),氣缸壓力 (bar)"],
+    "shift_jis": ["クランク角 [deg],筒内圧 [bar]", "クランク角度,筒内圧力", "角度,圧力"],
+    "euc_jp": ["クランク角 [deg],筒内圧 [bar]"],
+    "cp949": ["크랭크 각도 (deg),실린더 압력 (bar)", "크랭크각,압력"],
+    "cp1251": ["угол поворота (град),давление (бар)", "Угол ПКВ,Давление",
+               "угол п.к.в. [град],давление в цилиндре [МПа]"],
+    "koi8-r": ["угол поворота (град),давление (бар)"],
+    "cp866": ["угол поворота (град),давление (бар)"],
+    "cp1250": ["Kąt obrotu wału [deg],Ciśnienie w cylindrze [bar]", "Úhel [°],Tlak ve válci [bar]"],
+    "cp1252": ["Kurbelwinkel [°KW],Zylinderdruck Prüfstand [bar]", "Ángulo (°),Presión (bar)",
+               "Vinkel på vevaxeln [°],Cylindertryck [bar]"],
+    "cp850": ["Kurbelwinkel [°KW],Zylinderdruck [bar]"],
+    "utf-16": ["угол поворота (град),давление (бар)"],
+    "utf-16-le": ["曲轴转角 (°),气缸压力 (bar)"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("encoding", "names"), [(key, one) for key, several in NAMES.items() for one in several]
+)
+def test_names_in_all_alphabets_are_read_and_known(
+    encoding: str, names: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.csv").write_bytes("\n".join([names, *lines()]).encode(encoding))
+    signals = found(tmp_path / "a.csv")
+    first, second = names.split(",")
+    (pressure,) = signals.pressures
+    assert first.startswith(signals.angle_name) and second.startswith(pressure)
+    assert np.array_equal(signals.pressures[pressure], PRESSURE)
+    given = read_recording(tmp_path / "a.csv", "a.csv", ReadingChoices(encoding=encoding))
+    assert list(given.columns) == [signals.angle_name, pressure]
+    assert not given.said
+    named = found(tmp_path / "a.csv", angle_column=first, pressure_column=second)
+    assert list(named.pressures) == [pressure]
+
+
+def test_an_encoding_that_is_found_by_letters_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
+    assert "cp1251" in " ".join(read_recording(path).said)
+    path.write_bytes("\n".join([NAMES["cp850"][0], *lines()]).encode("cp1252"))
+    assert not read_recording(path).said
+
+
+@pytest.mark.parametrize("encoding", ["nonsense", "idna", "punycode", "ascii", "utf-8", "rot13"])
+def test_an_encoding_that_does_not_fit_is_refused(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
+    with pytest.raises(sweeps.SceneError, match="encoding"):
+        read_recording(path, None, ReadingChoices(encoding=encoding))
+
+
+def test_without_the_library_letters_are_not_guessed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(module: str, package: str, label: str) -> None:
+        del module
+        raise sweeps.SceneError(f"{label}: needs {package}")
+
+    monkeypatch.setattr(encodings, "library", missing)
+    path = tmp_path / "a.csv"
+    path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
+    with pytest.raises(sweeps.SceneError, match="encoding"):
+        read_recording(path)
+    path.write_bytes(
+        "\n".join(["Winkel [°];Zylinderdruck für Öl [bar]", *lines(";")]).encode("cp1252")
+    )
+    assert "Zylinderdruck für Öl" in read_recording(path).columns
+
+
+@pytest.mark.parametrize("unit", ["(lbf ft)", "[lbf ft]", "(lb-ft)", "(ft·lbf)", "(N m)", "(N·m)"])
+def test_units_of_torque_in_brackets(unit: str, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(
+        f"angle (deg);torque {unit}\n"
+        + "\n".join(f"{a:g};{a * (720 - a):g}" for a in range(0, 721, 10)),
+        encoding="utf-8",
+    )
+    torque = torque_of_file(tmp_path / "t.csv", "t.csv", None, None, None, None)
+    factor = 1.3558179483314 if "N" not in unit else 1.0
+    assert torque(np.array([np.pi])) == pytest.approx(180.0 * 540.0 * factor, rel=1e-12)
