@@ -17,7 +17,7 @@ from sweeps.reading.design_columns import (
     take_numbers,
 )
 from sweeps.reading.regular_files import check_rows, reading, regular_bytes
-from sweeps.reading.sheets import sheet_rows
+from sweeps.reading.sheets import sheets
 
 __all__ = ["read_design_xlsx"]
 
@@ -30,7 +30,7 @@ def read_design_xlsx(path: Path, name: str) -> DesignColumns:
     what = "a table of designs (.xlsx)"
     with reading(name, what):
         data = regular_bytes(path, MOST)
-    rows = sheet_rows(data, name)
+    (rows,) = sheets(data, name, first=True).values()
     if len(rows) < 2:
         raise SceneError(f"{name}: no rows; expected {what}, with names in its first row")
     keys = ["" if cell is None else str(cell).strip() for cell in rows[0]]

@@ -16,7 +16,7 @@ from sweeps.errors import SceneError, not_known, size_text
 from sweeps.reading.child_process import Limits, answer_apart, answering
 from sweeps.reading.libraries import library, library_reading
 
-__all__ = ["sheet_rows"]
+__all__ = ["sheets"]
 
 MOST_INFLATED = 1 << 30
 """Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts."""
@@ -42,8 +42,10 @@ COMPRESSED = 30
 _OLE = b"\xd0\xcf\x11\xe0"
 
 
-def sheet_rows(data: bytes, label: str, wanted: str | None = None) -> list[list[Any]]:
-    """Return the rows of a sheet, without the empty cells at their ends.
+def sheets(
+    data: bytes, label: str, wanted: str | None = None, *, first: bool = False
+) -> dict[str, list[list[Any]]]:
+    """Return the rows of sheets by their names, without the empty cells at their ends.
 
     Parameters
     ----------
@@ -52,7 +54,9 @@ def sheet_rows(data: bytes, label: str, wanted: str | None = None) -> list[list[
     label : str
         The file as messages should call it.
     wanted : str, optional
-        Name of the sheet; the first one if not given.
+        Name of the only one to be read.
+    first : bool
+        Whether only the first one is read.
 
     Raises
     ------
@@ -75,29 +79,25 @@ def sheet_rows(data: bytes, label: str, wanted: str | None = None) -> list[list[
             f"{size_text(MOST_INFLATED)}"
         )
     cells = sum(size for part, size in sizes.items() if _has_cells(part))
-    return _rows_apart(data, label, wanted, min(cells, COMPRESSED * len(data)))
+    cells = min(cells, COMPRESSED * len(data))
+    memory = min(MEMORY + MEMORY_RATE * cells, MOST_MEMORY)
+    limits = Limits(memory, SECONDS + cells / RATE)
+    asked = json.dumps([label, wanted, first])
+    answer = answer_apart(__name__, asked, data, limits, label, "an .xlsx file")
+    found: dict[str, list[list[Any]]] = json.loads(answer)
+    return found
 
 
 def _has_cells(part: str) -> bool:
     return part.startswith(("xl/worksheets/", "xl/sharedStrings"))
 
 
-def _rows_apart(data: bytes, label: str, wanted: str | None, cells: int) -> list[list[Any]]:
-    """Rows as a process of its own reads them, within limits for so many bytes of cells."""
-    memory = min(MEMORY + MEMORY_RATE * cells, MOST_MEMORY)
-    limits = Limits(memory, SECONDS + cells / RATE)
-    asked = json.dumps([label, wanted])
-    answer = answer_apart(__name__, asked, data, limits, label, "an .xlsx file")
-    rows: list[list[Any]] = json.loads(answer)
-    return rows
-
-
 def _answer() -> list[bytes]:
-    label, wanted = json.loads(sys.argv[1])
-    return [json.dumps(_read(sys.stdin.buffer.read(), label, wanted)).encode("ascii")]
+    label, wanted, first = json.loads(sys.argv[1])
+    return [json.dumps(_read(sys.stdin.buffer.read(), label, wanted, first)).encode("ascii")]
 
 
-def _read(data: bytes, label: str, wanted: str | None) -> list[list[Any]]:
+def _read(data: bytes, label: str, wanted: str | None, first: bool) -> dict[str, list[list[Any]]]:
     import openpyxl
 
     with library_reading(label, "an .xlsx file"):
@@ -105,19 +105,22 @@ def _read(data: bytes, label: str, wanted: str | None) -> list[list[Any]]:
             io.BytesIO(data), read_only=True, data_only=True, keep_links=False
         )
         try:
-            return _rows(_sheet(book, wanted, label), label)
+            chosen = _chosen(book, wanted, first, label)
+            return {title: _rows(sheet, label) for title, sheet in chosen.items()}
         finally:
             book.close()
 
 
-def _sheet(book: Any, wanted: str | None, label: str) -> Any:
-    """The sheet that is wanted; the first one that is no chart if none is."""
-    sheets = {sheet.title: sheet for sheet in book.worksheets}
-    if wanted is not None and wanted not in sheets:
-        raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, sheets)}")
-    if not sheets:
+def _chosen(book: Any, wanted: str | None, first: bool, label: str) -> dict[str, Any]:
+    """The sheets that are read: charts have no cells."""
+    found = {sheet.title: sheet for sheet in book.worksheets}
+    if wanted is not None and wanted not in found:
+        raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, found)}")
+    if not found:
         raise SceneError(f"{label}: has no sheet with cells")
-    return sheets[wanted] if wanted is not None else next(iter(sheets.values()))
+    if wanted is not None:
+        return {wanted: found[wanted]}
+    return dict([next(iter(found.items()))]) if first else found
 
 
 def _rows(sheet: Any, label: str) -> list[list[Any]]:

@@ -7,20 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.errors import SceneError, one_line
+from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.laboratory.headers import names_and_units, start_of_numbers
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
-from sweeps.reading.sheets import sheet_rows
+from sweeps.reading.sheets import sheets
 
 __all__ = ["read"]
 
 HEAD = 200
 """Rows that are looked at for names and units."""
 
+FAR_LONGER = 10
+"""Ratio of rows from which on a table further behind is the recording, and the first a summary."""
+
+NAMED = 20
+"""Sheets that are named in a message."""
+
 
 def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a sheet, the first one unless `choices.sheet` names another, and its first row.
+    """Columns of a sheet, and its first row.
+
+    Without `choices.sheet` that is the first one with a table of numbers, or one whose table is far
+    longer.
 
     Raises
     ------
@@ -28,18 +37,37 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
         In one line.
     """
     del path
-    return _columns(sheet_rows(data, label, choices.sheet), label)
+    found = sheets(data, label, choices.sheet)
+    starts = {title: start_of_numbers(_texts(rows[:HEAD])) for title, rows in found.items()}
+    tables = {title: start for title, start in starts.items() if start is not None}
+    names = ", ".join(f"'{one_line(title, 60)}'" for title in list(found)[:NAMED])
+    if not tables:
+        where = f"of the sheet {names}" if len(found) == 1 else f"of any sheet: {names}"
+        raise SceneError(f"{label}: no table of numbers in the first {HEAD} rows {where}")
+    lengths = {title: len(found[title]) - start[0] for title, start in tables.items()}
+    taken = first = next(iter(tables))
+    longest = max(lengths, key=lengths.__getitem__)
+    if lengths[longest] > FAR_LONGER * lengths[first]:
+        taken = longest
+    said = []
+    if len(found) > 1:
+        said = [f"sheet '{one_line(taken, 60)}' of {names} read (sheet takes another one)"]
+    first_row, width = tables[taken]
+    beside = sum(len(row) > width for row in found[taken][first_row:])
+    if beside:
+        said.append(f"values right of the table in {counted(beside, 'row')} left out")
+    return _columns(found[taken], tables[taken], label)._replace(said=tuple(said))
 
 
-def _columns(rows: list[list[Any]], label: str) -> Contents:
-    texts = [["" if value is None else str(value) for value in row] for row in rows[:HEAD]]
-    start = start_of_numbers(texts)
-    if start is None:
-        raise SceneError(f"{label}: no table of numbers in the first {HEAD} rows of the sheet")
+def _texts(rows: list[list[Any]]) -> list[list[str]]:
+    return [["" if value is None else str(value) for value in row] for row in rows]
+
+
+def _columns(rows: list[list[Any]], start: tuple[int, int], label: str) -> Contents:
     first, width = start
     body = rows[first:]
     check_size(float(len(body)) * width, width, label)
-    names, units = names_and_units(texts[:first], width)
+    names, units = names_and_units(_texts(rows[:first]), width)
     columns = []
     for place, (name, unit) in enumerate(zip(names, units, strict=True)):
         values = np.full(len(body), np.nan)

@@ -156,3 +156,53 @@ def test_units_of_torque_in_brackets(unit: str, tmp_path: Path) -> None:
     torque = torque_of_file(tmp_path / "t.csv", "t.csv", None, None, None, None)
     factor = 1.3558179483314 if "N" not in unit else 1.0
     assert torque(np.array([np.pi])) == pytest.approx(180.0 * 540.0 * factor, rel=1e-12)
+
+
+def book(path: Path, **sheets: list[list[object]]) -> None:
+    from openpyxl import Workbook
+
+    made = Workbook()
+    made.remove(made.active)
+    for title, cells in sheets.items():
+        sheet = made.create_sheet(title)
+        for row in cells:
+            sheet.append(row)
+    made.save(path)
+
+
+CYCLE: list[list[object]] = [
+    ["angle [deg]", "p_cyl [bar]"],
+    *([a, p] for a, p in zip(ANGLE.tolist(), PRESSURE.tolist(), strict=True)),
+]
+INFO: list[list[object]] = [["steady test", "bench 2"], ["speed", 1450]]
+SUMMARY: list[list[object]] = [["speed", "torque"], [1450, 880], [1500, 870]]
+
+
+@pytest.mark.parametrize("before", [{}, {"Info": INFO}, {"Summary": SUMMARY}, {"Number": [[12]]}])
+def test_the_sheet_with_the_recording_is_read_and_named(
+    before: dict[str, list[list[object]]], tmp_path: Path
+) -> None:
+    book(tmp_path / "a.xlsx", **before, Cycle=CYCLE, Remarks=[["none"]])
+    signals = found(tmp_path / "a.xlsx")
+    assert signals.angle is not None and np.array_equal(signals.angle, ANGLE)
+    assert np.array_equal(signals.pressures["p_cyl"], PRESSURE)
+    said = " ".join(read_recording(tmp_path / "a.xlsx").said)
+    assert said.index("'Cycle'") < said.index("'Remarks'")
+    assert not read_recording(tmp_path / "a.xlsx", None, ReadingChoices(sheet="Cycle")).said
+
+
+def test_sheets_without_a_table_are_named(tmp_path: Path) -> None:
+    book(tmp_path / "a.xlsx", Info=INFO[:1], Remarks=[["none"]])
+    with pytest.raises(sweeps.SceneError, match="'Info', 'Remarks'"):
+        read_recording(tmp_path / "a.xlsx")
+
+
+def test_of_two_recordings_the_first_is_read_and_both_are_named(tmp_path: Path) -> None:
+    other: list[list[object]] = [
+        ["angle [deg]", "p_cyl [bar]"],
+        *([a, 1.0] for a in ANGLE.tolist()),
+    ]
+    book(tmp_path / "a.xlsx", One=CYCLE, Two=other)
+    recording = read_recording(tmp_path / "a.xlsx")
+    assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
+    assert "'One' of 'One', 'Two'" in recording.said[0]
