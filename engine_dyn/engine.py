@@ -68,6 +68,8 @@ class Engine:
         Names of plausibility checks whose ranges this engine is meant to leave.
     uncertainty : mapping
         Range or distribution of values that are not well known, as its file has them.
+    diagram_warnings : tuple of str
+        What the checks of recordings said of its diagrams, as their files tell.
     """
 
     name: str
@@ -91,3 +93,4 @@ class Engine:
     sources: tuple[str, ...] = ()
     silenced_warnings: tuple[str, ...] = ()
     uncertainty: Mapping[str, Any] = field(default_factory=dict)
+    diagram_warnings: tuple[str, ...] = ()

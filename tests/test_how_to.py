@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -9,8 +10,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import sweeps
 from sweeps.reading.engine_files import load_engine
-from tests.support.commands import ok
+from tests.support.commands import invoke, ok
+from tests.support.known_pressures import KnownPressure
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs" / "how_to"
@@ -77,19 +80,23 @@ def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     np.savetxt("recording.csv", recorded, delimiter=",", header=heads, comments="")
 
     commands = [text.splitlines() for language, text in found if language == "console"]
-    make, flywheel, own, scene_of_own = commands
+    make, flywheel, engine_of_own, own, scene_of_own = commands
     assert make == ["make demo", "make test"]
-    for line in [*flywheel, *own]:
+    for line in [*flywheel, *engine_of_own]:
         run_line(line)
     assert any((tmp_path / "flywheel").glob("*.png"))
     # What is filled in by hand, and the comment marks of values and diagram.
     engine = (tmp_path / "my_engine.toml").read_text("utf-8")
     head, values, rest = re.split(r"(?=# These values may be)|(?=# For bearing pressures)", engine)
+    assert "geometric_compression_ratio" in values.splitlines()[-2]  # as far as README says
     diagram_text = re.search(r"# (\[\[diagram\]\](?:.*\n)+?# file = \S+)", rest)
     assert diagram_text
     filled = head + re.sub(r"^# (\w+ = )", r"\1", values, flags=re.M)
     filled += diagram_text[1].replace("\n# ", "\n")
     (tmp_path / "my_engine.toml").write_text(filled, encoding="utf-8")
+    for line in own:
+        run_line(line)
+    assert "compression ratio 18 of the engine" in (tmp_path / "pressure.csv").read_text("utf-8")
     for line in [*scene_of_own, "engine-dyn run my_scene.toml -o own.nc"]:
         run_line(line)
     # The load of the only diagram is the engine's own; what a file lacks, the scene gives.
@@ -100,6 +107,67 @@ def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     run_line("engine-dyn new of_few.toml --for few.toml")
     run_line("engine-dyn run of_few.toml -o few.nc")
     assert "Usual values" in (tmp_path / "of_few.toml").read_text("utf-8")
+
+
+@pytest.mark.compiled
+def test_own_pressure_that_is_neither_pegged_nor_at_dead_centre(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """README's path: what `import` offers, pasted, gives the delta of the closed form."""
+    monkeypatch.chdir(tmp_path)
+    late = 1.4
+    fired = KnownPressure(18.0, 1.33, inlet=0.93, rise=0.8)
+    for name, known, offset in (
+        ("recording.csv", fired, 3.1), ("motored.csv", replace(fired, rise=0.0), 2.6),
+    ):  # fmt: skip
+        angle, cycles = known.recorded(offset, late, cycles=12, noise=0.05)
+        running = angle + 720.0 * np.arange(12)[:, None]
+        table = np.column_stack([running.ravel(), cycles.ravel()])
+        np.savetxt(name, table, delimiter=",", header="CA [deg],PCYL1 [bar]", comments="")
+    console = [text.splitlines() for language, text in blocks(README) if language == "console"]
+    ((own,),) = [lines for lines in console if "import" in lines[0]]
+    (unpegged, pegging) = own.partition(" --pegging inlet --inlet-pressure 0.97")[::2]
+    assert pegging
+    values = (
+        "bore = 0.08\nstroke = 0.09\ncylinders = 4\ncrank_ratio = 0.27\ninertia = 0.3\n"
+        "reciprocating_mass = 0.9\nspeed = 1500\nload = 100\nload_exponent = 1\nload_offset = 0\n"
+        "crankcase_pressure = 1.0\nfriction_constant = 0.2\nfriction_peak_pressure = 0\n"
+        "friction_mean_piston_speed = 0\ngeometric_compression_ratio = 18\n"
+    )
+    diagram = '[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n'
+    engine = f'cycle = "four-stroke"\n[values]\n{values}{diagram}'
+    (tmp_path / "my_engine.toml").write_text(engine)
+
+    def delta() -> float:
+        """The mean over the designs of the scene, whose speed is that of the engine file."""
+        return float(sweeps.run("my_scene.toml")["delta"].mean())
+
+    def lines(command: str) -> list[str]:
+        """The warnings of an import."""
+        result = invoke(*shlex.split(command)[1:])
+        assert result.exit_code == 0, result.output
+        return result.stderr.splitlines()
+
+    (level,) = lines(unpegged + pegging)
+    said = re.search(r"level: the pressure is ([\d.]+) bar too high", level)
+    assert said is not None and float(said[1]) == pytest.approx(3.1, abs=0.05)
+    run_line("engine-dyn new my_scene.toml --for my_engine.toml")
+    raw = delta()
+    motored = lines(
+        "engine-dyn import motored.csv --average --engine my_engine.toml -o motored_p.csv"
+    )
+    shift = next(found for line in motored if (found := re.search(r"--shift (\S+)", line)))
+    assert -float(shift[1]) == pytest.approx(late, abs=0.3)
+    offer = re.search(r"--pegging inlet --inlet-pressure [\d.]+", level)
+    assert offer is not None
+    assert lines(f"{unpegged} {offer[0]} {shift[0]}{pegging} --overwrite") == []
+    found = delta()
+    rows = zip(angle, fired(angle), strict=True)
+    text = "".join(f"{a:g},{p:.8g}\n" for a, p in rows)
+    (tmp_path / "pressure.csv").write_text(f"crank_angle_deg,pressure_bar\n{text}")
+    true = delta()
+    assert found == pytest.approx(true, rel=0.01)
+    assert abs(raw / true - 1.0) > 0.05
 
 
 def test_the_index_names_every_page() -> None:

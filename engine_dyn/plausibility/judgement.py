@@ -482,7 +482,10 @@ def _question_of_diagram(check: Check, value: float, written: float) -> str:
     """What a diagram may have been meant as; empty where nothing usual fits."""
     if check.blames == ("angle",):
         late = value < check.low if check.name == "compression_rise" else value > check.high
-        return "late" if late else "early"
+        shift = "late" if late else "early"
+        if check.name == "compression_rise":  # which a wrong level changes as well
+            return f"{shift}? Or is its pressure too {'high' if late else 'low'}"
+        return shift
     if check.name not in ("peak_pressure", "lowest_pressure"):
         return ""
     for suspicion in SUSPICIONS["pressure"]:

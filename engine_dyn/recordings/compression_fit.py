@@ -28,7 +28,17 @@ from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["PRIORS", "CompressionFit", "Lines", "Priors", "fitted_shift", "lines_of"]
+__all__ = [
+    "GAS_START",
+    "PRIORS",
+    "UNKNOWN_RATIO",
+    "WALL",
+    "CompressionFit",
+    "Lines",
+    "Priors",
+    "fitted_shift",
+    "lines_of",
+]
 
 STEP = 2.5 * DEGREE
 """Samples are averaged over so much, and neighbours then taken as independent."""
@@ -122,8 +132,10 @@ class CompressionFit(NamedTuple):
     ----------
     shift, shift_uncertainty : float
         By which the recorded pressure comes late [rad].
-    pegging, clearance : float
-        Pressure that is missing [Pa]; ln of the true over the given clearance volume.
+    pegging, pegging_uncertainty : float
+        Pressure that is missing [Pa].
+    clearance : float
+        ln of the true over the given clearance volume.
     loss_angle, exponent, expansion_exponent : float
         The other unknowns.
     misfit : float
@@ -137,6 +149,7 @@ class CompressionFit(NamedTuple):
     shift: float
     shift_uncertainty: float
     pegging: float
+    pegging_uncertainty: float
     clearance: float
     loss_angle: float
     exponent: float
@@ -294,6 +307,7 @@ class _Fit:
             shift=float(unknowns[8]),
             shift_uncertainty=math.sqrt(covariance[8, 8]) * excess,
             pegging=float(unknowns[5]),
+            pegging_uncertainty=math.sqrt(covariance[5, 5]) * excess,
             clearance=float(unknowns[6]),
             loss_angle=float(unknowns[4]),
             exponent=float(unknowns[2]),

@@ -22,6 +22,7 @@ from engine_dyn.recordings.dead_centre import (
 )
 from engine_dyn.recordings.findings import Finding
 from engine_dyn.recordings.heat_release import mean_pressures, peak_pressures, polytropic_exponent
+from engine_dyn.recordings.level import LEVEL_PRIORS, Level
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
@@ -71,13 +72,14 @@ def examine(
     motored: bool | None = None,
     priors: Priors = PRIORS,
     silenced: Collection[str] = (),
+    level: Level | None = None,
 ) -> list[Finding]:
     """Look at a recording with every check.
 
     Parameters
     ----------
     cycles : RecordedCycles
-        Absolute pressure, best before smoothing; one cycle or many.
+        Best before smoothing; one cycle or many. Absolute pressure, unless `level` is given.
     geometry : CylinderGeometry
         Of the cylinder; without its compression ratio the dead centre is judged less surely.
     motored : bool, optional
@@ -86,11 +88,15 @@ def examine(
         How well pegging and compression ratio are known.
     silenced : collection of str
         Names in `RECORDING_CHECKS` that are left out.
+    level : Level, optional
+        Of a recording that was not pegged (`engine_dyn.recordings.level.recorded_level`): the level
+        is judged too, and the checks of exponents and dead centre are made at the right one.
 
     Returns
     -------
     list of Finding
-        Empty where nothing is found; `str` makes a line of each.
+        Empty where nothing is found; `str` makes a line of each. The level stands before the dead
+        centre where it changes the torque more.
     """
     useless = _useless(cycles)
     if useless is not None:
@@ -98,6 +104,10 @@ def examine(
     found: list[Finding] = []
     for check in (_gaps, _clipped, _noisy, _coarse, _drifting, _gas_exchange):
         found += check(cycles, geometry)
+    if level is not None:
+        cycles, motored, priors = level.corrected(cycles), level.motored, LEVEL_PRIORS
+        if level.off:
+            found.append(level.finding)
     if motored is None:
         motored = looks_motored(cycles)
     try:
@@ -105,6 +115,8 @@ def examine(
         found += _dead_centre(cycles, geometry, motored, priors)
     except ValueError as error:
         found.append(Finding("dead_centre", f"not judged: {error}", math.nan))
+    if level is not None and level.shift_change > level.change:
+        found.sort(key=lambda one: one.check == "level")
     return [one for one in found if one.check not in silenced]
 
 
@@ -319,6 +331,6 @@ def _dead_centre(
 
 RECORDING_CHECKS = (
     "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "gas_exchange",
-    "compression_exponent", "expansion_exponent", "dead_centre",
+    "level", "compression_exponent", "expansion_exponent", "dead_centre",
 )  # fmt: skip
 """Under which checks of recordings are silenced."""

@@ -109,10 +109,10 @@ def _draw(found: ImportedPressure, folder: Path) -> None:
     from sweeps.reading.laboratory.evaluation import evaluated
 
     for number, (name, cycles) in enumerate(found.recorded.items(), start=1):
-        findings = examine(cycles, found.geometry)
+        findings = examine(cycles, found.geometry, level=found.levels.get(name))
         sheet = evaluated(
             cycles, found.geometry, title=one_line(f"{found.file}, {name}", 60), findings=findings,
-            sized=found.sized,
+            sized=found.sized, pegged=found.pegged,
         )  # fmt: skip
         draw(sheet, folder / f"cylinder_{number}" if len(found.recorded) > 1 else folder)
 

@@ -30,6 +30,7 @@ from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, printable
 from sweeps.planning.plan import Plan
 from sweeps.planning.shaft_warnings import shaft_warnings
+from sweeps.reading.indicator_files import WARNING
 from sweeps.scene.model import Scene
 
 __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
@@ -40,9 +41,6 @@ _SOLVED = ("inertia_required", "load")
 MOST_AXES = 30
 """Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
 most, older ones 32."""
-
-WARNING = "warning: "
-"""How the header of an imported diagram begins what the checks of its recording say."""
 
 _known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
 
@@ -236,12 +234,17 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     if ends is not None:  # the effective pressure is that of no gas
         diagrams = (ends.head_end, ends.crank_end)
     driven = plan.leaves["driven"].data.has_driver
-    lines = [
+    said = [
         f"[indicator]: {note.removeprefix(WARNING)}"
         for note in scene.indicator_notes
-        if note.startswith(WARNING) and not any(f" {name}: " in f" {note}" for name in off)
+        if note.startswith(WARNING)
     ]
-    if any(" peak_pressure: " in f" {line}" for line in lines):
+    lines = [
+        line
+        for line in (said if measured else scene.engine.diagram_warnings)
+        if not any(f" {name}: " in line for name in off)
+    ]
+    if any(f" {name}: " in line for line in lines for name in ("peak_pressure", "level")):
         return lines  # the other measures are wrong for the same reason
     for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"

@@ -56,7 +56,7 @@ from sweeps.reading.cylinder_keys import (
 )
 from sweeps.reading.engine_tables import EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
-from sweeps.reading.indicator_files import read_indicator
+from sweeps.reading.indicator_files import WARNING, notes_of, read_indicator
 from sweeps.reading.modelled_diagrams import (
     KINDS,
     check_double_acting,
@@ -243,6 +243,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
+        diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings),
     )
     _check_weights(given, values, name)
     engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
@@ -488,7 +489,8 @@ def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
 class _Entry(NamedTuple):
     """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields.
 
-    The compression ratio is that of the table, if it has one.
+    The compression ratio is that of the table, if it has one. Warnings are those that the checks of
+    a recording left in the file.
     """
 
     load: float
@@ -496,6 +498,7 @@ class _Entry(NamedTuple):
     diagram: Diagram
     again: ModelledDiagram | None
     ratio: float | None
+    warnings: tuple[str, ...] = ()
 
 
 def _diagram(
@@ -518,7 +521,10 @@ def _diagram(
         ratio = compression_ratio_of(rest, where)
         no_more(rest, where, ("load", "speed", "kind", "file", RATIO))
         path = referred(folder, file, f"{where} file")
-        return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None, ratio)
+        diagram = read_indicator(path, f"{where} {file}", period)
+        notes = (note for note in notes_of(path) if note.startswith(WARNING))
+        warnings = tuple(f"{where}: {note.removeprefix(WARNING)}" for note in notes)
+        return _Entry(load, speed, diagram, None, ratio, warnings)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", TORQUE, *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")

@@ -14,8 +14,27 @@ from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.ratios import BEYOND, LARGEST
 from sweeps.reading.csv_tables import CsvTable, csv_of_text, read_csv, with_line
+from sweeps.reading.laboratory.imported_pressure import HEADER
+from sweeps.reading.laboratory.recording import MOST_BYTES
+from sweeps.reading.referred_files import file_bytes
 
-__all__ = ["NAMES", "WHAT", "cycles_of_text", "indicator_of_text", "read_indicator"]
+__all__ = [
+    "HEAD",
+    "NAMES",
+    "WARNING",
+    "WHAT",
+    "cycles_of_text",
+    "indicator_of_text",
+    "notes_in",
+    "notes_of",
+    "read_indicator",
+]
+
+HEAD = 1 << 16
+"""Bytes that are looked at for notes and for the names of columns."""
+
+WARNING = "warning: "
+"""How a note begins that says what the checks of the recording found."""
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"
@@ -63,6 +82,24 @@ def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[D
     table = csv_of_text(text, name, WHAT, NAMES)
     columns = [column for column in table.header if _CYCLE.fullmatch(column)]
     return tuple(_diagram(table, period, column) for column in columns)
+
+
+def notes_of(path: Path) -> tuple[str, ...]:
+    """Notes of an imported diagram that was read from a file."""
+    return notes_in(file_bytes(path, MOST_BYTES)[:HEAD].decode("utf-8", "replace"))
+
+
+def notes_in(text: str) -> tuple[str, ...]:
+    """Comment lines above an imported diagram; nothing of other files."""
+    lines = text[:HEAD].removeprefix("\ufeff").splitlines()
+    if not lines or not lines[0].startswith(HEADER):
+        return ()
+    notes = []
+    for line in lines[:200]:
+        if not line.startswith("#"):
+            break
+        notes.append(line.lstrip("# ").rstrip())
+    return tuple(notes)
 
 
 def _diagram(table: CsvTable, period: float, column: str = PRESSURE_COLUMN) -> Diagram:

@@ -22,7 +22,7 @@ _OF_ONE_CYLINDER = (
 )  # fmt: skip
 """Nodes that have the diagram of a single cylinder in them, over angle or order."""
 
-_RESULT = ": imep "
+_RESULT, _LEVEL = ": imep ", ": not pegged, "
 _VALUE = re.compile(r"[+-]?\d[\d.]*(?:e[+-]?\d+)?(?= ?(?:bar|%))")
 
 
@@ -62,9 +62,9 @@ def check_quantities(quantities: Iterable[str], name: str) -> None:
 
 
 def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
-    """Notes of a diagram without imep and largest pressure, and warnings without pressures."""
+    """Notes without imep and largest pressure; warnings and level without pressures."""
     return tuple(
-        _VALUE.sub("...", note) if note.startswith("warning: ") else note
+        _VALUE.sub("...", note) if note.startswith("warning: ") or _LEVEL in note else note
         for note in notes
         if _RESULT not in note
     )

@@ -14,10 +14,13 @@ from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.errors import SceneError
 from sweeps.reading.indicator_files import (
+    HEAD,
     NAMES,
     WHAT,
     cycles_of_text,
     indicator_of_text,
+    notes_in,
+    notes_of,
     read_indicator,
 )
 from sweeps.reading.laboratory.imported_pressure import HEADER
@@ -34,9 +37,6 @@ from sweeps.scene.confidential import without_pressures
 from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
-
-HEAD = 1 << 16
-"""Bytes that are looked at for the names of columns."""
 
 _OWN = frozenset(("file", "confidential"))
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
@@ -100,7 +100,7 @@ def read_indicator_table(
         diagram = read_indicator(path, where, engine.period)
         text = read_text(path, where, WHAT) if cycles else ""
         each = cycles_of_text(text, where, engine.period) if cycles else ()
-        notes = _notes(path)
+        notes = notes_of(path)
     else:
         from sweeps.reading.laboratory.pressure import imported
 
@@ -108,7 +108,7 @@ def read_indicator_table(
         found = imported(recording, path.name, table, engine.period, engine)
         text = found.text(cycles=cycles)
         add_files_read({kept_name(path): text.encode()})  # of a recording, what a scene needs
-        diagram, notes = indicator_of_text(text, where, engine.period), _header(text)
+        diagram, notes = indicator_of_text(text, where, engine.period), notes_in(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
     return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret)
 
@@ -127,22 +127,3 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     own = _OWN_HEADER.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
     return text and own and not table.model_fields_set - _OWN
-
-
-def _notes(path: Path) -> tuple[str, ...]:
-    """Notes of an imported diagram that was read from a file."""
-    data = file_bytes(path, MOST_BYTES)[:HEAD]
-    return _header(data.decode("utf-8", "replace"))
-
-
-def _header(text: str) -> tuple[str, ...]:
-    """Comment lines above an imported diagram; nothing of other files."""
-    lines = text[:HEAD].removeprefix("\ufeff").splitlines()
-    if not lines or not lines[0].startswith(HEADER):
-        return ()
-    notes = []
-    for line in lines[:200]:
-        if not line.startswith("#"):
-            break
-        notes.append(line.lstrip("# ").rstrip())
-    return tuple(notes)

@@ -43,13 +43,14 @@ def evaluated(
     gamma: float = GAMMA,
     findings: Sequence[Finding] = (),
     sized: bool = True,
+    pegged: bool = True,
 ) -> xr.Dataset:
     """Evaluate recorded cycles for figures and reports.
 
     Parameters
     ----------
     cycles : RecordedCycles
-        Absolute pressure.
+        Absolute pressure, unless `pegged` is false.
     geometry : CylinderGeometry
         Without a compression ratio there is the displaced volume, and neither heat release nor
         exponents.
@@ -63,6 +64,8 @@ def evaluated(
         Whether bore and stroke of `geometry` are the cylinder's. If not, volumes are relative to
         the swept volume (`relative_volume`, `relative_displaced_volume`), and there is no heat
         release.
+    pegged : bool
+        Whether the pressure is called absolute.
 
     Returns
     -------
@@ -95,12 +98,12 @@ def evaluated(
         },
         attrs={"title": title, "findings": "\n".join(str(one) for one in findings)},
     )
-    bar = "bar"
+    bar, pressure = "bar", "absolute pressure" if pegged else "pressure as recorded"
     data["pressure"] = _named(
-        ANGLE, mean.pressure[0] / BAR, "absolute pressure, mean of the recorded cycles", bar, "p"
+        ANGLE, mean.pressure[0] / BAR, f"{pressure}, mean of the recorded cycles", bar, "p"
     )
     data["pressure_of_cycle"] = _named(
-        (CYCLE, ANGLE), cycles.pressure / BAR, "absolute pressure of a recorded cycle", bar, "p"
+        (CYCLE, ANGLE), cycles.pressure / BAR, f"{pressure} of a recorded cycle", bar, "p"
     )
     _add_volume(data, mean, geometry, gamma, sized)
     for name, values, said, unit, symbol in (

@@ -11,6 +11,7 @@ import numpy as np
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.level import Level
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
@@ -18,8 +19,8 @@ from sweeps.errors import SceneError, printable
 
 __all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "ImportedPressure", "values_on"]
 
-HEADER = "# Cylinder pressure over crank angle: absolute; angle 0 is firing top dead centre"
-"""First line of a file that `ImportedPressure.text` makes."""
+HEADER = "# Cylinder pressure over crank angle: "
+"""How the first line of a file that `ImportedPressure.text` makes begins."""
 
 CYCLE_COLUMN = "cycle_{}_bar"
 """Column of one of several recorded cycles."""
@@ -51,6 +52,10 @@ class ImportedPressure:
         What the checks say of it.
     sized : bool
         Whether bore and stroke are known.
+    pegged : bool
+        Whether the pressure was made absolute; otherwise its level is as recorded.
+    levels : dict of Level
+        What recordings that were not pegged tell of their level, where they do.
     """
 
     file: str
@@ -61,6 +66,8 @@ class ImportedPressure:
     steps: tuple[str, ...]
     warnings: tuple[str, ...]
     sized: bool = True
+    pegged: bool = False
+    levels: dict[str, Level] = field(default_factory=dict, repr=False)
 
     @property
     def mean(self) -> RecordedCycles:
@@ -95,8 +102,9 @@ class ImportedPressure:
             As `mean`; with `cycles`, for several cylinders, and for more than MOST_CYCLES.
         """
         mean = self._mean_of_cycles() if cycles else self.mean
+        level = "absolute" if self.pegged else "level as recorded, not pegged"
         lines = [
-            HEADER,
+            f"{HEADER}{level}; angle 0 is firing top dead centre",
             f"# raw file: {self.file}",
             f"# sha256 of the raw file: {self.sha256}",
             f"# made by: engine-dyn {metadata.version('engine-dyn')}",

@@ -17,14 +17,14 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.periodic_spline import wrapped
-from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.dead_centre import imep_of_tenth, looks_motored
+from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.heat_release import (
     coefficient_of_variation,
     mean_pressures,
     peak_pressures,
 )
+from engine_dyn.recordings.level import Level
 from engine_dyn.recordings.pegging import EXPONENT, peg_by_compression, peg_to_inlet
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
@@ -45,6 +45,12 @@ from sweeps.reading.laboratory.encoder_angles import with_encoder_angles
 from sweeps.reading.laboratory.imported_pressure import ImportedPressure, values_on
 from sweeps.reading.laboratory.measures import EngineMeasures, measures_of
 from sweeps.reading.laboratory.pressure_options import COMPANIONS, PressureOptions
+from sweeps.reading.laboratory.pressure_remarks import (
+    level_of,
+    offer_of,
+    too_little_torque,
+    unlikely_peak,
+)
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.units import (
     angle_factor,
@@ -54,7 +60,7 @@ from sweeps.reading.laboratory.units import (
     unit_of_name,
 )
 from sweeps.reading.laboratory.work_loops import with_loop_angles
-from sweeps.reading.silenced_warnings import BRAKE_TORQUE, STATED_UNIT
+from sweeps.reading.silenced_warnings import STATED_UNIT
 
 __all__ = ["imported"]
 
@@ -105,6 +111,7 @@ def imported(
         In one line.
     """
     said = list(recording.said)
+    levels: dict[str, Level] = {}
     warnings = list(recording.remarks)
     degrees = period / DEGREE
     engine = measures_of(engine) if isinstance(engine, Engine) else engine
@@ -127,10 +134,14 @@ def imported(
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
-            found = examine(cycles, geometry, silenced=("gap",) if options.is_loop else ())
-            warnings += [f"{before}{finding}" for finding in found]
-            warnings += [f"{before}{line}" for line in _unlikely_peak(cycles)]
-        warnings += _too_little_torque(recorded, geometry, options, engine, period, recording.label)
+            level = level_of(cycles, name, geometry, said) if options.pegging is None else None
+            if level is not None:
+                levels[name] = level
+            silent = ("gap",) if options.is_loop else ()
+            found = examine(cycles, geometry, silenced=silent, level=level)
+            warnings += [f"{before}{one}{offer_of(one, cycles, level, options)}" for one in found]
+            warnings += [f"{before}{line}" for line in unlikely_peak(cycles)]
+        warnings += too_little_torque(recorded, geometry, options, engine, period, recording.label)
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)
@@ -144,6 +155,7 @@ def imported(
         file, recording.sha256, recorded, done, geometry,
         tuple(dict.fromkeys(said)), tuple(dict.fromkeys(warnings)),
         engine is not None and {"bore", "stroke"} <= engine.values.keys(),
+        options.pegging is not None, levels,
     )  # fmt: skip
 
 
@@ -462,46 +474,6 @@ def _pegged(
         f"uncertainty {found.uncertainty.mean() / BAR:.2g} bar"
     )
     return found.cycles
-
-
-def _unlikely_peak(cycles: RecordedCycles) -> list[str]:
-    """A warning where the largest pressure is that of neither an engine nor a compressor."""
-    check = next(check for check in DIAGRAM_CHECKS if check.name == "peak_pressure")
-    largest = float(cycles.pressure.max()) / check.si
-    if check.low <= largest <= check.high:
-        return []
-    return [
-        f"{check.name}: {check.what} is {largest:.3g} {check.unit}; usual is {check.low:g} to "
-        f"{check.high:g} {check.unit}; check the unit of the pressure, its calibration and pegging"
-    ]
-
-
-def _too_little_torque(
-    recorded: Mapping[str, RecordedCycles], geometry: CylinderGeometry, options: PressureOptions,
-    engine: EngineMeasures | None, period: float, label: str,
-) -> list[str]:  # fmt: skip
-    """A warning where the indicated torque is below that at the shaft, which friction forbids."""
-    brake = options.brake_torque
-    if brake is None:
-        return []
-    values = {} if engine is None else engine.values
-    own = None if engine is None else engine.own_cylinders
-    count = values.get("cylinders", 0 if own is None else own.count)
-    if not count or not {"bore", "stroke"} <= values.keys():
-        raise SceneError(f"{label}: brake_torque: needs an engine with bore, stroke and cylinders")
-    works = [float(mean_pressures(cycles, geometry).net.mean()) for cycles in recorded.values()]
-    imep = sum(works) / len(works)
-    of_mean_pressure = geometry.swept_volume * count / period
-    if imep * of_mean_pressure >= brake:
-        return []
-    tenths = [imep_of_tenth(cycles, geometry) for cycles in recorded.values()]
-    degree = 10.0 * sum(tenths) / len(tenths) * of_mean_pressure
-    return [
-        f"{BRAKE_TORQUE}: the indicated torque is {imep * of_mean_pressure:.4g} N m (imep "
-        f"{imep / BAR:.4g} bar, {counted(int(count), 'cylinder')}), less than the {brake:.4g} N m "
-        f"at the shaft, which cannot be; check dead centre (1 degree is worth {degree:+.3g} N m), "
-        "unit and calibration"
-    ]
 
 
 def _describe(

@@ -116,7 +116,7 @@ def test_a_wrong_dead_centre() -> None:
 def test_motored_cycles_are_recognised() -> None:
     late = engine.cycles(0.5, heat=0.0, loss=5.0, shift=2.0)
     found = examine(late, engine.GEOMETRY)
-    assert "motored cycle lies at" in found[0].text
+    assert "the motored cycle comes" in found[0].text
     assert "motored cycle this is a suspicion" not in found[0].text
 
 

@@ -1,0 +1,180 @@
+"""How far a recorded pressure is from the absolute one, and how late it comes: found together.
+
+A level that is too high bends the compression over ln V as a late dead centre does, so one fit has
+both as unknowns: docs/method.md (130), with a missing pressure of which nothing is known before.
+Of a motored cycle the shift follows from its symmetry, which does not depend on the level.
+
+Sources: those of `compression_fit` and of `dead_centre`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine_dyn.recordings.compression_fit import PRIORS, UNKNOWN_RATIO, fitted_shift, lines_of
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import looks_motored, symmetric_shift
+from engine_dyn.recordings.findings import Finding
+from engine_dyn.recordings.pegging import peg_by_compression, peg_to_inlet
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.smoothing import shifted
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+
+__all__ = ["LEVEL_PRIORS", "Level", "recorded_level"]
+
+LEVEL_PRIORS = replace(
+    PRIORS, exponent=(1.335, 0.03), exponent_slope=(0.01, 0.012), pegging=(0.0, 10.0 * BAR)
+)
+"""The level is hardly known, and the exponent less than that of `PRIORS`: whether it falls while
+the gas gets hot or stays the same changes the level by some hundredths of a bar."""
+
+TOLD, ANGLE_TOLD = 0.035 * BAR, 0.15 * DEGREE
+"""Largest standard uncertainties of a level that is told to 0.05 bar, and of an angle that is told
+to 0.3 degree."""
+
+SURE, LEAST = 3.0, 0.1 * BAR
+"""A level is off where it is so many standard uncertainties, and so much, from the absolute one."""
+
+LOWEST = 0.05 * BAR
+"""No cylinder has less, absolute."""
+
+STEPS, ENOUGH = 20, 10.0
+"""Fits, each about the level of the one before, until it changes by less [Pa]."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """What a recording tells of its level and of its dead centre; uncertainties are standard ones.
+
+    Attributes
+    ----------
+    offset, uncertainty : float
+        By which the recorded pressure is too high [Pa]; negative: too low.
+    shift, shift_uncertainty : float
+        By which it comes late [rad]; negative: early.
+    motored : bool
+        Whether the shift follows from the symmetry of cycles in which nothing burns.
+    start : float
+        Recorded pressure at the beginning of the compression, bottom dead centre [Pa].
+    change, shift_change : float
+        Root mean square of the change of p dV/dphi over the cycle when level and dead centre are
+        put right [W s/rad]: which of both is larger.
+    """
+
+    offset: float
+    uncertainty: float
+    shift: float
+    shift_uncertainty: float
+    motored: bool
+    start: float
+    change: float
+    shift_change: float
+
+    @property
+    def off(self) -> bool:
+        """Whether the recorded pressure is surely not absolute."""
+        return abs(self.offset) > max(SURE * self.uncertainty, LEAST)
+
+    @property
+    def inlet(self) -> float:
+        """Absolute pressure at the beginning of the compression [Pa]."""
+        return self.start - self.offset
+
+    def corrected(self, cycles: RecordedCycles) -> RecordedCycles:
+        """Return the cycles with absolute pressure; their angles stay."""
+        return replace(cycles, pressure=cycles.pressure - self.offset)
+
+    @property
+    def text(self) -> str:
+        """Level and dead centre with their uncertainties, the larger one first."""
+        said = [(self.change, self._level_text), (self.shift_change, self._shift_text)]
+        return "; ".join(text for _, text in sorted(said, key=lambda one: -one[0]))
+
+    @property
+    def finding(self) -> Finding:
+        """That the recorded pressure is not absolute."""
+        return Finding(
+            "level",
+            f"{self._level_text}: recorded at bottom dead centre before compression are "
+            f"{self.start / BAR:.2f} bar, and the compression is that of a gas from "
+            f"{self.inlet / BAR:.2f} bar on",
+            self.offset / BAR,
+            "bar",
+        )
+
+    @property
+    def _level_text(self) -> str:
+        high = "high" if self.offset > 0.0 else "low"
+        told = "" if self.uncertainty <= TOLD else "; to 0.05 bar it cannot be told"
+        return (
+            f"the pressure is {abs(self.offset) / BAR:.2f} bar too {high} (standard uncertainty "
+            f"{self.uncertainty / BAR:.2f} bar{told})"
+        )
+
+    @property
+    def _shift_text(self) -> str:
+        late = "late" if self.shift > 0.0 else "early"
+        sure = f"standard uncertainty {self.shift_uncertainty / DEGREE:.2f} degree"
+        size = f"{abs(self.shift) / DEGREE:.1f} degree {late}"
+        if self.motored and self.shift_uncertainty <= ANGLE_TOLD:
+            return f"it comes {size} ({sure}; from the symmetry of the motored cycle)"
+        why = "" if self.motored else "; a motored recording tells it"
+        return f"dead centre cannot be told to 0.3 degree: it may come {size} ({sure}{why})"
+
+
+def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
+    """Find level and dead centre of a recording that was not pegged.
+
+    Parameters
+    ----------
+    cycles : RecordedCycles
+        Pressure but for a constant that all cycles share.
+    geometry : CylinderGeometry
+        Its compression ratio is fitted too where it is not given.
+
+    Raises
+    ------
+    ValueError
+        Where samples are missing, or the compression is not that of a gas.
+    """
+    start = -float(peg_to_inlet(replace(cycles, pressure=cycles.mean[None]), 0.0).offset[0])
+    motored = looks_motored(cycles)
+    known = geometry
+    if known.compression_ratio is None:
+        known = geometry.with_compression_ratio(1.0 + UNKNOWN_RATIO[0])
+    lowest = LOWEST - float(cycles.mean.min())
+    missing = max(float(peg_by_compression(cycles, known).offset.mean()), lowest)
+    priors = LEVEL_PRIORS
+    for _ in range(STEPS):
+        moved = replace(cycles, pressure=cycles.pressure + missing)
+        if motored:
+            priors = replace(LEVEL_PRIORS, shift=symmetric_shift(moved)[:2])
+        fit = fitted_shift(lines_of(moved), geometry, priors)
+        before, missing = missing, max(missing + fit.pegging, lowest)
+        if abs(missing - before) < ENOUGH:
+            break
+    else:
+        raise ValueError("the compression is not that of a gas")
+    shift = priors.shift if motored else (fit.shift, fit.shift_uncertainty)
+    moved = replace(moved, pressure=moved.mean[None])
+    change, of_shift = _changes(moved, geometry, missing, shift[0])
+    return Level(
+        -missing, fit.pegging_uncertainty, *shift, motored, start, change, of_shift
+    )  # fmt: skip
+
+
+def _changes(
+    absolute: RecordedCycles, geometry: CylinderGeometry, missing: float, shift: float
+) -> tuple[float, float]:
+    """Root mean squares of the changes of p dV/dphi by a level and by a shift."""
+    slope = geometry.volume_slope(absolute.angle)
+    moved = shifted(absolute, -shift).pressure[0] - absolute.pressure[0]
+
+    def size(values: Floats) -> float:
+        return math.sqrt(float(np.mean(values**2)))
+
+    return size(missing * slope), size(moved * slope)

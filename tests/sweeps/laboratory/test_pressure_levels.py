@@ -1,0 +1,134 @@
+"""A recording that is not absolute: said by import, plan and run, with what puts it right."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn.units import BAR
+from sweeps.reading.indicator_files import read_indicator
+from tests.support.commands import invoke, ok
+from tests.support.known_pressures import KnownPressure
+
+KNOWN = KnownPressure(16.5, 1.335, inlet=0.95, rise=0.7)
+ENGINE = """
+cycle = "four-stroke"
+[values]
+bore = 0.095
+stroke = 0.105
+cylinders = 4
+crank_ratio = 0.27
+reciprocating_mass = 0.9
+inertia = 0.5
+speed = 1500
+load = 100
+load_exponent = 1
+load_offset = 0
+crankcase_pressure = 1.01325
+friction_constant = 0.3
+friction_peak_pressure = 0
+friction_mean_piston_speed = 0
+geometric_compression_ratio = 16.5
+[[diagram]]
+load = 100
+kind = "points"
+file = "pressure.csv"
+"""
+SCENE = """
+engine = "engine.toml"
+[output]
+quantities = ["delta"]
+"""
+
+
+def written(folder: Path, offset: float, late: float, cycles: int = 8, unit: str = "bar") -> Path:
+    """A file as a German spreadsheet writes it, of cycles in a row from gas exchange on."""
+    angle, pressure = KNOWN.recorded(offset, late, cycles=cycles, noise=0.03)
+    running = (angle + 720.0 * np.arange(cycles)[:, None]).ravel() + 360.0
+    lines = [f"{a:.1f};{p:.4f}" for a, p in zip(running, pressure.ravel(), strict=True)]
+    head = f"Kurbelwinkel [°];Zylinderdruck [{unit}]\n"
+    path = folder / "recording.csv"
+    path.write_text(head + "\n".join(lines).replace(".", ",") + "\n", encoding="utf-8")
+    (folder / "engine.toml").write_text(ENGINE)
+    (folder / "scene.toml").write_text(SCENE)
+    return path
+
+
+def level_line(text: str) -> str:
+    (line,) = [line for line in text.splitlines() if " level: " in line]
+    return line
+
+
+@pytest.mark.parametrize("engine", [True, False], ids=["with engine", "without"])
+@pytest.mark.parametrize(("offset", "late"), [(2.7, 1.5), (-0.6, -1.0)])
+def test_the_option_that_is_offered_puts_the_level_right(
+    tmp_path: Path, offset: float, late: float, engine: bool
+) -> None:
+    raw, made = written(tmp_path, offset, late), tmp_path / "pressure.csv"
+    more = ["--engine", tmp_path / "engine.toml"] if engine else []
+    first = invoke("import", raw, "--average", "-o", made, *more)
+    assert first.exit_code == 0
+    found = re.search(r"the pressure is ([\d.]+) bar too (high|low)", level_line(first.stderr))
+    assert found is not None
+    assert (1 if found[2] == "high" else -1) * float(found[1]) == pytest.approx(offset, abs=0.05)
+    assert "dead_centre" not in first.stderr and "exponent" not in first.stderr
+    assert "cannot be told to 0.3 degree" in first.stdout
+    assert "absolute;" not in made.read_text()
+    assert "level as recorded, not pegged" in made.read_text().splitlines()[0]
+    # What is offered, pasted.
+    offer = re.search(r"--pegging inlet --inlet-pressure [\d.]+", level_line(first.stderr))
+    assert offer is not None
+    again = invoke("import", raw, "--average", "-o", made, "--overwrite", *more,
+                   *shlex.split(offer[0]))  # fmt: skip
+    assert again.exit_code == 0 and " level: " not in again.stderr, again.stderr
+    assert "absolute;" in made.read_text().splitlines()[0]
+    assert read_indicator(made)(-np.pi) / BAR == pytest.approx(KNOWN.inlet, abs=0.1)  # noise
+
+
+def test_gauge_pressure_is_asked_for(tmp_path: Path) -> None:
+    raw = written(tmp_path, -1.01325, 0.0)
+    found = invoke("import", raw, "--average", "-o", tmp_path / "pressure.csv")
+    assert "is it gauge pressure (such as --unit barg)?" in level_line(found.stderr)
+    found = invoke("import", raw, "--average", "-o", tmp_path / "p.csv", "--unit", "barg")
+    assert " level: " not in found.stderr
+
+
+def test_plan_and_run_say_it_of_the_engine_and_of_the_indicator(tmp_path: Path) -> None:
+    raw = written(tmp_path, 2.7, 1.5)
+    ok("import", raw, "--average", "-o", tmp_path / "pressure.csv")
+    (tmp_path / "indicated.toml").write_text(
+        f'{SCENE}[indicator]\nfile = "recording.csv"\naverage = true\n'
+    )
+    (tmp_path / "made.toml").write_text(f'{SCENE}[indicator]\nfile = "pressure.csv"\n')
+    for name in ("scene.toml", "indicated.toml", "made.toml"):
+        planned = invoke("plan", tmp_path / name)
+        line = level_line(planned.stderr)
+        assert "2.7" in line and "bar too high" in line
+        assert "compression_rise" not in planned.stderr  # which has the same reason
+        assert "dead_centre" not in planned.stderr
+    archive = sweeps.run(tmp_path / "scene.toml")
+    assert level_line(archive.attrs["warnings"])
+    silent = SCENE.replace(
+        "[output]", 'silenced_warnings = ["level", "compression_rise"]\n[output]'
+    )
+    (tmp_path / "scene.toml").write_text(silent)
+    assert " level: " not in invoke("plan", tmp_path / "scene.toml").stderr
+
+
+def test_what_is_wrong_by_the_level_in_delta_is_mended_by_pegging(tmp_path: Path) -> None:
+    """The pegged recording gives the speed of the closed form itself."""
+    raw, made = written(tmp_path, 2.7, 0.0), tmp_path / "pressure.csv"
+    ok("import", raw, "--average", "-o", made)
+    wrong = float(sweeps.run(tmp_path / "scene.toml").delta)
+    ok("import", raw, "--average", "-o", made, "--overwrite", "--pegging", "inlet",
+       "--inlet-pressure", str(KNOWN.inlet))  # fmt: skip
+    found = float(sweeps.run(tmp_path / "scene.toml").delta)
+    angle = np.arange(-360.0, 360.0)
+    rows = "".join(f"{a:g},{p:.8g}\n" for a, p in zip(angle, KNOWN(angle), strict=True))
+    made.write_text("crank_angle_deg,pressure_bar\n" + rows)
+    true = float(sweeps.run(tmp_path / "scene.toml").delta)
+    assert found == pytest.approx(true, rel=0.005)
+    assert abs(wrong / true - 1.0) > 0.05
