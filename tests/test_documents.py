@@ -193,7 +193,7 @@ def test_links_lead_to_headings(of: str) -> None:
     followed = 0
     for page, text in PAGES.items():
         for link, anchor in re.findall(r"\]\(([^):\s]*?)#([^)]+)\)", text):
-            folder = (ROOT if page == "README.md" else DOCS / page).parent
+            folder = ROOT if page == "README.md" else (DOCS / page).parent
             other = page if not link else (folder / link).resolve().relative_to(DOCS).as_posix()
             assert anchor in anchors(texts[other]), f"{page}: {link}#{anchor}"
             followed += 1

@@ -73,7 +73,7 @@ def test_most_mistakes_are_noticed_and_the_others_documented() -> None:
 def test_the_unit_that_fits_is_asked_about(text: str, asked: str, tmp_path: Path) -> None:
     (mistake,) = (m for m in MISTAKES if m.text == text)
     (line,) = told_of(mistake.scene(tmp_path))
-    assert line.endswith(asked)
+    assert asked in line
 
 
 @pytest.mark.parametrize(
