@@ -353,7 +353,7 @@ def _what_was_found(time: Floats, wheel: Wheel) -> str:
     if long.size == 0:
         found = f"{gaps.size + 1} pulses without a gap"
     elif text and _fits(time, text):
-        found = f'wheel = "{text}"'
+        found = f'wheel = "{text}"' + _how_often(groups, wheel)
     else:
         apart = np.diff(long)
         found = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
@@ -393,15 +393,30 @@ def _repeated(groups: Integers) -> list[tuple[int, int]]:
 
 
 def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:
-    """Text of the groups; a single one as often as makes the pitches of the wheel expected."""
+    """Text of the groups, repeated as often as makes the pitches of the wheel expected."""
     longest = max(range(len(groups)), key=lambda place: groups[place][1])
     groups = groups[longest + 1 :] + groups[: longest + 1]  # the first group follows it
+    groups *= _repeats(groups, wheel) or 1
     pitches = sum(map(sum, groups))
-    if len(groups) == 1:
-        whole, beside = divmod(round(TURN / wheel.width.min()), pitches)
-        groups *= 1 if beside else whole
-        return "-".join(map(str, [pitches * len(groups), *(gap for _, gap in groups)]))
+    if len(set(groups)) == 1:
+        return "-".join(map(str, [pitches, *(gap for _, gap in groups)]))
     return ", ".join(f"{teeth} teeth, {missing} missing" for teeth, missing in groups)
+
+
+def _repeats(groups: list[tuple[int, int]], wheel: Wheel) -> int:
+    """How often the groups make the pitches of a turn of the wheel; 0 where they do not."""
+    whole, beside = divmod(round(TURN / wheel.width.min()), sum(map(sum, groups)))
+    return 0 if beside else whole
+
+
+def _how_often(groups: list[tuple[int, int]], wheel: Wheel) -> str:
+    """Say what pulses do not tell: how often what repeats does so in a turn."""
+    pitches, whole = sum(map(sum, groups)), _repeats(groups, wheel)
+    if whole == 1:
+        return ""
+    if whole:
+        return f" (its {pitches} pitches repeat; a turn has {whole * pitches} as {wheel.text} has)"
+    return f" if its {pitches} pitches make a whole turn and not a part of one"
 
 
 def _places(apart: Integers) -> str:

@@ -522,16 +522,28 @@ def _coordinates(
     return found
 
 
+def _whole_ratio(ratio: float) -> str:
+    """Text of a ratio near 2, 3, 4 or one over them; "" for any other."""
+    for number in (2, 3, 4):
+        for one, text in ((float(number), f"{number}"), (1.0 / number, f"1/{number}")):
+            if abs(ratio / one - 1.0) <= FAR_SPEED:
+                return text
+    return ""
+
+
 def far_speed_remark(label: str, measured: float, computed: float, changing: str) -> list[str]:
     """Return a remark where mean speeds [rad/s] differ by more than FAR_SPEED, else nothing."""
-    if abs(measured / computed - 1.0) <= FAR_SPEED:
+    ratio = measured / computed
+    if abs(ratio - 1.0) <= FAR_SPEED:
         return []
     return [
         f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
         f"{changing} with the square of the speed; "
         + (
             "is the unit of the times right (unit = 'us', say)?"
-            if not 1.0 / WRONG_UNIT < measured / computed < WRONG_UNIT
+            if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT
+            else f"is the wheel's pattern a whole turn? The ratio is {_whole_ratio(ratio)}"
+            if _whole_ratio(ratio)
             else "use the measured speed in the scene"
         )
     ]

@@ -1,5 +1,7 @@
 """Patterns of toothed wheels, those that look the same after a part of a turn, and any stamps."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -198,3 +200,44 @@ def test_any_times(seed: int) -> None:
         assert np.all(found.interval > 0.0) and np.all(np.diff(found.turn) > 0)
         angle = found.angle_at(np.linspace(times[0], times[-1], 50))
         assert np.all(np.diff(angle[np.isfinite(angle)]) > -1e-9)
+
+
+def repeating_wheels(count: int) -> list[tuple[list[tuple[int, int]], int]]:
+    """Groups of teeth with the number missing after each, and how often they make a turn."""
+    generator = np.random.default_rng(7)
+    found = []
+    while len(found) < count:
+        groups = [
+            (int(generator.integers(5, 24)), int(generator.integers(1, 4)))
+            for _ in range(generator.integers(1, 4))
+        ]
+        groups += [(1, 1)] * int(generator.integers(0, 2))
+        found.append((groups, int(generator.integers(1, 4))))
+    return found
+
+
+def test_a_pattern_that_is_suggested_is_that_of_a_whole_turn() -> None:
+    engine = TurningEngine(waves={0.5: (0.004, 0.3), 1.0: (0.003, 1.0)})
+    pasted = 0
+    for groups, turns in repeating_wheels(120):
+        pitches = turns * sum(map(sum, groups))
+        runs = ", ".join(f"{teeth} teeth, {missing} missing" for teeth, missing in turns * groups)
+        times = tooth_times(engine, wheel_from_text(runs).width, 8)
+        wrong = wheel_from_text(f"{pitches}-4")
+        try:
+            find_turns(times, wrong)
+        except ValueError as refused:
+            text = re.search(r'found: wheel = "([^"]+)"', str(refused))
+            if text is None:
+                continue
+            found = find_turns(times, wheel_from_text(text[1]))
+            speed = 2.0 * np.pi * len(found.time) / np.sum(found.time[:, -1] - found.time[:, 0])
+            assert speed == pytest.approx(310.0, rel=0.01), (runs, text[1])
+            pasted += 1
+    assert pasted > 100
+
+
+def test_a_pattern_of_other_pitches_is_not_called_a_whole_turn() -> None:
+    times = tooth_times(TurningEngine(), wheel_from_text("36-2-2").width, 8)
+    with pytest.raises(ValueError, match='wheel = "18-2" if its 18 pitches make a whole turn'):
+        find_turns(times, wheel_from_text("60-2"))
