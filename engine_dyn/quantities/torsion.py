@@ -24,10 +24,7 @@ from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, MPA, RPM
 
-__all__ = ["MODES", "NODES"]
-
-MODES = 6
-"""Most elastic modes that are given."""
+__all__ = ["NODES"]
 
 COMPLEX = 16
 """Bytes of a harmonic."""

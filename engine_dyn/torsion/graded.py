@@ -27,7 +27,7 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["critical_squares", "graded_modes"]
+__all__ = ["critical_squares", "graded_modes", "modes_below"]
 
 MOST_SWEEPS = 60
 """Rotations of all pairs; some ten are enough."""
@@ -196,6 +196,42 @@ def _reconcile(
             twist[node] = angle[node] - angle[parent[node]]
 
 
+def modes_below(
+    parent: Integers, numbers: tuple[Floats, Floats, Floats, Floats], order: float, square: float,
+    dynamic: Floats,
+) -> int:  # fmt: skip
+    """Return how many modes are below a frequency, those of parts that nothing holds among them.
+
+    Parameters
+    ----------
+    parent : ndarray of int, shape (M,)
+        Parent of each node.
+    numbers : tuple of ndarray, shape (M,)
+        Inertia, stiffness, stiffness against the frame, and stiffness over the square of the speed.
+    order : float
+        nu, to which the speed belongs; infinite: at rest.
+    square : float
+        Of the frequency [rad2/s2].
+    dynamic : ndarray, shape (M,)
+        Scratch.
+    """
+    inertia, stiffness, ground, following = numbers
+    below = 0
+    for node in range(parent.size):
+        dynamic[node] = ground[node] - square * inertia[node]
+    for node in range(parent.size - 1, 0, -1):
+        stiff = stiffness[node] + following[node] * (square / (order * order))
+        pivot = stiff + dynamic[node]
+        if pivot == 0.0:  # a branch alone resonates: as if it were detuned by its rounding
+            pivot = 1e-16 * (stiff + abs(dynamic[node])) + 1e-300
+        below += pivot < 0.0
+        dynamic[parent[node]] += stiff * (dynamic[node] / pivot)
+    return below + (dynamic[0] < 0.0)
+
+
+_modes_below = inlined(modes_below)
+
+
 @kernel
 def critical_squares(
     parent: Integers, inertia: Floats, stiffness: Floats, ground: Floats, following: Floats,
@@ -210,8 +246,8 @@ def critical_squares(
     for design in range(squares.shape[0]):
         numbers = inertia[design], stiffness[design], ground[design], following[design]
         for v in range(orders.size):
-            none = _below(parent, numbers, orders[v], LOW, scratch)
-            every = _below(parent, numbers, orders[v], HIGH, scratch)
+            none = _modes_below(parent, numbers, orders[v], LOW, scratch)
+            every = _modes_below(parent, numbers, orders[v], HIGH, scratch)
             for m in range(squares.shape[2]):
                 low, high = LOW, HIGH
                 while True:
@@ -219,28 +255,8 @@ def critical_squares(
                     middle = middle if high > 2.0 * low else 0.5 * (low + high)
                     if not low < middle < high:
                         break
-                    if _below(parent, numbers, orders[v], middle, scratch) > none + m:
+                    if _modes_below(parent, numbers, orders[v], middle, scratch) > none + m:
                         high = middle
                     else:
                         low = middle
                 squares[design, v, m] = high if every > none + m else np.nan
-
-
-@inlined
-def _below(
-    parent: Integers, numbers: tuple[Floats, Floats, Floats, Floats], order: float, square: float,
-    dynamic: Floats,
-) -> int:  # fmt: skip
-    """Number of modes below a frequency."""
-    inertia, stiffness, ground, following = numbers
-    below = 0
-    for node in range(parent.size):
-        dynamic[node] = ground[node] - square * inertia[node]
-    for node in range(parent.size - 1, 0, -1):
-        stiff = stiffness[node] + following[node] * (square / (order * order))
-        pivot = stiff + dynamic[node]
-        if pivot == 0.0:  # a branch alone resonates: as if it were detuned by its rounding
-            pivot = 1e-16 * (stiff + abs(dynamic[node])) + 1e-300
-        below += pivot < 0.0
-        dynamic[parent[node]] += stiff * (dynamic[node] / pivot)
-    return below + (dynamic[0] < 0.0)

@@ -22,6 +22,7 @@ __all__ = [
     "Modes",
     "checked_orders",
     "critical_speeds",
+    "free_parts",
     "modal_damping",
     "modal_excitation",
     "natural_modes",
@@ -99,7 +100,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
 def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
     """Squares of the frequencies, and, with sum J a^2 = 1, angles and twists of the nodes."""
     inertia, stiffness, *_ = matrices(system, speed)
-    free = _free_parts(system, speed)
+    free = free_parts(system, speed)
     root = np.sqrt(inertia)
     squares, vectors = np.linalg.eigh(stiffness / (root[..., :, None] * root[..., None, :]))
     largest = squares[..., -1]
@@ -121,7 +122,7 @@ def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
     return squares, angle, twist
 
 
-def _free_parts(system: ShaftSystem, speed: Any) -> Integers:
+def free_parts(system: ShaftSystem, speed: Any) -> Integers:
     """Number of parts of each design that nothing holds, by adding up from the ends of the tree."""
     joins = system.stiffness_at(speed) > 0.0
     held = np.broadcast_to(system.ground_stiffness, joins.shape) > 0.0

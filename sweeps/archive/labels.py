@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -337,6 +337,9 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
     for name, points in plan.points.items():
         if name in used:
             found[name] = _of_values(name, points, DIMENSIONS[name])
+            if name == "mode" and (told := plan.modes):
+                about = {**found[name].attributes, "comment": told}
+                found[name] = replace(found[name], attributes=about)
     shaft = scene.engine.shaft
     if shaft is not None and not plan.parts:
         for name, texts in (("disc", shaft.discs), ("shaft", shaft.shaft_names)):

@@ -389,6 +389,8 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     unused = (*plan.unused, *plan.unused_settings)
     if unused:
         say(f"no requested quantity depends on:  {', '.join(unused)}")
+    if plan.modes:
+        say(plan.modes)
     if done.outcomes:
         from sweeps.presenting.archives import of_all_designs
 

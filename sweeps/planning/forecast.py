@@ -22,6 +22,7 @@ from sweeps.planning.blocks import block_count, divided
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
+from sweeps.planning.shaft_modes import modes_kept
 
 __all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "text", "work_of"]
 
@@ -281,7 +282,10 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     if stage.node.of_shaft:
         discs, orders = plan.sizes["disc"], plan.sizes["order"]
         if not stage.node.can_fail:
-            return [f"  eigenvalues of {discs} discs, for {counted(stage.size, 'design')}"]
+            return [
+                f"  eigenvalues of {discs} discs, for {counted(stage.size, 'design')}",
+                f"  {modes_kept(plan.scene, plan.leaves)}",
+            ]
         pieces = ", and the sum of all orders over the cycle"
         return [
             f"  elimination along {discs} discs for each of {orders} orders"

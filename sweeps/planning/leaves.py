@@ -28,7 +28,6 @@ from engine_dyn.quantities.graph import (
     DIMENSIONS,
 )
 from engine_dyn.quantities.single_cylinders import with_values
-from engine_dyn.quantities.torsion import MODES
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
@@ -76,7 +75,6 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "bay": np.arange(1, throws + 1, dtype=np.int32),
         "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
         "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
-        "mode": np.arange(1, min(shafts, MODES) + 1, dtype=np.int32),
         "disc": np.arange(1, discs + 1, dtype=np.int32),
         "shaft": np.arange(1, shafts + 1, dtype=np.int32),
         "mount": np.arange(1, mounts + 1, dtype=np.int32),

@@ -26,6 +26,7 @@ from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import changed_parameters, plan_elasticities
 from sweeps.planning.leaves import leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
+from sweeps.planning.shaft_modes import modes_kept
 from sweeps.planning.uncertainty import plan_uncertainty
 from sweeps.planning.variations import Variation
 from sweeps.scene.friction_law import friction_law
@@ -176,6 +177,13 @@ class Plan:
         """Dimensions of a result or of something given."""
         return self.computed[name].dims if name in self.computed else self.leaves[name].dims
 
+    @property
+    def modes(self) -> str:
+        """Which modes of a shaft the archive has, as people read it; empty where it has none."""
+        if self.parts or not any("mode" in self.dims(name) for name in self.outputs):
+            return ""
+        return str(modes_kept(self.scene, self.leaves))
+
     def wanted(self, stage: Stage) -> tuple[str, ...]:
         """Results of a stage that the plan uses."""
         return tuple(name for name in stage.node.gives if name in self.computed)
@@ -255,6 +263,9 @@ def make_plan(scene: Scene) -> Plan:
         return _plan_of_several(scene)
     points = points_of(scene, scene.cycles)
     leaves = leaves_of(scene, points)
+    modes = modes_kept(scene, leaves)
+    points["mode"] = np.arange(1, modes.kept + 1, dtype=np.int32)
+    leaves["mode"] = Value(points["mode"], ("mode",))
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
     found = _Ancestors(scene, leaves, sizes)
     for name in scene.quantities:

@@ -123,6 +123,10 @@ class Scene(GivenValues):
         Step of `crank_angle` [degree]; divides the cycle.
     highest_order : float
         Highest point of `order`.
+    modes : int, optional
+        Number of modes of the shaft; None: those below `modes_below`, or that orders can excite.
+    modes_below : float, optional
+        Frequency [Hz] below which modes are computed.
     reference : Reference, optional
         Published values.
     source : dict
@@ -177,6 +181,8 @@ class Scene(GivenValues):
     silenced_warnings: tuple[str, ...]
     angle_step: float
     highest_order: float
+    modes: int | None
+    modes_below: float | None
     reference: Reference | None
     source: dict[str, Any]
     path: Path | None

@@ -434,6 +434,8 @@ def _assembled(
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         angle_step=given.output.angle_step,
         highest_order=_highest_order(given, engine),
+        modes=given.output.modes,
+        modes_below=given.output.modes_below,
         reference=None,
         uncertainty=read_uncertainty(given.uncertainty, values, name),
         folder=str(base),

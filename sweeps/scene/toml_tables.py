@@ -111,6 +111,14 @@ class Output(Strict):
         ge=1.0,
         le=LARGEST_ORDER,
     )
+    modes: int | None = Field(
+        default=None,
+        description="a whole number: modes of the shaft; default: all that orders can excite",
+        ge=1,
+    )
+    modes_below: float | None = Field(
+        default=None, description="a number in Hz, in place of modes: all modes below it", gt=0.0
+    )
 
 
 class Characteristic(Strict):

@@ -55,6 +55,8 @@ def check_output(output: Output, engine: Engine, name: str) -> None:
                 f"{name}: [output] fail_on = {shown(outcome)}: unknown outcome"
                 f"{not_known(outcome, FAILURES)}"
             )
+    if output.modes is not None and output.modes_below is not None:
+        raise SceneError(f"{name}: [output] has both modes and modes_below; give one of them")
     step, cycle = output.angle_step, round(math.degrees(engine.period))
     lowest = 360.0 / cycle
     if abs(output.highest_order / lowest - round(output.highest_order / lowest)) > 1e-9:
