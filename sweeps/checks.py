@@ -47,6 +47,9 @@ __all__ = [
 DEEPEST = 8
 """Nesting of tables and lists that is read."""
 
+LONGEST_TEXT = 20_000
+"""Characters of one text of a scene; the factors of the longest firing pattern take most."""
+
 LONG = 1000
 """Longer lists stay arrays when they are read, and archives state only their length."""
 
@@ -155,8 +158,8 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
     Raises
     ------
     SceneError
-        For keys that are not texts, masked values, and nesting that no scene has, such as a list in
-        itself.
+        For keys that are not texts, masked values, texts longer than any scene has, and nesting
+        that no scene has, such as a list in itself.
     """
     if depth > DEEPEST:
         raise SceneError(f"{name}: tables or lists nested more than {DEEPEST} deep")
@@ -164,6 +167,7 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         for key in value:
             if not isinstance(key, str):
                 raise SceneError(f"{name}: key {shown(key)} must be a string")
+            _check_length(key, f"{name}: a key")
         places = (f"{name}: [{key}]" if depth == 0 else f"{name} {key}" for key in value)
         items = zip(places, value.items(), strict=True)
         return {str(key): plain(item, place, depth + 1) for place, (key, item) in items}
@@ -174,8 +178,14 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         if value.ndim == 1 and value.size > LONG and value.dtype.kind in "iuf":
             return np.array(value, dtype=np.float64)
         return plain(value.tolist(), name, depth + 1)
+    if isinstance(value, str):
+        _check_length(value, name)
+        return value
     if isinstance(value, list | tuple):
-        if set(map(type, value)) <= {int, float, str}:  # also lists of millions, without a loop
+        kinds = set(map(type, value))
+        if kinds <= {int, float, str}:  # also lists of millions, without a loop
+            if str in kinds:
+                _check_length(max((item for item in value if isinstance(item, str)), key=len), name)
             return list(value)
         return [plain(item, name, depth + 1) for item in value]
     if isinstance(value, np.generic):
@@ -187,6 +197,14 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
     if hasattr(value, "tolist"):  # columns of pandas
         return plain(value.tolist(), name, depth + 1)
     return value
+
+
+def _check_length(text: str, where: str) -> None:
+    """Refuse a text that nobody writes, before anything looks for something in it."""
+    if len(text) > LONGEST_TEXT:
+        raise SceneError(
+            f"{where} = {shown(text)}: has {len(text)} characters; must be at most {LONGEST_TEXT}"
+        )
 
 
 def shortened(value: Any, longest: int | None = None) -> Any:

@@ -30,6 +30,9 @@ NAMED_BADLY = (
 LONGEST = 4000
 """Characters of a message."""
 
+LONGEST_NAME = 300
+"""Characters of a name that is like another one."""
+
 MOST_LISTED = 40
 """Names that a message lists where a command lists them too."""
 
@@ -61,6 +64,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     Case, blanks, hyphens and the order of words do not count as differences, so that 'Max Omega'
     finds 'omega_max'. Where two names begin so, both are named.
     """
+    if len(name) > LONGEST_NAME:
+        return ""
     plain: dict[str, str] = {}
     for right in known:
         plain.setdefault(right.lower().replace("-", "_"), right)

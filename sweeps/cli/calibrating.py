@@ -8,7 +8,7 @@ import click
 
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, percentages, quiet_option
 from sweeps.cli.exits import announce_compiling, guarded, say
-from sweeps.cli.files import check_output, writing
+from sweeps.cli.files import check_output, same_file, writing
 from sweeps.errors import SceneError
 
 __all__ = ["calibrate"]
@@ -61,7 +61,7 @@ def calibrate(
 
     shares = None if loads is None else percentages(loads)
     sheet = read_data_sheet(engine)
-    if output.exists() and output.samefile(engine):
+    if same_file(output, engine):
         raise SceneError(f"{output}: is the data sheet itself; -o must name another file")
     check_output(output, overwrite)
     elsewhere = output.parent.resolve() != engine.parent.resolve()

@@ -27,6 +27,7 @@ __all__ = [
     "not_written",
     "opened",
     "opened_to_print",
+    "same_file",
     "write_archive",
     "writing",
 ]
@@ -83,6 +84,14 @@ def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
         raise
     except (OSError, ValueError) as error:
         raise not_written(path, error) from None
+
+
+def same_file(one: Path, other: Path) -> bool:
+    """Whether two paths are of one file that exists."""
+    try:
+        return one.samefile(other)
+    except (OSError, ValueError):  # one does not exist, or no file can be called so
+        return False
 
 
 def check_folder(folder: Path) -> None:

@@ -10,7 +10,7 @@ import click
 
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
 from sweeps.cli.exits import guarded, say, warn
-from sweeps.cli.files import check_folder, check_output, writing
+from sweeps.cli.files import check_folder, check_output, same_file, writing
 from sweeps.errors import SceneError, one_line, plain_number
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def import_(
     detected, assumed and changed is printed and written to the header of the CSV file. The options
     are the keys of [indicator] in a scene; the page 'Laboratory files' explains them.
     """
-    if output.exists() and raw.exists() and output.samefile(raw):
+    if same_file(output, raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
     from sweeps.reading.pressure_recordings import read_pressure
 

@@ -167,7 +167,7 @@ def _names(given: str | Iterable[str]) -> tuple[str, ...]:
 def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | None:
     """Two finite numbers, of a text with a sign between them."""
     if isinstance(given, str):
-        number = r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*"
+        number = r"\s*+([-+]?(?:\d++(?:\.(?!\.)\d*+)?+|\.\d++))\s*+"
         found = re.fullmatch(number + sign + number, given, re.ASCII)
         parts: tuple[Any, ...] = found.groups() if found else ()
     else:

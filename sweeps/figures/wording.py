@@ -44,7 +44,7 @@ def unit_text(units: str) -> str:
         if part == "/":
             sign = -1
             continue
-        match = re.fullmatch(r"([^\d\s^*+-]+)(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?)?", part)
+        match = re.fullmatch(r"([^\d\s^*+-]+)(?:\^|\*\*)?([-+]?\d{1,9}(?:\.\d+)?)?", part)
         if match is None or not match[1].strip("()"):
             return plain_text(units)
         power = sign * float(match[2] or 1)

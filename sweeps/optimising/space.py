@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -178,11 +177,12 @@ def _of_text(text: str, of_scene: Mapping[str, Any], name: str) -> list[tuple[st
 
 def _numbers(text: str) -> Any:
     """A range or a list of numbers as [sample] writes them."""
-    ends = re.fullmatch(r"(.+?)(?:\s+to\s+|\s*\.\.\s*)(.+?)(\s+log)?", text)
-    if ends is None:
+    plain = " ".join(text.split())
+    low, between, high = plain.partition(" to " if " to " in plain else "..")
+    if not between:
         return [_number(part) for part in text.split(",")]
-    table = {"low": _number(ends[1]), "high": _number(ends[2])}
-    return {**table, "spacing": "log"} if ends[3] else table
+    table = {"low": _number(low), "high": _number(high.removesuffix(" log"))}
+    return {**table, "spacing": "log"} if high.endswith(" log") else table
 
 
 def _number(text: str) -> float | int:

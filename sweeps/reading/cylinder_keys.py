@@ -229,11 +229,12 @@ _UNDERSTOOD = ("in-line", "boxer", "radial", "parallel twin", "v", "vr", "w")
 
 def _meant(text: str, period: float) -> str:
     """Return "; did you mean 'in-line 3'?" for a text that is nearly an arrangement."""
-    parts = re.match(r"([a-z][a-z -]*?)[ -]*(\d.*)$", text.strip().lower())
+    parts = re.match(r"([a-z][a-z -]*+)(\d.*+)$", text.strip().lower())
     if parts is None:
         return ""
-    near = difflib.get_close_matches(parts[1], _UNDERSTOOD, n=1, cutoff=0.6)
-    word = _OTHER_WORDS.get(parts[1], near[0] if near else "")
+    kind = parts[1].rstrip(" -")
+    near = difflib.get_close_matches(kind, _UNDERSTOOD, n=1, cutoff=0.6)
+    word = _OTHER_WORDS.get(kind, near[0] if near else "")
     meant = f"{word.upper()}{parts[2]}" if word in ("v", "vr", "w") else f"{word} {parts[2]}"
     try:
         arrangement_from_text(meant, period)

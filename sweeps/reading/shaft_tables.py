@@ -17,7 +17,7 @@ from pydantic import Field
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
 from sweeps.catalogue import SHAFTS
-from sweeps.checks import Strict, check_range, check_structure, mentioned, number
+from sweeps.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.reading.engine_tables import Source
 from sweeps.reading.referred_files import kept, referred
@@ -225,7 +225,9 @@ def read_shaft(given: Any, base: Path, where: str) -> GivenShaft | None:
         also = ", or the path of a file (.toml)"
         hint = not_known(given, known, also=also)
         raise SceneError(f"{where}shaft = {shown(given)}: unknown shaft{hint}")
-    file = check_structure(ShaftFile, parse_toml(path, name, "a file with a [shaft]"), name)
+    file = check_structure(
+        ShaftFile, plain(parse_toml(path, name, "a file with a [shaft]"), name), name
+    )
     made = _read(file.shaft, f"{name}: [shaft]")
     return GivenShaft(
         made.shaft, made.values, {f"shaft, {key}": text for key, text in file.assumed.items()},

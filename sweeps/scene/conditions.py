@@ -36,10 +36,17 @@ __all__ = [
 Units = Callable[[str], str | None]
 """Unit of a name, None where it is not known."""
 
+_CONDITION = re.compile(r"(\w++)\s*+(<=|>=|<|>)(.*+)")
+
+# Possessive: digits that were matched are not given back, which would take the square of their
+# number.
 _WITH_UNIT = re.compile(
-    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*(?![eE][+-]?\d)(?:%|1?/?[A-Za-z][^<>=]*)"
+    r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+\s*+(?:%|1?/?[A-Za-z][^<>=]*+)"
 )
 """A number and what may be a unit; `number_with_unit` says whether it is."""
+
+LONGEST = 500
+"""Characters of a condition."""
 
 _COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,
@@ -99,10 +106,14 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
     SceneError
         For anything else, and for a unit of another kind.
     """
-    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*(.*?)\s*", text)
-    if found is None or not found[3]:
+    if len(text) > LONGEST:
+        raise SceneError(
+            f"condition {shown(text)}: has {len(text)} characters; must be at most {LONGEST}"
+        )
+    found = _CONDITION.fullmatch(text.strip())
+    if found is None or not found[3].strip():
         raise _no_condition(text)
-    name, sign, limit = found[1], found[2], found[3].strip("'\"")
+    name, sign, limit = found[1], found[2], found[3].strip().strip("'\"")
     named = _named(name)
     if limit in named:
         return Constraint(name, sign, named[limit])

@@ -23,7 +23,7 @@ _OF_ONE_CYLINDER = (
 """Nodes that have the diagram of a single cylinder in them, over angle or order."""
 
 _RESULT, _LEVEL = ": imep ", ": not pegged, "
-_VALUE = re.compile(r"[+-]?\d[\d.]*(?:e[+-]?\d+)?(?= ?(?:bar|%))")
+_VALUE = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
 
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:

@@ -39,8 +39,8 @@ PATTERN = (
 _LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
 
 _RANDOM = re.compile(
-    r"deviation\s+(?P<deviation>\S+?)\s*,\s*(?P<cycles>\d+)\s+cycles?"
-    r"(?:\s*,\s*seeds?\s+(?P<seed>\d+)(?:\s+to\s+(?P<last>\d+))?)?"
+    r"deviation\s+(?P<deviation>\S+?)\s*,\s*(?P<cycles>\d{1,12})\s+cycles?"
+    r"(?:\s*,\s*seeds?\s+(?P<seed>\d{1,12})(?:\s+to\s+(?P<last>\d{1,12}))?)?"
 )
 
 MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520

@@ -24,6 +24,9 @@ _UNIT_WORDS = {
 """Texts that are units and no names, in lower case; blanks and signs of products may be left out
 of them."""
 
+LONGEST_HEAD = 300
+"""Characters of the head of a column that are looked at."""
+
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
 
 _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
@@ -122,6 +125,7 @@ def _width(row: Sequence[str], decimal: str) -> int:
 
 def split_unit(text: str) -> tuple[str, str]:
     """Split "p1 [bar]", "Angle (deg)" or "p/bar" into name and unit; "" where there is none."""
+    text = text[:LONGEST_HEAD]
     found = _IN_BRACKETS.match(text)
     if found is None:
         for pattern in (_OVER_UNIT, _COMMA_UNIT):
@@ -153,7 +157,7 @@ def names_and_units(
     fitting: list[list[str]] = []
     alone = False
     for row in reversed(above[-12:]):
-        fields = [text.strip().strip('"').lstrip("#%").strip() for text in row]
+        fields = [text[:LONGEST_HEAD].strip().strip('"').lstrip("#%").strip() for text in row]
         while fields and not fields[-1]:
             fields.pop()
         if len(fields) > width and sentences:

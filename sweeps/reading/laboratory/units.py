@@ -40,7 +40,7 @@ _ANGLES = {
 """Degrees of each unit of angles; `grad` is German for degree, and no gon."""
 
 _OF_DEAD_CENTRE = re.compile(
-    r"(?P<plain>.+?)[ _]+(?:a|after |(?P<before>b|before ))t\.?d\.?c\.?f?", re.I
+    r"(?P<plain>.+?)(?<![ _])[ _]++(?:a|after |(?P<before>b|before ))t\.?d\.?c\.?f?", re.I
 )
 """Angles after or before top dead centre, "f" for firing."""
 
