@@ -318,8 +318,13 @@ CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "cylinder_spacing", "distance of neighbouring throws over the bore", "", 0.8, 3.0,
-        "Kolchin and Demidov (1984): 1.1 to 1.5 in engines in line; widened to throws of boxers "
-        "and to large engines",
+        "Kolchin and Demidov (1984): 1.1 to 1.5 in engines in line; widened to large engines",
+        ("cylinder_spacing", "bore"), lambda spacing, bore: spacing / bore, ("cylinder_spacing",),
+    ),
+    Check(
+        "boxer_spacing", "distance of neighbouring throws of a boxer over the bore", "", 0.2, 3.0,
+        "judgement: the throws of a pair stand as far apart as a rod and a web are thick, 0.3 to "
+        "0.6 bores",
         ("cylinder_spacing", "bore"), lambda spacing, bore: spacing / bore, ("cylinder_spacing",),
     ),
     *(

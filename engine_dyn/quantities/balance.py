@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.forces import balance
+from engine_dyn.forces.balance.lines import default_bank_offset
 from engine_dyn.geometry import masses
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
@@ -25,8 +26,12 @@ PARAMETERS = (
     ),
     parameter(
         "bank_offset", "a_b", "m",
-        "offset of each bank from the one before, along the shaft", "this project",
-        unless_given=0.0,
+        "offset of each bank from the one before, along the shaft; by default cylinder_spacing in "
+        "boxers, 0 in others", "this project",
+        needs=("cylinder_spacing", "cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_spacing, cylinder_set, cylinders_by_count: default_bank_offset(
+            cylinder_spacing, cylinder_set, cylinders_by_count
+        ),
     ),
     parameter(
         "counterweight_fraction", "c", "1",

@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.plausibility.judgement import (
     MOST_CORNERS,
     Implausible,
@@ -82,6 +83,8 @@ def _lines(plan: Plan) -> list[str]:
         return []
     if "double_acting" in plan.scene.words:  # piston rod and crosshead have their masses
         off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
+    engines = plan.leaves["cylinders_by_count"].data.values()
+    off |= {"cylinder_spacing" if any(map(is_boxer, engines)) else "boxer_spacing"}
     used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
     if "family" in used:
         used.update(plan.scene.cycle_keys)

@@ -380,7 +380,7 @@ def _balance(draw: Draw, given: Given) -> None:
     chosen = some(draw, choices, 8, least=3)
     if {"counterweight_fraction", "counterweight_mass"} <= {*chosen}:
         del chosen[draw(st.sampled_from(["counterweight_fraction", "counterweight_mass"]))]
-    given.values |= {"cylinder_spacing": choices["cylinder_spacing"]} | chosen
+    given.values |= {key: choices[key] for key in ("cylinder_spacing", "bank_offset")} | chosen
 
 
 def _webs(draw: Draw, given: Given) -> None:
@@ -390,6 +390,7 @@ def _webs(draw: Draw, given: Given) -> None:
     weights = st.lists(st.fixed_dictionaries(numbers), min_size=1, max_size=4)
     given.tables["counterweights"] = draw(weights)
     given.values["cylinder_spacing"] = around(1.3 * given.own["bore"])
+    given.values["bank_offset"] = near(0.0, 0.2 * given.own["bore"])
     if draw(st.booleans()):
         given.values["counterweights_factor"] = near(0.0, 2.0)
 

@@ -75,7 +75,7 @@ def hostile() -> xr.Dataset:
 def any_archive(random: Random) -> xr.Dataset:
     """An archive that somebody may have made: any dimensions, sizes, texts and numbers."""
     numbers = np.random.default_rng(random.randrange(10**6))
-    known = ["speed", "engine", "design", "cylinder", "direction", "crank_angle", "order", "tooth",
+    known = ["speed", "engine", "design", "throw", "direction", "crank_angle", "order", "tooth",
              "an axis", "recorded_cycle"]  # fmt: skip
     sizes = {
         n: random.choice([0, 1, 1, 2, 3, 12]) for n in random.sample(known, random.randint(0, 5))

@@ -71,7 +71,8 @@ VALVES = {
 
 NOT_OF_AN_ENGINE: dict[str, Any] = {
     "set": {
-        "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
+        "cylinder_spacing": 0.2, "bank_offset": 0.02, "balance_shaft_radius": 0.03,
+        "second_shaft_radius": 0.02,
         "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
         "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
         "rim_speed_limit": "cast iron", "rim_speed_lowest": "cast iron",

@@ -352,6 +352,8 @@ def test_arrangements_and_misfires_as_axes() -> None:
             for name in OTHERS:
                 where = {"misfire": misfire, "arrangement": place}
                 here = found[name].sel({k: v for k, v in where.items() if k in found[name].dims})
+                if "throw" in here.dims:  # as many as the engine with most of them has
+                    here = here.dropna("throw", how="all")
                 assert_array_equal(here, alone[name], name)
 
 
@@ -407,7 +409,7 @@ def test_unequal_throws_and_friction_through_a_scene() -> None:
     of_curves = friction.mean("crank_angle") / found["friction_torque"]
     assert_allclose(of_curves, 1.0, rtol=1e-3)
     assert_allclose(found["torque"].max("crank_angle"), found["torque_max"], rtol=1e-3)
-    assert_allclose(found["torque_after_throw"].isel(cylinder=0), found["torque"], atol=1e-9)
+    assert_allclose(found["torque_after_throw"].isel(throw=0), found["torque"], atol=1e-9)
 
 
 @pytest.mark.compiled
@@ -609,5 +611,5 @@ def test_unequal_throws_with_an_offset_through_a_scene() -> None:
         assert float(here["mean_piston_speed"]) == pytest.approx(speed, rel=1e-12)
     work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
     assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
-    whole, torque = found["torque_after_throw"].isel(cylinder=0), found["torque"].values
+    whole, torque = found["torque_after_throw"].isel(throw=0), found["torque"].values
     assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))

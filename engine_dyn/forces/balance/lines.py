@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Booleans, Floats
 
-__all__ = ["Lines", "lines_of"]
+__all__ = ["Lines", "default_bank_offset", "is_boxer", "lines_of"]
 
 
 class Lines(NamedTuple):
@@ -77,3 +79,40 @@ def lines_of(engine: Cylinders) -> Lines:
         np.array(engine.mass_factors, dtype=float), made.radius_factors,
         np.array(engine.throw_shares), np.array([member.side for member in engine.members]),
     )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def is_boxer(engine: Cylinders) -> bool:
+    """Whether the cylinders stand in opposite pairs, each pair on two opposite pins."""
+    made, places = engine.arrangement, engine.along_shaft
+    if made is None or places is None or len(made.banks) != 2:
+        return False
+
+    def opposite(one: float, other: float) -> bool:
+        return abs(abs(np.remainder(one - other, TURN)) - 0.5 * TURN) < SAME_ANGLE
+
+    def is_pair(pair: tuple[int, ...]) -> bool:
+        banks = {made.cylinders[k].bank for k in pair}
+        pins = [made.throws[made.cylinders[k].throw].angle for k in pair]
+        return len(pins) == 2 and len(banks) == 2 and opposite(*pins)
+
+    return opposite(*made.banks) and all(map(is_pair, places))
+
+
+def default_bank_offset(spacing: Any, cylinders: Any, by_count: CylindersByCount) -> Any:
+    """Offset of each bank along the shaft where none is given [m].
+
+    In a boxer the pins of a pair are opposite: its throws are neighbours, one distance of throws
+    apart. The forces of the pair are F and -F, so that its moment is F times that distance: of a
+    twin m r omega^2 a (1 + lambda), up to higher orders (Power units, lecture 18). In all others
+    it is 0: the rods of a pair work in one plane.
+
+    Parameters
+    ----------
+    spacing : array_like
+        Distance of neighbouring throws [m].
+    cylinders, by_count
+        Set of cylinders of each design, and the sets.
+    """
+    share = value_of_sets(cylinders, by_count, lambda engine: float(is_boxer(engine)))
+    return share * np.asarray(spacing)

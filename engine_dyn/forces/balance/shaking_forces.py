@@ -13,7 +13,7 @@ import numpy as np
 
 from engine_dyn.forces.balance.best_fraction import least_mean_square, least_peak
 from engine_dyn.forces.balance.counterweights import check_above_zero
-from engine_dyn.forces.balance.lines import Lines, lines_of
+from engine_dyn.forces.balance.lines import Lines, default_bank_offset, lines_of
 from engine_dyn.forces.balance.orders import (
     Ellipse,
     acceleration_harmonics,
@@ -88,9 +88,9 @@ class RunningGear:
         crank's speed, against the backward moment of first order [kg m2].
     spacing : array_like
         Distance of neighbouring throws [m]; for moments.
-    bank_offset : array_like
+    bank_offset : array_like, optional
         How far each bank stands behind the one before, along the shaft [m]: for rods side by side
-        on a pin, and for the two throws of a boxer's pair.
+        on a pin, and for the two throws of a boxer's pair. See `lines.default_bank_offset`.
     webs, web_couple : array_like
         Unbalance of the counterweights on the webs [kg m], and that times the distance from the
         middle of the crank [kg m2], both complex: see `engine_dyn.forces.web_weights`.
@@ -114,16 +114,19 @@ class RunningGear:
     pair: Any = 0.0
     couple: Any = 0.0
     spacing: Any = np.nan
-    bank_offset: Any = 0.0
+    bank_offset: Any = None
     webs: Any = 0.0
     web_couple: Any = 0.0
 
     def __post_init__(self) -> None:
-        """Take the only set of cylinders where none is given."""
+        """Take the only set of cylinders, and the usual distance of banks, where none is given."""
         if self.cylinders is None:
             if len(self.by_count) != 1:
                 raise ValueError("cylinders: must be given where by_count has several")
             object.__setattr__(self, "cylinders", next(iter(self.by_count)))
+        if self.bank_offset is None:
+            usual = default_bank_offset(self.spacing, self.cylinders, self.by_count)
+            object.__setattr__(self, "bank_offset", usual)
 
     # vectors over the crank angle
 

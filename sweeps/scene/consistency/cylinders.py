@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from engine_dyn.forces.balance.banks import hangs_on_bank_offset
+from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry import arrangement
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import with_values
 from sweeps.checks import mentioned
-from sweeps.dimensions import FIRING_PATTERN
+from sweeps.dimensions import ELASTICITY, FIRING_PATTERN
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_misfire", "check_patterns", "check_throws", "extreme_cylinders"]
+__all__ = [
+    "check_bank_offset", "check_misfire", "check_patterns", "check_throws", "extreme_cylinders",
+]  # fmt: skip
 
 
 def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
@@ -82,6 +86,31 @@ def check_patterns(scene: Scene, name: str) -> None:
         raise SceneError(f"{where} together with articulated_rods")
     if cycles_of(scene.driven.over_angle, scene.engine.period) > 1:
         raise SceneError(f"{where} together with a load that repeats after more than one cycle")
+
+
+_OF_ORDER = {"shaking_moment_first": 1, "shaking_moment_second": 2}
+"""Quantities of one order of the moment."""
+
+
+def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
+    """Check that a moment does not hang on a distance of banks that nobody gives.
+
+    In the bays of a boxer it does: pins that are a whole distance of throws apart stand in the
+    bearings of their bay.
+    """
+    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
+    order = _OF_ORDER.get(quantity.removesuffix(ELASTICITY))
+    for engine in engines:
+        if engine.arrangement is None:
+            continue  # `check_throws` refuses these
+        boxer = is_boxer(engine)
+        if "bay_" in quantity if boxer else hangs_on_bank_offset(engine, order):
+            raise SceneError(
+                f"{name}: [output] quantities: '{quantity}' needs bank_offset (offset of each bank "
+                f"from the one before, along the shaft), without which it is 0 or unknown for "
+                f"{engine.arrangement.name or 'this arrangement'}; must be in [set], [axes] or "
+                "[designs], 0 where the rods of a pair work in one plane"
+            )
 
 
 def check_throws(scene: Scene, quantity: str, name: str) -> None:

@@ -27,7 +27,7 @@ from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.reading.block_tables import MOUNTS
 from sweeps.reading.engine_files import GEOMETRIC, RATIO
-from sweeps.scene.consistency.cylinders import check_throws
+from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 
@@ -153,6 +153,8 @@ def check_needs(scene: Scene, name: str) -> None:
                     "flywheel_inertia, auxiliary_inertia and load_inertia instead, or "
                     "wanted_delta"
                 )
+            if need == "bank_offset" and need not in given:
+                check_bank_offset(scene, quantity, name)
             if need in seen:
                 continue
             seen.add(need)
