@@ -240,8 +240,15 @@ class Scene(GivenValues):
         found = self.variants[name]
         if not found.of_shaft:
             return found
-        of_shaft = [k for k in self.shaft_keys if k.rpartition("_")[0] in found.of_shaft]
+        of_shaft = [key for key in self.shaft_keys if self._enters(key, found)]
         return replace(found, needs=(*found.needs, *of_shaft))
+
+    def _enters(self, key: str, node: Node) -> bool:
+        """Whether a node needs a number of the shaft; of a given stiffness, no section does."""
+        what, _, number = key.rpartition("_")
+        if what in ("shaft_diameter", "shaft_bore") and "shaft_length" in node.of_shaft:
+            return f"shaft_length_{number}" in self.shaft_keys
+        return what in node.of_shaft
 
     @cached_property
     def cycles(self) -> int:
