@@ -86,7 +86,9 @@ class GapAngle:
         return [np.roll(row, late, axis=-1) for row, late in zip(rows, self.late, strict=True)]
 
 
-def cycles_of_turns(teeth: PassedTeeth, turns: int, first: int = 0) -> Floats:
+def cycles_of_turns(
+    teeth: PassedTeeth, turns: int, first: int = 0, values: Floats | None = None
+) -> Floats:
     """Raw speed of each whole cycle.
 
     Parameters
@@ -97,6 +99,8 @@ def cycles_of_turns(teeth: PassedTeeth, turns: int, first: int = 0) -> Floats:
         Turns of a cycle: 2 (four-stroke) or 1.
     first : int
         Whether cycles begin with turns of even (0) or odd (1) numbers.
+    values : ndarray, shape (turns, teeth), optional
+        Those of all turns, in place of the raw speeds.
 
     Returns
     -------
@@ -115,7 +119,8 @@ def cycles_of_turns(teeth: PassedTeeth, turns: int, first: int = 0) -> Floats:
         raise ValueError(
             f"measured speed: no whole cycle of {turns} turns among {teeth.turn.size} turns found"
         )
-    return np.asarray(teeth.speed[begin[:, None] + np.arange(turns)].reshape(begin.size, -1))
+    values = teeth.speed if values is None else values
+    return np.asarray(values[begin[:, None] + np.arange(turns)].reshape(begin.size, -1))
 
 
 def fluctuation(cycles: Floats, errors: ToothErrors | None = None) -> Fluctuation:

@@ -60,6 +60,8 @@ class PassedTeeth:
         Pulses too many and teeth that were missed, a line each.
     first : int
         Place [from 0] of the pulse with which the first turn begins.
+    before, after : ndarray
+        Times of the pulses before the first and after the last turn [s].
     """
 
     wheel: Wheel
@@ -69,6 +71,8 @@ class PassedTeeth:
     scatter: float
     faults: tuple[str, ...]
     first: int
+    before: Floats
+    after: Floats
 
     @property
     def interval(self) -> Floats:
@@ -185,7 +189,10 @@ def find_turns(time: Floats, wheel: Wheel, first: int | None = None) -> PassedTe
     turn, faults = _between(time, starts, wheel)
     span = float(every[-1, -1] - every[0, 0])
     lost = max(1.0 - float(np.sum(every[:, -1] - every[:, 0])) / span, 0.0)
-    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults, int(starts[0]))
+    return PassedTeeth(
+        wheel, every, turn, lost, _scatter(every, wheel), faults, int(starts[0]),
+        time[: starts[0]], time[starts[-1] + wheel.teeth + 1 :],
+    )  # fmt: skip
 
 
 def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Integers:

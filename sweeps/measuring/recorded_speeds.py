@@ -8,17 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine_dyn.periodic_spline import wrapped
+from engine_dyn.recordings.drift import SteadySpeeds, steady_cycles, steady_turns
 from engine_dyn.recordings.marks import ASIDE
-from engine_dyn.recordings.measured_speed import GapAngle, cycles_of_turns, find_gap_angle
+from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
 from engine_dyn.recordings.tooth_errors import sound_intervals
 from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
-from engine_dyn.units import DEGREE
+from engine_dyn.units import DEGREE, RPM
 from sweeps.errors import SceneError
 from sweeps.measuring.measured_files import SpeedRecord, records_of
 from sweeps.scene.measured import Measured
 
 __all__ = ["RecordedSpeeds", "first_tooth", "recorded_speeds"]
+
+LEFT_OUT = 0.05
+"""Share of intervals in no whole cycle from which on it is said."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,14 +186,21 @@ def recorded_speeds(
     if wheel is None:
         angle, cycles = _over_angle(records, period, most_samples)
         width = np.full(angle.size, period / angle.size)
+        steady = [steady_cycles(one, width) for one in cycles]
+        cycles = [one.cycles for one in steady]
         used = np.ones(angle.size, dtype=np.bool_)
     else:
-        cycles = [_between_teeth(record, turns, name) for record in records]
+        steady = [_between_teeth(record, turns, name) for record in records]
+        cycles = [one.cycles for one in steady]
         width = np.tile(wheel.width, turns)
         used = np.tile(sound_intervals(_means(cycles), wheel), turns)
     return RecordedSpeeds(
         tuple(r.label for r in records), tuple(r.sha256 for r in records),
-        tuple(f"{r.label}: {line}" for r in records for line in r.remarks),
+        tuple(
+            f"{record.label}: {line}"
+            for record, one in zip(records, steady, strict=True)
+            for line in (*record.remarks, *_drift_remarks(one))
+        ),
         cycles, width, used, period, wheel, angle, given.groups,
         tuple(r.teeth.first + 1 for r in records if r.teeth is not None),
         _known_gap(records, name), all(r.turn_known for r in records),
@@ -221,13 +232,31 @@ def _means(cycles: Sequence[Floats]) -> Floats:
     return np.array([one.mean(axis=0) for one in cycles])
 
 
-def _between_teeth(record: SpeedRecord, turns: int, name: str) -> Floats:
-    """Cycles of the speed between the teeth."""
+def _between_teeth(record: SpeedRecord, turns: int, name: str) -> SteadySpeeds:
+    """Cycles of the speed between the teeth, without its drift."""
     assert record.teeth is not None
     try:
-        return cycles_of_turns(record.teeth, turns)
+        return steady_turns(record.teeth, turns)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {record.label}: {error}") from None
+
+
+def _drift_remarks(found: SteadySpeeds) -> list[str]:
+    """What is to be said of a drift, and of intervals at the ends."""
+    said = []
+    if found.drift is not None:
+        first, last, _ = found.drift
+        said.append(
+            f"the speed {'rises' if last > first else 'falls'} from {first / RPM:.4g} to "
+            f"{last / RPM:.4g} rpm, by {abs(100.0 * found.drift.in_a_cycle):.2g} % in a cycle: "
+            "this drift is taken out of the speeds; delta is that of no steady speed"
+        )
+    if found.left_out > LEFT_OUT:
+        said.append(
+            f"{100.0 * found.left_out:.2g} % of the intervals belong to no whole cycle and are "
+            "left out"
+        )
+    return said
 
 
 def _over_angle(
