@@ -128,8 +128,10 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
         back = np.flatnonzero(np.diff(times) <= 0.0) + 1
         share = back.size / max(times.size, 1)
         if _are_intervals(times, measured.wheel.teeth, share):
+            times, stretch = _longest_stretch(times, recording)
             times = np.concatenate([[0.0], np.cumsum(times)])
             said = ("the values do not ascend and are taken as intervals between the teeth",)
+            said += stretch
         try:
             teeth = find_turns(times, measured.wheel, measured.first[place])
         except ValueError:
@@ -147,6 +149,18 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
         raise
     except ValueError as error:
         raise SceneError(f"{where}: {error}") from None
+
+
+def _longest_stretch(intervals: Floats, recording: Recording) -> tuple[Floats, tuple[str, ...]]:
+    """Return the most intervals between two marks, where time passes unseen, and a remark."""
+    stretches = np.split(intervals, recording.marks)
+    longest = max(stretches, key=len)
+    if len(longest) == len(intervals):
+        return intervals, ()
+    return longest, (
+        f"of {len(intervals)} intervals, the {len(longest)} of the longest stretch without a line "
+        "MARK are used: at a mark, time passes that is not logged",
+    )
 
 
 def _are_intervals(times: Floats, teeth: int, share: float) -> bool:

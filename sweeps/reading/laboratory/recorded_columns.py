@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -59,13 +60,14 @@ class Contents(NamedTuple):
         In the order of the file.
     first_line : int, optional
         As `Recording`.
-    said : tuple of str
+    said, marks : tuple
         As `Recording`.
     """
 
     columns: list[Column]
     first_line: int | None = None
     said: tuple[str, ...] = ()
+    marks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +88,8 @@ class Recording:
         How the file was read where there was a choice: encoding, sheet, what was left out.
     remarks : tuple of str
         Which choices of the user had no meaning for the file.
+    marks : tuple of int
+        Samples (from 0) before which a line MARK stood: time may have passed there.
     """
 
     label: str
@@ -94,12 +98,13 @@ class Recording:
     first_line: int | None = None
     said: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    marks: tuple[int, ...] = ()
 
     def place(self, sample: int) -> str:
         """Return the place of a sample (from 0), as editors and sheets show it: "line 12"."""
         if self.first_line is None:
             return f"sample {sample + 1}"
-        return f"line {self.first_line + sample}"
+        return f"line {self.first_line + sample + bisect_right(self.marks, sample)}"
 
     def at(self, sample: int) -> str:
         """Return the file and the place of a sample (from 0) in it."""
@@ -164,4 +169,4 @@ def recording_of(label: str, sha256: str, contents: Contents) -> Recording:
         found[name] = Column(name, column.unit, column.values, column.text)
     if not found:
         raise SceneError(f"{label}: no columns of numbers")
-    return Recording(label, sha256, found, contents.first_line, contents.said)
+    return Recording(label, sha256, found, contents.first_line, contents.said, marks=contents.marks)

@@ -32,6 +32,9 @@ LINES = 500
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 """Bytes that texts do not have."""
 
+_MARK = re.compile(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)')
+"""Lines that loggers of engine controllers write where a key is pressed or a page begins."""
+
 _DOS_END = b"\x1a"
 """What ends a text of DOS."""
 
@@ -68,6 +71,7 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
     del path
     data = data.rstrip(_DOS_END)
     encoding, *said = encoding_of(data, label, choices.encoding)
+    data, marks = _without_marks(data)
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
         head = head[:-1]  # may be cut
@@ -82,7 +86,22 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
     rows = [_fields(line, form.separator) for line in head[: form.first]]
     names, units = names_and_units(rows, form.width, sentences=form.separator == _BLANK)
     columns = _columns(data, encoding, form, names, units, label, said)
-    return Contents(columns, form.first + 1, tuple(filter(None, said)))
+    within = tuple(line - form.first for line in marks if line > form.first)
+    if within:
+        said.append(f"{counted(len(within), 'line')} MARK between the samples left out")
+    first_line = form.first + 1 + len(marks) - len(within)
+    return Contents(columns, first_line, tuple(filter(None, said)), within)
+
+
+def _without_marks(data: bytes) -> tuple[bytes, list[int]]:
+    """Return the data without lines of marks, and how many lines are before each."""
+    found, marks, before, start = [], [], 0, 0
+    for mark in _MARK.finditer(data):
+        found.append(data[start : mark.start()])
+        before += len(found[-1].splitlines())
+        marks.append(before)
+        start = mark.end()
+    return b"".join([*found, data[start:]]) if marks else data, marks
 
 
 def is_text(data: bytes) -> bool:

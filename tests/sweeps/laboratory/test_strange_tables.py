@@ -206,3 +206,23 @@ def test_of_two_recordings_the_first_is_read_and_both_are_named(tmp_path: Path) 
     recording = read_recording(tmp_path / "a.xlsx")
     assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
     assert "'One' of 'One', 'Two'" in recording.said[0]
+
+
+def test_lines_of_marks_are_left_out_and_lines_still_counted(tmp_path: Path) -> None:
+    table = lines()
+    marked = [
+        "angle,p_cyl",
+        "deg,bar",
+        "MARK 000 - start",
+        *table[:100],
+        "MARK 001 - key",
+        *table[100:],
+    ]
+    (tmp_path / "a.msl").write_text("\r\n".join(marked))
+    recording = read_recording(tmp_path / "a.msl")
+    assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
+    assert recording.marks == (100,)
+    assert "1 line MARK" in recording.said[0]
+    for sample in (0, 99, 100, 719):
+        place = int(recording.place(sample).removeprefix("line "))
+        assert marked[place - 1] == table[sample]

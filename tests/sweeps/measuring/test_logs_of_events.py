@@ -194,6 +194,23 @@ def test_times_of_a_counter_that_begins_again(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("pages", [1, 2, 5])
+def test_time_that_passes_at_marks_is_in_no_interval(tmp_path: Path, pages: int) -> None:
+    """Loggers write MARK lines between pages; the teeth that pass meanwhile are not logged."""
+    intervals = np.diff(times_of("36-1"))
+    longest, part = 13 * 35 + 7, (len(intervals) - 13 * 35 - 7) // pages
+    lines, start = ["#Firmware: x", "ToothTime", "us"], 0
+    for page in range(pages):
+        length = longest if page == pages // 2 else part - 3
+        lines.append(f"MARK {page:03d} - page - Fri May 03 10:00:00 2024")
+        lines += [f"{1e6 * one:.3f}" for one in intervals[start : start + length]]
+        start += length + 3
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    found = compared(tmp_path / "log.csv", "teeth", "36-1")
+    check(found, 6)
+    assert ("MARK" in found.attrs["remarks"]) == (pages > 1)
+
+
 def test_intervals_of_a_coasting_wheel(tmp_path: Path) -> None:
     """All ascend, except after the gaps."""
     angle = np.concatenate([[0.0], np.cumsum(np.tile(wheel_from_text("36-1").width, TURNS))])
