@@ -29,7 +29,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, sum_of_angles, velocity_at
 from engine_dyn.given_numbers import given_array
-from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.diagram import Diagram, never_burns, table_angles
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.pressure.first_law_kernel import smooth_step
 from engine_dyn.types import Floats, Integers
@@ -152,7 +152,7 @@ class CompressorCycle:
         Its peak lies before dead centre, where `diagram_from_points` would take it for a mistake.
         """
         found = tabulate(self._values(), step_degrees)
-        return Diagram(found.angle, found.pressure, found.slope, TWO_STROKE)
+        return Diagram(found.angle, found.pressure, found.slope, TWO_STROKE, never_burns)
 
     def _values(self) -> dict[str, float]:
         return {name: getattr(self, name) for name in FILE_FIELDS}

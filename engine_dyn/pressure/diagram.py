@@ -24,10 +24,24 @@ from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["Diagram", "diagram_from_points", "table_angles", "values_at"]
+__all__ = ["Diagram", "diagram_from_points", "never_burns", "table_angles", "values_at"]
 
 AT_ONCE = 65536
 """Values of several diagrams that are computed together, which fit in a processor's cache."""
+
+
+def never_burns() -> Diagram:
+    """In place of `Diagram.motored`: cylinders of compressors and pumps have no combustion.
+
+    Raises
+    ------
+    ValueError
+        Always, one line.
+    """
+    raise ValueError(
+        "a compressor or pump has no diagram without its own; factors on its pressure must be 1, "
+        "and misfire 0"
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.pressure import compressor
 from engine_dyn.pressure.compressor import CompressorCycle, refusals, tabulate
-from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.diagram import Diagram, never_burns
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
@@ -53,13 +53,6 @@ OF_EFFECTIVE_PRESSURE = ("bore", "crankcase_pressure")
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
-
-
-def _always_compresses() -> Diagram:
-    raise ValueError(
-        "a double-acting cylinder has no diagram without its own; factors on its pressure must be "
-        "1, and misfire 0"
-    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,7 +171,7 @@ class DoubleActingCycle(CompressorCycle):
             head.pressure - (1.0 - share) * (crank.pressure - self.crankcase_pressure),
             head.slope - (1.0 - share) * crank.slope,
             TWO_STROKE,
-            _always_compresses,
+            never_burns,
             head_end=head,
             crank_end=crank,
             rod_share=share,

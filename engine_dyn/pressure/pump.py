@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.given_numbers import given_number
-from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.diagram import Diagram, never_burns, table_angles
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR
@@ -134,4 +134,4 @@ class PumpCycle:
             If the step does not divide the turn or is over 10 degrees.
         """
         angle = table_angles(TWO_STROKE, step_degrees)
-        return Diagram(angle, *self.pressure_and_slope(angle), TWO_STROKE)
+        return Diagram(angle, *self.pressure_and_slope(angle), TWO_STROKE, never_burns)

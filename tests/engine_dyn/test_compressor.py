@@ -262,5 +262,5 @@ def test_a_step_that_halves_no_turn_is_refused() -> None:
 def test_a_cylinder_always_compresses() -> None:
     diagram = double().diagram()
     assert ends_of(family_from_diagrams([100.0], [diagram])) is diagram
-    with pytest.raises(ValueError, match="a double-acting cylinder has no diagram without"):
+    with pytest.raises(ValueError, match="a compressor or pump has no diagram without"):
         motored(diagram)

@@ -343,8 +343,8 @@ def test_an_engine_that_burns_has_no_piston_rod(tmp_path: Path) -> None:
     [
         ({"set": {"bore": 0.35}}, "[set] bore: not allowed: the double-acting cylinders of engine"),
         ({"axes": {"crankcase_pressure": [1, 2]}}, "[axes] crankcase_pressure: not allowed"),
-        ({"set": {"misfire": 1}}, "[set] misfire: a double-acting cylinder has no diagram without"),
-        ({"set": {"pressure_factor_1": 0.5}}, "pressure_factor_1: a double-acting cylinder has"),
+        ({"set": {"misfire": 1}}, "[set] misfire: a compressor or pump has no diagram without"),
+        ({"set": {"pressure_factor_1": 0.5}}, "pressure_factor_1: a compressor or pump has"),
         ({"set": {"friction_boundary": 0.5, "ring_pressure": 1}}, "must be 0: engine"),
         ({"set": {"heat": 20}}, "heat: not allowed"),
         ({"output": {"quantities": ["intake_duration"]}}, "needs a four-stroke engine"),
@@ -378,3 +378,32 @@ def test_a_measured_diagram_is_of_one_end(tmp_path: Path) -> None:
         '[output]\nquantities = ["delta"]\n'
     )
     assert "[indicator]: not allowed: engine" in refusal(tmp_path / "scene.toml")
+
+
+OF_BOTH = ("crank_end_clearance_ratio", "piston_rod_diameter")
+PUMP = ("suction_pressure", "delivery_pressure", "suction_loss", "delivery_loss", "valve_ramp")
+NOT_BURNING: dict[str, dict[str, Any]] = {
+    "double-acting": DIAGRAM,
+    "compressor": {**{k: v for k, v in DIAGRAM.items() if k not in OF_BOTH}, "kind": "compressor"},
+    "pump": {"kind": "pump", **{key: DIAGRAM[key] for key in PUMP}},
+    "torque": {"kind": "torque", "mean": -900.0, "harmonics": []},
+}
+
+
+@pytest.mark.parametrize("table", [
+    {"pressure_factor": [0.7]}, {"pressure_factor_1": 0.5}, {"misfire": 1},
+    {"firing_pattern": "10"},
+])  # fmt: skip
+@pytest.mark.parametrize("kind", NOT_BURNING)
+def test_what_does_not_burn_takes_no_factor_on_its_pressure(
+    kind: str, table: dict[str, Any], tmp_path: Path
+) -> None:
+    """Compressors and pumps have no diagram without combustion, given torques no cylinders."""
+    path = Path(written(tmp_path, NOT_BURNING[kind]))
+    if kind == "torque":  # which is of no load
+        path.write_text(path.read_text().replace("load = 100\n", ""))
+    asked = {"engine": str(path), "output": {"quantities": ["torque_mean"]}}
+    read_scene({**asked, "set": {"mass_factor": [1.0]}})
+    said = refusal({**asked, "set": table})
+    assert next(iter(table)) in said
+    assert "compressor or pump has no" in said or "gives its torque" in said

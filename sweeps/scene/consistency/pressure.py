@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.motored import motored
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -67,15 +68,12 @@ def check_double_acting(scene: Scene, name: str) -> None:
 def check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one.
 
-    An engine whose torque is given has no pressure at all.
+    An engine whose torque is given has no pressure at all, and compressors no combustion.
     """
-    if scene.engine.torque is not None:
-        if scene.indicator is not None:
-            raise SceneError(
-                f"{name}: [indicator]: not allowed: engine {scene.engine.name} gives its torque in "
-                "place of a pressure"
-            )
-        return
+    of_torque = scene.engine.torque is not None
+    why = f"not allowed: engine {scene.engine.name} gives its torque in place of a pressure"
+    if of_torque and scene.indicator is not None:
+        raise SceneError(f"{name}: [indicator]: {why}")
     engines = extreme_cylinders(scene, name)
     factors = {factor for engine in engines for factor in engine.pressure_factors}
     silent, patterns = scene.given.get("misfire"), scene.firing_patterns
@@ -85,8 +83,12 @@ def check_motored(scene: Scene, name: str) -> None:
     of_one = [k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor"]
     key = "misfire" if silent is not None else of_one[0] if of_one else "pressure_factor"
     key = key if fires else FIRING_PATTERN
-    measured = scene.indicator
-    for diagram in scene.engine.family.diagrams if measured is None else (measured,):
+    if of_torque:
+        raise SceneError(f"{name}: [{scene.table_of(key)}] {key}: {why}")
+    diagrams = scene.engine.family.diagrams
+    if scene.indicator is not None:
+        diagrams = (scene.indicator, *(one for one in diagrams if one.motored is never_burns))
+    for diagram in diagrams:
         try:
             motored(diagram)
         except ValueError as error:
