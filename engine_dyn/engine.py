@@ -68,6 +68,9 @@ class Engine:
         Names of plausibility checks whose ranges this engine is meant to leave.
     uncertainty : mapping
         Range or distribution of values that are not well known, as its file has them.
+    diagram_speeds : tuple
+        Lowest and highest speed [rpm] for which each diagram holds, by load; None where it is not
+        known.
     diagram_warnings : tuple of str
         What the checks of recordings said of its diagrams, as their files tell.
     """
@@ -93,4 +96,5 @@ class Engine:
     sources: tuple[str, ...] = ()
     silenced_warnings: tuple[str, ...] = ()
     uncertainty: Mapping[str, Any] = field(default_factory=dict)
+    diagram_speeds: tuple[tuple[float, float] | None, ...] = ()
     diagram_warnings: tuple[str, ...] = ()

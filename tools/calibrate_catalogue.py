@@ -51,7 +51,7 @@ HEAT_OF_CHARGE = 0.97 * 44.0e6 / (1.0 + 14.7)
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
     """Cycle of a [[diagram]], as the reader of engine files makes it."""
-    rest = {key: item for key, item in table.items() if key not in ("load", "kind")}
+    rest = {key: item for key, item in table.items() if key not in ("load", "speeds", "kind")}
     own = read_values(values, "catalogue")
     two = table["kind"] in ("two_stroke", "compressor")
     period = PERIODS["two-stroke" if two else "four-stroke"]

@@ -9,12 +9,16 @@ from typing import Any
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.errors import one_line
 from sweeps.measuring.calibration_model import PUBLISHED, Calibration
+from sweeps.reading.diagram_speeds import SPEEDS
 from sweeps.reading.modelled_diagrams import KINDS
 
 __all__ = ["engine_file"]
 
 COLUMN = 40
 """Where comments begin."""
+
+HOLDS = (0.5, 1.2)
+"""Lowest and highest speed for which the diagrams are said to hold, over the rated one."""
 
 _OWN = ("title", "name", "cycle", "source", "assumed", "firing_order")
 
@@ -53,7 +57,12 @@ def engine_file(made: Calibration) -> str:
         lines += ["", "[[diagram]]", *_diagram(point.table, made)]
     lines += ["", *_data_sheet(made), "", "[assumed]"]
     fitted = "; ".join(f"{key} to {what}" for key, what in made.fitted.items())
-    reasons = {**own, **made.assumed, "diagram": f"Modelled, not measured. Fitted: {fitted}."}
+    reasons = {
+        **own,
+        **made.assumed,
+        "diagram": f"Modelled, not measured. Fitted: {fitted}.",
+        SPEEDS: "Half to 1.2 times the rated speed, as for engines of the catalogue.",
+    }
     lines += [f"{_key(key)} = {_toml(reason)}" for key, reason in reasons.items()]
     sources = [source["text"] for source in rest.get("source", [])]
     for text in [*sources, *(s for s in SOURCES if s not in sources)]:
@@ -97,6 +106,9 @@ def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
     for key, value in table.items():
         if key in ("load", "kind", "wall"):
             lines.append(f"{key} = {_toml(value)}")
+            if key == "load":
+                speeds = [float(f"{factor * made.published.speed:.6g}") for factor in HOLDS]
+                lines.append(_line(SPEEDS, speeds, "rpm; assumed"))
             continue
         unit = KINDS["first_law"].fields[key].unit
         if key in made.fitted:

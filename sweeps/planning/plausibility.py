@@ -26,12 +26,13 @@ from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.units import BAR
+from engine_dyn.units import BAR, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, printable
 from sweeps.planning.plan import Plan
 from sweeps.planning.shaft_warnings import shaft_warnings
 from sweeps.reading.indicator_files import WARNING
+from sweeps.reading.silenced_warnings import DIAGRAM_SPEEDS
 from sweeps.scene.model import Scene
 
 __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
@@ -106,6 +107,8 @@ def _lines(plan: Plan) -> list[str]:
         if found is not None:
             wrong.add(found.key)
             lines.append(found.text(_places(plan, found, base)))
+    if "family" in used and "speed" not in wrong:
+        lines += _of_speeds(plan, off)
     return [*lines, *shaft_warnings(plan, off)]
 
 
@@ -262,3 +265,32 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         else:
             lines.append(found.text(where))
     return lines
+
+
+def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
+    """A line where the engine's diagrams are used at speeds for which they do not hold."""
+    engine, speed = plan.scene.engine, plan.leaves.get("speed")
+    given = engine.diagram_speeds if plan.scene.indicator is None else ()
+    if DIAGRAM_SPEEDS in off or speed is None or not any(given):
+        return []
+    # Loads between two diagrams take both.
+    load, loads = plan.leaves.get("load"), engine.family.loads
+    first, last = 0, len(given)
+    if load is not None and load.data.size:
+        first = max(int(np.searchsorted(loads, load.data.min(), "right")) - 1, 0)
+        last = int(np.searchsorted(loads, load.data.max(), "left")) + 1
+    ranges = [one for one in given[first:last] if one is not None]
+    if not ranges:
+        return []
+    low, high = max(one[0] for one in ranges), min(one[1] for one in ranges)
+    rpm = np.asarray(speed.si, float) / RPM
+    beyond = np.maximum(low / rpm, rpm / high)
+    count = int((beyond > 1.0 + 1e-9).sum())
+    if not count:
+        return []
+    worst = float(rpm.reshape(-1)[int(np.argmax(beyond))])
+    of = f"; {count} of {rpm.size} speeds, this is the worst" if rpm.size > 1 else ""
+    return [
+        f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; the diagrams of engine {engine.name} hold for "
+        f"{low:g} to {high:g} rpm{of}"
+    ]

@@ -54,6 +54,7 @@ from sweeps.reading.cylinder_keys import (
     cylinders_of_keys,
     read_cylinder_keys,
 )
+from sweeps.reading.diagram_speeds import SPEEDS, read_speeds
 from sweeps.reading.engine_tables import EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import WARNING, notes_of, read_indicator
@@ -243,6 +244,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
+        diagram_speeds=tuple(d.speeds for d in sorted(diagrams, key=lambda d: d.load)),
         diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings),
     )
     _check_weights(given, values, name)
@@ -489,8 +491,8 @@ def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
 class _Entry(NamedTuple):
     """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields.
 
-    The compression ratio is that of the table, if it has one. Warnings are those that the checks of
-    a recording left in the file.
+    Compression ratio and speeds [rpm] are those of the table, if it has them; warnings are those
+    that the checks of a recording left in the file.
     """
 
     load: float
@@ -498,6 +500,7 @@ class _Entry(NamedTuple):
     diagram: Diagram
     again: ModelledDiagram | None
     ratio: float | None
+    speeds: tuple[float, float] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -509,7 +512,7 @@ def _diagram(
     load_node, speed_node = PARAMETERS["load"], PARAMETERS["speed"]
     load = number(taken(rest, "load", where), f"{where} load", load_node)
     check_range(load, f"{where} load", load_node)
-    speed = None
+    speed, speeds = None, read_speeds(rest, where)
     if "speed" in rest:
         speed = number(rest.pop("speed"), f"{where} speed", speed_node)
         check_range(speed, f"{where} speed", speed_node)
@@ -519,18 +522,18 @@ def _diagram(
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a string: the path of a CSV")
         ratio = compression_ratio_of(rest, where)
-        no_more(rest, where, ("load", "speed", "kind", "file", RATIO))
+        no_more(rest, where, ("load", "speed", SPEEDS, "kind", "file", RATIO))
         path = referred(folder, file, f"{where} file")
         diagram = read_indicator(path, f"{where} {file}", period)
         notes = (note for note in notes_of(path) if note.startswith(WARNING))
         warnings = tuple(f"{where}: {note.removeprefix(WARNING)}" for note in notes)
-        return _Entry(load, speed, diagram, None, ratio, warnings)
+        return _Entry(load, speed, diagram, None, ratio, speeds, warnings)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", TORQUE, *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
     diagram, again = modelled_diagram(kind, rest, where, period, here)
-    return _Entry(load, speed, diagram, again, compression_ratio_of(rest, where))
+    return _Entry(load, speed, diagram, again, compression_ratio_of(rest, where), speeds)
 
 
 def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:

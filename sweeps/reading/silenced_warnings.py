@@ -11,6 +11,7 @@ from sweeps.errors import SceneError, not_known, shown
 __all__ = [
     "ALL",
     "BRAKE_TORQUE",
+    "DIAGRAM_SPEEDS",
     "KNOWN",
     "RECIPROCATING_SHARE",
     "RIGID_SHAFT",
@@ -28,6 +29,9 @@ STATED_UNIT = "stated_unit"
 BRAKE_TORQUE = "brake_torque"
 """Name of the warning that a recording has less torque than was measured at the shaft."""
 
+DIAGRAM_SPEEDS = "diagram_speeds"
+"""Name of the warning that diagrams are used at speeds for which they do not hold."""
+
 RIGID_SHAFT = "rigid_shaft"
 """Name of the warning that the rigid engine is far from the elastic shaft."""
 
@@ -39,6 +43,7 @@ KNOWN = (
     *RECORDING_CHECKS,
     STATED_UNIT,
     BRAKE_TORQUE,
+    DIAGRAM_SPEEDS,
     RIGID_SHAFT,
     RECIPROCATING_SHARE,
     ALL,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import MISSING, fields
 
-from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
@@ -16,10 +15,11 @@ from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
+from sweeps.reading.diagram_speeds import MEANING, SPEEDS
 from sweeps.reading.engine_files import SHAFT_KEYS, TORQUE
 from sweeps.reading.engine_tables import EngineFile
 from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
-from sweeps.reading.silenced_warnings import ALL
+from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_diagrams import TorqueDiagram
 from sweeps.scene.schema_parts import (
     DRAFT,
@@ -50,8 +50,15 @@ def engine_schema() -> Schema:
         properties[name] = key_of_cylinders(name)
     properties |= keys_of_torque_tables()
     properties["shaft"] = key_of_shaft()
-    properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
-    head: Schema = {"load": reference("load"), "speed": reference("speed")}
+    properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
+    head: Schema = {
+        "load": reference("load"),
+        "speed": reference("speed"),
+        SPEEDS: {
+            "type": "array", "items": {"type": "number", "exclusiveMinimum": 0},
+            "minItems": 2, "maxItems": 2, "description": MEANING,
+        },
+    }  # fmt: skip
     tables["PointsDiagram"] = {
         "description": "a measured diagram",
         **closed(

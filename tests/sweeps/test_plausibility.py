@@ -1,6 +1,7 @@
 """Plausibility warnings of scenes: which mistakes are noticed, and where the lines are kept."""
 
 import csv
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, NAMES, 
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.planning.plausibility import plausibility_warnings
-from sweeps.reading.engine_files import catalogue
+from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import invoke
 from tests.support.mistakes import MISTAKES, Mistake
@@ -24,7 +25,7 @@ DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "plausibility.md"
 RANGES = DOCUMENT.with_name("plausibility_ranges.csv")
 
 NOT_NOTICED = {
-    "inertia in lb ft2", "GD2 for inertia", "speed in rad/s, of a fast engine", "heat in MPa",
+    "inertia in lb ft2", "GD2 for inertia", "heat in MPa",
     "start of combustion in radians", "diagram in MPa, charged engine",
 }  # fmt: skip
 """Values that another engine may have."""
@@ -116,7 +117,7 @@ def test_results_of_built_in_scenes_are_usual(name: str) -> None:
 
 
 SCENE: dict[str, Any] = {
-    "engine": "ntua", "axes": {"inertia": [1.5, 2.0, 2e4, 3e4], "speed": [900, 1200]},
+    "engine": "ntua", "axes": {"inertia": [1.5, 2.0, 2e4, 3e4], "speed": [1000, 1200]},
     "output": {"quantities": ["delta", "bmep"]},
 }  # fmt: skip
 
@@ -246,3 +247,64 @@ def test_the_document_links_the_table_of_ranges() -> None:
     for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS):
         assert any(row["name"] == check.name for row in rows), check.name
     assert len(NAMES) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("set_", "axes", "said"),
+    [
+        ({}, {}, None),
+        ({"speed": 2000.0}, {}, None),
+        ({"speed": 1000.0}, {}, "speed = 1000 rpm; the diagrams of engine mine hold for 1200 to"),
+        ({}, {"speed": [1100.0, 1500.0, 2700.0]}, "2 of 3 speeds, this is the worst"),
+        # Between loads of 30 and 100 percent, both diagrams are used; at 30 percent one.
+        ({"load": 30.0, "speed": 2450.0}, {}, None),
+        ({"load": 60.0, "speed": 2450.0}, {}, "hold for 1200 to 2400 rpm"),
+    ],
+)
+def test_diagrams_are_used_where_they_hold(
+    set_: dict[str, float], axes: dict[str, list[float]], said: str | None, tmp_path: Path
+) -> None:
+    text = (catalogue()["si_four_87x101"]).read_text("utf-8")
+    head, low, high = re.sub(r"^speeds = .*\n", "", text, flags=re.M).split("[[diagram]]\n")
+    text = "[[diagram]]\n".join(
+        [re.sub("^speed = .*", "speed = 2000", head, flags=re.M).replace("si_four_87x101", "mine"),
+         f"speeds = [1000, 2500]\n{low}", f"speeds = [1200, 2400]\n{high}"]
+    )  # fmt: skip
+    (tmp_path / "mine.toml").write_text(text, "utf-8")
+    scene = {"engine": str(tmp_path / "mine.toml"), "set": set_, "axes": axes,
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    lines = [line for line in told_of(scene) if line.startswith("diagram_speeds")]
+    assert (len(lines) == 1 and said in lines[0]) if said else lines == []
+    assert told_of({**scene, "output": {"quantities": ["shaking_force_max"]}}) == ()
+    assert told_of({**scene, "silenced_warnings": ["diagram_speeds"]}) == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("speeds = 1500", r"number 1 speeds = 1500: must be a list of two numbers in rpm"),
+        ("speeds = [1500]", "must be a list of two numbers"),
+        ("speeds = [1800, 1500]", "must ascend"),
+        ("speeds = [-1, 1500]", r"speeds number 1 = -1"),
+        ('speeds = ["fast", 1500]', "speeds number 1"),
+        (
+            "speeds = [1000, 2000]\nspeed = 1500",
+            "has both speed, for a grid over speed, and speeds",
+        ),
+    ],
+)
+def test_the_speeds_of_a_diagram_are_a_range(key: str, message: str, tmp_path: Path) -> None:
+    text = catalogue()["b112"].read_text("utf-8")
+    (tmp_path / "mine.toml").write_text(re.sub(r"^speeds = \[.*", key, text, flags=re.M), "utf-8")
+    with pytest.raises(SceneError, match=message):
+        load_engine("mine.toml", tmp_path)
+
+
+def test_every_diagram_of_the_catalogue_says_where_it_holds() -> None:
+    """But compressors', whose pressures are those of their lines, and those scaled over speed."""
+    for name in catalogue():
+        engine = load_engine(name)
+        if "compressor" in name or engine.pressure_scale is not None:
+            continue
+        for low, high in engine.diagram_speeds:
+            assert low <= engine.values["speed"] <= high

@@ -131,7 +131,7 @@ def test_the_catalogue_comes_out_again(tmp_path: Path) -> None:
     """With all that `si_four_87x101` says of its cycle, the same charge makes the same power."""
     raw = tomllib.loads(catalogue()["si_four_87x101"].read_text("utf-8"))
     table = raw["diagram"][-1]
-    fits = ("load", "kind", "wall", "heat", "intake_pressure")
+    fits = ("load", "speeds", "kind", "wall", "heat", "intake_pressure")
     text = 'title = "x"\ncycle = "four-stroke"\n[values]\n'
     text += "".join(f"{k} = {v!r}\n" for k, v in raw["values"].items())
     text += "[data_sheet.cycle]\n"
