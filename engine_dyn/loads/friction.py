@@ -136,7 +136,8 @@ def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
     stretch = 30.0 * (t * (1.0 - t)) ** 2
     total: Any = 0.0
     for stroke in range(round(period / math.pi)):
-        total = total + parts((stroke + place) * math.pi) @ (weights * stretch)
+        at_points = parts((stroke + place) * math.pi)
+        total = total + np.einsum("...q,q->...", at_points, weights * stretch)
     means: Floats = total / round(period / math.pi)
     return means
 
@@ -212,7 +213,7 @@ class FrictionShape:
         """
         weights = self.weights(crank_ratio, diagram, crankcase_pressure)
         parts = self._parts(phi, crank_ratio, diagram, crankcase_pressure)
-        return np.asarray(self.rest + np.tensordot(weights, parts, axes=1))
+        return np.asarray(self.rest + np.einsum("p,p...->...", weights, parts))
 
     def weights(self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float) -> Floats:
         """Fraction over cycle mean of each of the four parts, docs/method.md (32), shape (4,)."""

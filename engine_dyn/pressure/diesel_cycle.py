@@ -259,10 +259,11 @@ class DieselCycle:
         nodes = start[:, None] + h * _GAUSS_NODES
         decay, source = self._coefficients(nodes)
 
-        within = h * decay @ _GAUSS_INNER.T
-        factor = np.exp(-h * decay @ _GAUSS_WEIGHTS)
+        within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
+        factor = np.exp(np.einsum("iq,q->i", -h * decay, _GAUSS_WEIGHTS))
         # Growth left from each Gauss node to the end of its interval.
-        gain = (np.exp(within) * factor[:, None] * source) @ (h * _GAUSS_WEIGHTS)
+        growth = np.exp(within) * factor[:, None] * source
+        gain = np.einsum("iq,q->i", growth, h * _GAUSS_WEIGHTS)
         coarse_factor, coarse_gain = np.ones(count), np.zeros(count)
         for i in range(fine):
             coarse_factor *= factor[i::fine]

@@ -36,6 +36,7 @@ from sweeps.measuring.cycle_fits import (
 )
 from sweeps.measuring.rated_point import LEAST_LOAD, published
 from sweeps.measuring.usual_engines import KINDS, VALUES, EngineKind
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.reading.data_sheets import PERIOD, Sheet, described, read_data_sheet
 from sweeps.reading.engine_files import read_values
 from sweeps.reading.modelled_diagrams import modelled_cycle
@@ -120,6 +121,7 @@ def calibrate(
     return fit(sheet, given)
 
 
+@linear_algebra_on_one_thread()
 def fit(sheet: Sheet, given: Published) -> Calibration:
     """Fit the diagrams of a data sheet; parameters as `read_data_sheet` and `published` make them.
 

@@ -33,6 +33,7 @@ from sweeps.measuring.labelled import labelled_dataset, of_recordings
 from sweeps.measuring.measured import computed_speeds, design_of, far_speed_remark
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import OneEngine, engine_of, values_of
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.scene.consistency.pressure import check_motored
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
@@ -132,6 +133,7 @@ class _Found:
 
 
 @tables_in_signature
+@linear_algebra_on_one_thread()
 def cylinder_deviations(
     scene: str | Path | Mapping[str, Any] | Scene | None = None,
     *,

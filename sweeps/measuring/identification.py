@@ -28,6 +28,7 @@ from sweeps.measuring.speed_fit import (
     Parameter,
     fit_speeds,
 )
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.planning.plan import make_plan
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
@@ -67,6 +68,7 @@ class Varied:
 
 
 @tables_in_signature
+@linear_algebra_on_one_thread()
 def identify(
     scene: str | Path | Mapping[str, Any] | Scene | None = None,
     vary: Sequence[str] | Mapping[str, Varied] = (),

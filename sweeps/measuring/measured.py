@@ -43,6 +43,7 @@ from sweeps.measuring.recorded_speeds import (
     first_tooth,
     recorded_speeds,
 )
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
@@ -125,6 +126,7 @@ class _Curves:
 
 
 @tables_in_signature
+@linear_algebra_on_one_thread()
 def measured(
     scene: str | Path | Mapping[str, Any] | Scene | None = None,
     *,

@@ -26,6 +26,7 @@ from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
 from sweeps.measuring.labelled import labelled_dataset
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import LEFT_OUT, OneEngine, engine_of, values_of
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
@@ -103,6 +104,7 @@ class _Fit:
 
 
 @tables_in_signature
+@linear_algebra_on_one_thread()
 def follow_cycles(
     scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
 ) -> xr.Dataset:

@@ -14,6 +14,7 @@ from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.dimensions import PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.planning.blocks import (
     Block,
     Results,
@@ -116,6 +117,7 @@ class Computation:
             if one is not None:
                 one.__exit__()
 
+    @linear_algebra_on_one_thread()
     def results(self, block: Block) -> Results:
         """Outputs of a block that belong to it (see `blocks.belongs`), in SI units.
 

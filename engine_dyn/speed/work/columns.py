@@ -4,6 +4,9 @@ The reduced work w(phi) = g P(phi) - eta V(phi) of gas, friction over the stroke
 and masses, docs/method.md (50) and (54), is a short sum of columns: docs/solver.md chapter 8. They
 are tabulated once, for each diagram and for what all diagrams have in common. Cylinders that
 differ, misfire, offsets and friction are dealt with here and nowhere else.
+
+Sums of products are those of `np.einsum`, whose terms are added in an order that neither the number
+of processors nor that of threads changes, as it does in products of matrices (`@`).
 """
 
 from __future__ import annotations
@@ -233,7 +236,7 @@ def _velocity_of(member: Member, box: Box, nodes: Nodes, period: float) -> _Velo
         member.velocity(inside, *crank), member.velocity(at_node, *crank),
         *member.square(at_node, *crank), member.square(between, *crank)[0],
     )  # fmt: skip
-    return _Velocity(*(np.ascontiguousarray(box.transform @ curve) for curve in curves))
+    return _Velocity(*(np.einsum("ts,sn->tn", box.transform, curve) for curve in curves))
 
 
 def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Floats]:
@@ -315,12 +318,12 @@ def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves
     part = diagram.row - low
     for angle in (inside, at_node):
         rows = np.array([low, low + (part > 0.0)])
-        both = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
-        pressure = diagram.scale * (np.array([1.0 - part, part]) @ both)
+        one, other = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
+        pressure = diagram.scale * ((1.0 - part) * one + part * other)
         load = diagram.ring + pressure - diagram.crankcase
         shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))
     of_points = np.repeat(WEIGHTS, at_node.size) / at_node.size
-    mean = (shapes[0] @ of_points)[..., None]
+    mean = np.einsum("psq,q->ps", shapes[0], of_points)[..., None]
     # A part whose mean is 0, of rings that are always lifted, is 0.
     shapes = [np.where(mean > 0.0, -shape / np.where(mean > 0.0, mean, 1.0), 0.0)
               for shape in shapes]  # fmt: skip
@@ -329,4 +332,4 @@ def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves
     whole = np.einsum("q,psqn->psn", WEIGHTS, points)
     first = np.einsum("q,psqn->psn", WEIGHTS[:half], points[:, :, :half])
     for target, shape in zip(curves, (whole, first, shapes[1]), strict=True):
-        target += source.box.transform @ _folded(shape, source.nodes)
+        target += np.einsum("ts,psn->ptn", source.box.transform, _folded(shape, source.nodes))

@@ -24,6 +24,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import LARGEST, LEAST_SAMPLES
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, CUBIC_CENTIMETRE, DEGREE
+from sweeps.one_thread import linear_algebra_on_one_thread
 
 __all__ = ["NOT_SIZED", "evaluated"]
 
@@ -35,6 +36,7 @@ COMPRESSION, EXPANSION = (-95.0, -40.0), (65.0, 105.0)
 """Where exponents are fitted [degree]; two-stroke cycles from -85 and to 95."""
 
 
+@linear_algebra_on_one_thread()
 def evaluated(
     cycles: RecordedCycles,
     geometry: CylinderGeometry,

@@ -33,6 +33,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.checks import check_companions, mentioned
 from sweeps.errors import SceneError, counted, one_line
+from sweeps.one_thread import linear_algebra_on_one_thread
 from sweeps.reading.laboratory.columns import Signals, signals_of
 from sweeps.reading.laboratory.cycles_of_signals import (
     COUNTED_BACKWARD,
@@ -83,6 +84,7 @@ MOTORED_BACKWARD = -2.0
 reverse order, and then a fired cycle looks motored, but for its largest pressure."""
 
 
+@linear_algebra_on_one_thread()
 def imported(
     recording: Recording, file: str, options: PressureOptions, period: float,
     engine: Engine | EngineMeasures | None = None, angle: Floats | None = None,
