@@ -142,6 +142,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     constants = {
         "family": family,
         "period": engine.period,
+        "curve_period": engine.period,  # without points; they have their own
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
