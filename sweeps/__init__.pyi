@@ -16,10 +16,10 @@ from .measuring.measured import measured as measured
 from .measuring.recorded_train import follow_cycles as follow_cycles
 from .optimising.optimise import optimise as optimise
 from .planning.plan import Plan as Plan
-from .planning.plan import plan as plan
 from .presenting.report.page import report as report
 from .reading.pressure_recordings import read_pressure as read_pressure
 from .running.in_memory import run as run
+from .running.planned import plan as plan
 from .running.streaming import stream as stream
 from .scene.model import Scene as Scene
 from .scene.reading import read_scene as read_scene

@@ -22,14 +22,13 @@ __all__ = ["list_", "new", "plan", "schema"]
 def plan(scene: str) -> None:
     """Show what SCENE would compute and skip, with estimated time and memory.
 
-    Nothing is computed.
+    No design is solved; whatever `run` would refuse is refused.
     """
     from sweeps.planning.forecast import text
-    from sweeps.planning.plan import make_plan
     from sweeps.planning.plausibility import plausibility_warnings
-    from sweeps.scene.reading import read_scene
+    from sweeps.running.planned import plan as planned_scene
 
-    planned = make_plan(read_scene(scene))
+    planned = planned_scene(scene)
     say(text(planned))
     warn(plausibility_warnings(planned))
 

@@ -11,8 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,13 +29,11 @@ from sweeps.planning.shaft_modes import modes_kept
 from sweeps.planning.uncertainty import plan_uncertainty
 from sweeps.planning.variations import Variation
 from sweeps.scene.friction_law import friction_law
-from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
-from sweeps.scene.reading import read_scene
 from sweeps.scene.representations import html_tables, named_some
 
-__all__ = ["Part", "Plan", "Stage", "make_plan", "plan"]
+__all__ = ["Part", "Plan", "Stage", "make_plan"]
 
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
@@ -216,39 +213,6 @@ class Part:
     points: Mapping[str, Integers]
     axis: str = DESIGN
     own: Mapping[str, Integers] = field(default_factory=dict)
-
-
-@tables_in_signature
-def plan(
-    scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
-) -> Plan:
-    """Plan a scene: what would be computed, on which axes; nothing is computed.
-
-    Parameters
-    ----------
-    scene : str, Path, dict or Scene, optional
-        As `sweeps.run` takes it.
-    **tables
-        Tables of a scene; see `sweeps.read_scene`.
-
-    Returns
-    -------
-    Plan
-        Its stages and the axes that each depends on; a notebook shows them as a table. What
-        `engine-dyn plan` tells of time and memory is `sweeps.planning.forecast.text(plan)`.
-
-    Raises
-    ------
-    SceneError
-        As `sweeps.run`.
-
-    Examples
-    --------
-    >>> import sweeps
-    >>> sweeps.plan("first").designs
-    75
-    """
-    return make_plan(read_scene(scene, **tables))
 
 
 def make_plan(scene: Scene) -> Plan:

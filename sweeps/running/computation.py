@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -34,7 +35,10 @@ from sweeps.scene.known_values import Value
 if TYPE_CHECKING:
     pass
 
-__all__ = ["Computation"]
+__all__ = ["Computation", "check_given"]
+
+MOST_CHECKED = 1 << 20
+"""Values of a quantity that are computed to see whether the physics refuses any."""
 
 _COMBINE = {PARAMETER: elasticities_of, UNCERTAIN: bands_of}
 """What follows from the results of a plan and of plans with other values."""
@@ -131,13 +135,7 @@ class Computation:
         for stage in self.stages:
             node = stage.node
             assert node.make is not None
-            taken = _dims_taken(self.plan, stage)
-            arguments = {
-                name: _aligned(values[name], taken, name)
-                if values[name].dims
-                else values[name].data
-                for name in node.needs
-            }
+            arguments = _arguments(self.plan, stage, values)
             if node.on_card:
                 arguments["device"] = self.device
             if node.kind == "stage":
@@ -149,11 +147,7 @@ class Computation:
             else:
                 if node.threaded:
                     arguments["threads"] = self.threads
-                try:
-                    data = node.make(**arguments)
-                except ValueError as error:  # what only the physics can refuse, in its own words
-                    raise SceneError(f"{self.plan.name}: {error}") from None
-                values[node.name] = Value(np.asarray(data), stage.dims)
+                values[node.name] = _made(self.plan, stage, arguments)
             kept = (*self.rest.outputs, *self.common)
             for need in node.needs:
                 uses[need] -= 1
@@ -174,6 +168,54 @@ class Computation:
             combine = _COMBINE[variation.dimension]
             found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
         return found
+
+
+def check_given(plan: Plan) -> None:
+    """Refuse, without any kernel, what `Computation` would refuse when it is computed.
+
+    That is what follows from given numbers alone, without the diagram, unless there are very many
+    of them.
+
+    Raises
+    ------
+    SceneError
+        In the words of the physics.
+    """
+    for part in plan.parts:
+        check_given(part.plan)
+    if plan.parts:
+        return
+    given = {name: value for name, value in plan.leaves.items() if name != "family"}
+    values = {name: v if v.dims else Value(v.si) for name, v in given.items()}
+    for stage in plan.stages:
+        node = stage.node
+        plain = (
+            node.make is not None
+            and node.kind in ("constant", "value", "curve")
+            and not node.threaded
+        )
+        few = math.prod(plan.sizes[d] for d in stage.dims) <= MOST_CHECKED
+        if plain and few and values.keys() >= {*node.needs}:
+            values[node.name] = _made(plan, stage, _arguments(plan, stage, values))
+
+
+def _arguments(plan: Plan, stage: Stage, values: Mapping[str, Value]) -> dict[str, Any]:
+    """What a node takes, by name."""
+    taken = _dims_taken(plan, stage)
+    return {
+        name: _aligned(values[name], taken, name) if values[name].dims else values[name].data
+        for name in stage.node.needs
+    }
+
+
+def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
+    """What a node that is no stage makes."""
+    assert stage.node.make is not None
+    try:
+        data = stage.node.make(**arguments)
+    except ValueError as error:  # what only the physics can refuse, in its own words
+        raise SceneError(f"{plan.name}: {error}") from None
+    return Value(np.asarray(data), stage.dims)
 
 
 def _results_of(plan: Plan, stage: Stage) -> tuple[str, ...]:

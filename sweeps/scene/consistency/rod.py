@@ -1,4 +1,4 @@
-"""Whether the crank turns: rods, offsets and crank radii in every combination of a scene."""
+"""Whether lengths fit each other in every combination of a scene: cranks turn, rings are rings."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 
+from engine_dyn.flywheel import mean_diameter
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
@@ -15,7 +16,7 @@ from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_mechanism", "check_offset", "check_rod", "check_throw_radii"]
+__all__ = ["check_mechanism", "check_offset", "check_ring", "check_rod", "check_throw_radii"]
 
 
 def check_rod(values: GivenValues, name: str) -> None:
@@ -34,6 +35,19 @@ def check_rod(values: GivenValues, name: str) -> None:
             f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
             f"{length / 2.0:g} m"
         )
+
+
+def check_ring(values: GivenValues, name: str) -> None:
+    """Check that the flywheel's ring has a thickness in every combination of the scene."""
+    keys = ("flywheel_outer_diameter", "flywheel_inner_diameter")
+    outer, inner = (values.given_or_own(key) for key in keys)
+    if np.isnan(outer.values).any() or np.isnan(inner.values).any():
+        return
+    together = outer.table == inner.table == "designs"  # column by column
+    try:
+        mean_diameter(outer.values if together else outer.values[:, None], inner.values)
+    except ValueError as error:
+        raise SceneError(f"{name}: {error}") from None
 
 
 def check_offset(scene: Scene, name: str) -> None:

@@ -14,6 +14,7 @@ from sweeps.scene.consistency.pressure import (
 from sweeps.scene.consistency.rod import (
     check_mechanism,
     check_offset,
+    check_ring,
     check_rod,
     check_throw_radii,
 )
@@ -36,6 +37,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_exclusions(scene, name)
     check_diagram_count(scene, name)
     check_rod(scene, name)
+    check_ring(scene, name)
     extreme_cylinders(scene, name)  # refuses values that no cylinder can have
     check_offset(scene, name)
     check_throw_radii(scene, name)
