@@ -129,22 +129,32 @@ def _system(
     return shaft.system(values, reciprocating, excess, load_damping, of_tables), bad
 
 
+_DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
+"""What `engine_dyn.torsion.damped` gives."""
+
+
 def _damping(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
     coupling_stiffness: Any, load_damping: Any, speed_of_modes: Any, mode: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.damped import damped_modes
     from engine_dyn.torsion.modes import modal_damping, natural_modes
 
-    del wanted, threads, progress
+    del threads, progress
     damping = np.asarray(load_damping)
     system, bad = _system(
         shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
         np.where(np.isfinite(damping), damping, 0.0),
     )  # fmt: skip
-    ratio = modal_damping(system, natural_modes(system, speed_of_modes), speed_of_modes)
+    found = {}
+    if "modal_damping_ratio" in wanted:
+        modes = natural_modes(system, speed_of_modes)
+        found["modal_damping_ratio"] = modal_damping(system, modes, speed_of_modes)
+    if not {*_DAMPED}.isdisjoint(wanted):
+        found |= zip(_DAMPED, damped_modes(system, speed_of_modes), strict=True)
     bad = bad | ~np.isfinite(damping)
-    return {"modal_damping_ratio": _first_modes(ratio, np.size(mode), bad)}
+    return {name: _first_modes(found[name], np.size(mode), bad) for name in wanted}
 
 
 def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
@@ -161,17 +171,23 @@ def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
 def _critical_speeds(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
     coupling_stiffness: Any, order: Any, mode: Any, wanted: tuple[str, ...],
-    threads: int | None = None, progress: Any = None, **values: Any,
+    load_damping: Any = 0.0, threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Of a shaft with pendulums, whose stiffness follows the speed."""
+    from engine_dyn.torsion.damped import damped_critical_speeds
     from engine_dyn.torsion.modes import critical_speeds
 
-    del wanted, threads, progress
+    del threads, progress
+    damping = np.asarray(load_damping)
     system, bad = _system(
-        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness
-    )
-    found = np.swapaxes(critical_speeds(system, np.ravel(order)), -1, -2)[..., : np.size(mode), :]
-    return {"critical_speed": np.where(bad[..., None, None], np.nan, found)}
+        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
+        np.where(np.isfinite(damping), damping, 0.0),
+    )  # fmt: skip
+    bad = bad | ~np.isfinite(damping)
+    (name,) = wanted
+    speeds = damped_critical_speeds if name.startswith("damped") else critical_speeds
+    found = np.swapaxes(speeds(system, np.ravel(order)), -1, -2)
+    return {name: _first_modes(found, np.size(mode), bad, 1)}
 
 
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
@@ -478,22 +494,65 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_damping", "", "", "damping of the modes of the shaft", kind="stage",
         public=False, needs=(*_OF_SYSTEM, "speed_of_modes", "load_damping", "mode"),
-        gives=("modal_damping_ratio",), make=_damping, of_shaft=_ALL, width=OF_MODES, source=WILSON,
+        gives=("modal_damping_ratio", *_DAMPED), make=_damping, of_shaft=_ALL, width=OF_MODES,
+        source=WILSON,
     ),
     Node(
         "modal_damping_ratio", r"\zeta_m", "1",
-        "damping ratio of each mode, from the losses of its undamped shape", WILSON,
+        "damping ratio of each undamped mode, from the losses of its shape: for small damping",
+        WILSON,
+        needs=("torsional_damping",), adds=("mode",),
+    ),
+    *(
+        Node(name, "", "rad s-1", f"{text} of each damped mode", WILSON, public=False,
+             needs=("torsional_damping",), adds=("mode",))
+        for name, text in (("damped_natural_omega", "natural angular frequency"),
+                           ("damped_swing_omega", "angular frequency of the free swing"))
+    ),
+    Node(
+        "damped_natural_frequency", "f_d", "Hz",
+        "natural frequency of each damped mode, |s| of its complex eigenvalue s: where its "
+        "response lags by a quarter", WILSON, needs=("damped_natural_omega",),
+        make=lambda damped_natural_omega: damped_natural_omega / (2.0 * np.pi),
+    ),
+    Node(
+        "damped_swing_frequency", "f_s", "Hz",
+        "frequency at which each damped mode swings freely, Im s of its complex eigenvalue s",
+        WILSON, needs=("damped_swing_omega",),
+        make=lambda damped_swing_omega: damped_swing_omega / (2.0 * np.pi),
+    ),
+    Node(
+        "damping_ratio", r"\zeta_d", "1",
+        "damping ratio of each damped mode, -Re s/|s| of its complex eigenvalue s", WILSON,
         needs=("torsional_damping",), adds=("mode",),
     ),
     Node(
+        "damped_critical_speed", "n_d", "rpm",
+        "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
+        si=RPM, needs=("damped_natural_omega", "order"), when="no_pendulums",
+        make=lambda damped_natural_omega, order: damped_natural_omega / order,
+    ),
+    Node(
+        "damped_critical_speed", "n_d", "rpm",
+        "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
+        si=RPM, needs=("damped_critical_speeds",), adds=("mode", "order"), when="pendulums",
+    ),
+    Node(
+        "damped_critical_speeds", "", "", "critical speeds of a damped shaft with pendulums",
+        kind="stage", public=False, needs=(*_OF_SYSTEM, "load_damping", "order", "mode"),
+        gives=("damped_critical_speed",), make=_critical_speeds, of_shaft=_ALL, width=OF_MODES,
+        source=WILSON,
+    ),
+    Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency", WILSON, si=RPM, needs=("natural_frequency", "order"), when="no_pendulums",
+        "frequency of the undamped shaft", WILSON, si=RPM, needs=("natural_frequency", "order"),
+        when="no_pendulums",
         make=lambda natural_frequency, order: 2.0 * np.pi * natural_frequency / order,
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency", WILSON, si=RPM, needs=("critical_speeds",), adds=("mode", "order"),
-        when="pendulums",
+        "frequency of the undamped shaft", WILSON, si=RPM, needs=("critical_speeds",),
+        adds=("mode", "order"), when="pendulums",
     ),
     Node(
         "critical_speeds", "", "", "critical speeds of a shaft with pendulums", kind="stage",

@@ -22,7 +22,9 @@ __all__ = [
     "Modes",
     "checked_orders",
     "critical_speeds",
+    "elastic_modes",
     "free_parts",
+    "free_vectors",
     "modal_damping",
     "modal_excitation",
     "natural_modes",
@@ -82,7 +84,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
     """
     if unit is not None and not 0 <= unit < system.node_of_disc.size:
         raise ValueError(f"unit = {unit}: must be a disc, from 0 to {system.node_of_disc.size - 1}")
-    squares, amplitude, twist = _elastic(system, speed)
+    squares, amplitude, twist = elastic_modes(system, speed)
     shape = amplitude[..., system.node_of_disc] * system.ratio[..., None, :]
     size = np.abs(shape)
     if unit is None:
@@ -97,7 +99,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
         return Modes(np.sqrt(squares), shape, over[..., 0] ** 2, twist * over)
 
 
-def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
+def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
     """Squares of the frequencies, and, with sum J a^2 = 1, angles and twists of the nodes."""
     inertia, stiffness, *_ = matrices(system, speed)
     free = free_parts(system, speed)
@@ -106,8 +108,8 @@ def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
     largest = squares[..., -1]
     angle = np.swapaxes(vectors / root[..., :, None], -1, -2)
     count = squares.shape[-1] - int(free.min())
-    squares = _from_elastic(squares, free)[..., :count]
-    angle = _from_elastic(angle, free)[..., :count, :]
+    squares = _fromelastic_modes(squares, free)[..., :count]
+    angle = _fromelastic_modes(angle, free)[..., :count, :]
     twist = angle - angle[..., np.maximum(system.parent, 0)]
     if count:
         wide = ~(largest < WIDE * squares[..., 0]) & (free < inertia.shape[-1])
@@ -120,6 +122,28 @@ def _elastic(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floats]:
             graded_modes(system.parent, *own, *found)
         squares[wide], angle[wide], twist[wide] = found
     return squares, angle, twist
+
+
+def free_vectors(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats]:
+    """Angles and twists of the nodes where a part that nothing holds turns, with sum J a^2 = 1.
+
+    Shape (..., parts, M), with as many parts as the design with most of them has; those beyond are
+    0. A twist differs from 0 only where a damper or nothing joins two parts.
+    """
+    joins = system.stiffness_at(speed) > 0.0
+    held = np.broadcast_to(system.ground_stiffness, joins.shape) > 0.0
+    first = np.broadcast_to(np.arange(system.parent.size), joins.shape).copy()
+    for node in range(1, system.parent.size):
+        first[..., node] = np.where(joins[..., node], first[..., system.parent[node]], node)
+    belongs = first[..., None, :] == np.arange(system.parent.size)[:, None]
+    free = belongs.any(axis=-1) & ~(belongs & held[..., None, :]).any(axis=-1)
+    inertia = (belongs * system.inertia[..., None, :]).sum(axis=-1)
+    scale = np.where(free, 1.0 / np.sqrt(np.where(free, inertia, 1.0)), 0.0)
+    angle = belongs * scale[..., None]
+    parts = int(free.sum(axis=-1).max(initial=0))
+    last = np.argsort(~free, axis=-1, kind="stable")[..., :parts, None]
+    angle = np.take_along_axis(angle, last, axis=-2)
+    return angle, angle - angle[..., np.maximum(system.parent, 0)]
 
 
 def free_parts(system: ShaftSystem, speed: Any) -> Integers:
@@ -135,7 +159,7 @@ def free_parts(system: ShaftSystem, speed: Any) -> Integers:
     return np.asarray(free + ~held[..., 0])
 
 
-def _from_elastic(values: Floats, free: Integers) -> Floats:
+def _fromelastic_modes(values: Floats, free: Integers) -> Floats:
     """Modes (the axis behind those of the designs) from the first elastic one on, then NaN."""
     count = values.shape[free.ndim]
     place = free[..., None] + np.arange(count)

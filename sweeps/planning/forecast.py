@@ -35,7 +35,12 @@ SEARCH_STEPS = 5
 ERROR_COST = 2.0
 """Work of the second solution, from which `delta_error` follows, over that of the first."""
 
-OF_SHAFTS = {"modes of shafts": 1e-5, "responses of shafts": 2.2e-6, "cycles of shafts": 8e-6}
+OF_SHAFTS = {
+    "modes of shafts": 1e-5,
+    "damped modes of shafts": 1e-4,
+    "responses of shafts": 2.2e-6,
+    "cycles of shafts": 8e-6,
+}
 """Seconds that one core takes for a shaft of nine discs and 24 orders: measured on one machine with
 scenes of 65,536 designs, not fitted as those of `sweeps.planning.rates`."""
 
@@ -188,7 +193,8 @@ def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
     """Pieces of work of a stage of torsional vibration."""
     count = float(math.prod(plan.sizes[d] for d in stage.axes))
     if not stage.node.can_fail:
-        return {"modes of shafts": count}
+        damped = any(name.startswith("damp") for name in plan.wanted(stage))
+        return {"damped modes of shafts" if damped else "modes of shafts": count}
     cycles = any(
         not plan.dims(name) or "order" not in plan.dims(name)
         for name in plan.wanted(stage)

@@ -80,7 +80,8 @@ def test_the_walk_is_over_all_keys_and_quantities() -> None:
     assert {
         "natural_frequency", "critical_speed", "mode_vector_sum", "modal_damping_ratio",
         "shaft_stress_over_limit", "propulsion_stress_limit", "damper_heat_per_area",
-        "pendulum_swing_over_stop", "shaft_torque_min", "delta_elastic",
+        "pendulum_swing_over_stop", "shaft_torque_min", "delta_elastic", "damping_ratio",
+        "damped_natural_frequency",
     } <= {*NAMES}  # fmt: skip
 
 
