@@ -251,7 +251,8 @@ KINDS = (
     Kind("mode_shapes", "mode shapes of the shaft, with nodes", "mode_shape", mode_shape_names,
          mode_shapes),
     Kind("campbell", "natural frequencies and orders over the speed, with their crossings",
-         "natural_frequency, an order such as mode_vector_sum, and an axis speed",
+         "natural_frequency or damped_natural_frequency, an order such as mode_vector_sum, and an "
+         "axis speed",
          campbell_names, campbell),
     Kind("shaft_orders", "strongest orders of torque and angle of the shaft over the speed",
          "shaft_torque_order or disc_angle_order along an axis speed",

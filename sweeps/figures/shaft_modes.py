@@ -24,6 +24,8 @@ SHAPE, FREQUENCY, CRITICAL, VECTORS = (
     "mode_shape", "natural_frequency", "critical_speed", "mode_vector_sum"
 )  # fmt: skip
 
+DAMPED, DAMPED_CRITICAL = "damped_natural_frequency", "damped_critical_speed"
+
 PALE = "#bbbbbb"
 """Lines of orders that are not strong."""
 
@@ -105,13 +107,18 @@ def zero_crossings(shape: Floats, joined: np.ndarray) -> Floats:
     return np.asarray(at + first[at] / (first[at] - second[at]))
 
 
-def mode_text(view: View, number: int) -> str:
+def mode_text(view: View, number: int, name: str = FREQUENCY) -> str:
     """A mode with its frequency, where the archive has it."""
     text = f"mode {number_text(view.numbers(MODE)[number])}"
-    if not view.has(FREQUENCY) or view.array(FREQUENCY).dims != (MODE,):
+    if not view.has(name) or view.array(name).dims != (MODE,):
         return text
-    array = view.array(FREQUENCY)
+    array = view.array(name)
     return f"{text}: {with_unit(array, float(array.values[number]))}"
+
+
+def drawn_frequency(view: View) -> str:
+    """Frequencies over which the Campbell diagram is: damped ones where the archive has them."""
+    return DAMPED if view.has(DAMPED) else FREQUENCY
 
 
 def campbell_names(view: View) -> list[str]:
@@ -119,23 +126,28 @@ def campbell_names(view: View) -> list[str]:
 
     Frequencies that follow an axis of the study are left to other figures too.
     """
-    data = view.data
-    if not (view.has(FREQUENCY) and ORDER in data.coords and data.sizes.get(SPEED, 1) > 1):
+    data, name = view.data, drawn_frequency(view)
+    if not (view.has(name) and ORDER in data.coords and data.sizes.get(SPEED, 1) > 1):
         return []
     known = data.variables[SPEED].attrs.get("units") in HERTZ if SPEED in data.coords else False
-    if not known or view.array(FREQUENCY).attrs.get("units") != "Hz":
+    if not known or view.array(name).attrs.get("units") != "Hz":
         return []
-    alone = set(view.array(FREQUENCY).dims) <= {MODE, SPEED}
-    return _known(view, *([FREQUENCY] if alone else []), CRITICAL, VECTORS)
+    alone = set(view.array(name).dims) <= {MODE, SPEED}
+    return _known(view, *([name] if alone else []), CRITICAL, DAMPED_CRITICAL, VECTORS)
 
 
 def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw natural frequencies and orders over the speed, with their crossings."""
-    used = _known(study.view, FREQUENCY, VECTORS)
+    """Draw natural frequencies and orders over the speed, with their crossings.
+
+    Vector sums are those of undamped shapes, and are left out beside damped modes.
+    """
+    drawn_name = drawn_frequency(study.view)
+    damped = drawn_name == DAMPED
+    used = _known(study.view, drawn_name, *([] if damped else [VECTORS]))
     view = study.view.only(used, [MODE, SPEED])
     speed, orders = view.axis(SPEED), view.numbers(ORDER)
     slopes = orders * HERTZ[str(speed.variable.attrs["units"])]
-    modes = view.array(FREQUENCY).transpose(..., MODE).values.astype(float)
+    modes = view.array(drawn_name).transpose(..., MODE).values.astype(float)
     levels = np.broadcast_to(np.atleast_2d(modes), (speed.size, modes.shape[-1])).T
     if not np.isfinite(levels).any():
         return
@@ -161,14 +173,15 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
         if np.nanmin(level, initial=np.inf) < top:
             style = {"color": shade(0.3 * mode), "linestyle": DASHES[mode % len(DASHES)]}
             (line,) = panel.plot(speed.values, level, linewidth=1.6, **style)
-            entries[mode_text(view, mode)] = line
+            entries[mode_text(view, mode, drawn_name)] = line
     panel.set_xlim(low, high)
     panel.set_ylim(0.0, top)
     _label_rays(panel, orders, slopes, strength)
     _mark_crossings(panel, found, levels, speed.values, np.asarray(sizes) / largest)
     x_label(panel, speed.label, 5.0)
-    y_label(panel, f"Frequency{view.unit(FREQUENCY)}", 3.4)
-    notes = [*view.notes(used), "rays are orders"]
+    y_label(panel, f"Frequency{view.unit(drawn_name)}", 3.4)
+    which = "of damped modes" if damped else "without damping"
+    notes = [*view.notes(used), f"natural frequencies {which}", "rays are orders"]
     if found:
         area = f", area by the vector sum: here {number_text(largest, 3)}"
         entries["crossing" + area * (VECTORS in used)] = panel.scatter([], [], s=LARGEST, **_mark())

@@ -131,6 +131,8 @@ OTHER_WORDS: Mapping[str, str] = {
     "balance_shaft_required": "Lanchester balancer, counter-rotating shaft",
     "torque_order": "harmonics, Fourier coefficients, harmonic analysis, excitation, half orders",
     "natural_frequency": "eigenfrequency, resonance, torsional frequency, Holzer",
+    "damped_natural_frequency": "complex eigenvalue, complex mode, resonance with a damper",
+    "damping_ratio": "complex eigenvalue, damper, decay, Lehr",
     "critical_speed": "resonance, Campbell diagram, barred speed",
     "shaft_torque_half_range": "vibratory torque, alternating torque, coupling torque",
     "shaft_stress_half_range": "vibratory stress, torsional stress, class rules",

@@ -444,6 +444,16 @@ def test_the_cycle_is_drawn_at_the_worst_speed_with_its_half_range() -> None:
     )
 
 
+def test_the_campbell_diagram_says_whether_its_modes_are_damped(drawn: dict) -> None:
+    assert "natural frequencies without damping" in words(drawn["campbell"])
+    damped = shaft().assign(
+        damped_natural_frequency=variable("mode", [65.0, np.nan], "of damped modes", "Hz")
+    )
+    one = plates(damped)["campbell"]
+    assert "natural frequencies of damped modes" in words(one)
+    assert "mode 1: 65 Hz" in words(one) and "vector sum" not in words(one)
+
+
 @pytest.mark.compiled
 def test_an_archive_of_a_scene_gets_them_all() -> None:
     data = sweeps.run(

@@ -19,7 +19,10 @@ __all__ = ["shaft_results"]
 
 MISFIRE, SPEED = "misfire", "speed"
 
-MODES = ("natural_frequency", "modal_inertia", "modal_damping_ratio")
+MODES = (
+    "natural_frequency", "modal_inertia", "modal_damping_ratio", "damped_natural_frequency",
+    "damping_ratio",
+)  # fmt: skip
 
 STRONG = 0.3
 """Critical speeds are told of orders whose vector sum has this part of the largest one, at least.
