@@ -6,7 +6,6 @@ are equal in all numbers do not beat each other.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -21,25 +20,69 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> I
     """Positions of the designs that no other is below in one number and not above in the others.
 
     In order of the first number, then of the second and so on; equal ones as they come. For two
-    numbers, sorting takes O(n log n) and the rest O(n): Kung, Luccio and Preparata (1975), On
-    finding the maxima of a set of vectors, section 2. More of them take O(n m) for a front of m:
-    Chomicki, Godfrey, Gryz and Liang (2003), Skyline with presorting.
+    numbers, sorting takes O(n log n) and the rest O(n); for three, all takes O(n log^2 n), however
+    many are in the front: Kung, Luccio and Preparata (1975), On finding the maxima of a set of
+    vectors, sections 2 and 3. More of them take O(n m) for a front of m: Chomicki, Godfrey, Gryz
+    and Liang (2003), Skyline with presorting.
     """
-    if more:
+    if len(more) > 1:
         return _of_many(np.array([first, second, *more], dtype=float))
-    order = np.lexsort((second, first))
+    numbers = np.array([first, second, *more], dtype=float)
+    order = np.argsort(numbers[0], kind="stable")
+    least = numbers[0, order]
+    if (least[1:] == least[:-1]).any():
+        order = np.lexsort(numbers[::-1])
     if not order.size:
         return order
-    one, other = first[order], second[order]
-    below = np.minimum.accumulate(np.concatenate([[math.inf], other[:-1]]))
-    # Of pairs that are equal, which follow each other, all are what the first is.
-    new = np.concatenate([[True], (np.diff(one) != 0.0) | (np.diff(other) != 0.0)])
-    kept = (other < below)[np.flatnonzero(new)][np.cumsum(new) - 1]
-    return np.asarray(order[kept], dtype=np.int64)
+    # Of designs that are equal, which follow each other, all are what the first is.
+    numbers = numbers[:, order]
+    new = np.concatenate([[True], (numbers[:, 1:] != numbers[:, :-1]).any(axis=0)])
+    unlike = numbers[:, new]
+    kept = ~(_beaten_of_three(unlike) if more else _beaten_of_pairs(unlike))
+    return np.asarray(order[kept[np.cumsum(new) - 1]], dtype=np.int64)
+
+
+def _beaten_of_pairs(numbers: Floats) -> Booleans:
+    """Which of different pairs, in their order, one before them beats."""
+    second = numbers[1]
+    return np.concatenate([[False], np.minimum.accumulate(second[:-1]) <= second[1:]])
+
+
+NEAR = 16
+"""Designs next to each other that are compared one by one; a power of two."""
+
+
+def _beaten_of_three(numbers: Floats) -> Booleans:
+    """Which of different triples, in their order, one before them beats.
+
+    That is one which is not above in the second and third number. Blocks of designs are compared
+    with those that follow them, then blocks twice as long: along the second number, the least third
+    number of the first block is known.
+    """
+    _, second, third = numbers
+    count = second.size
+    beaten = np.zeros(count, dtype=bool)
+    for back in range(1, min(NEAR, count)):
+        below = (second[:-back] <= second[back:]) & (third[:-back] <= third[back:])
+        beaten[back:] |= below
+    rank = np.unique(third, return_inverse=True)[1]
+    along = np.argsort(second, kind="stable")
+    size = NEAR
+    while size < count:
+        along = along[~beaten[along]]  # what beats these beats whatever they beat
+        pairs = along // (2 * size)
+        along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
+        here = along[along_pairs]
+        level = here // (2 * size) * (count + 1)  # each pair of blocks below the one before it
+        first = here // size % 2 == 0
+        least = np.minimum.accumulate(np.where(first, rank[here], count) - level) + level
+        beaten[here[~first & (least <= rank[here])]] = True
+        size *= 2
+    return beaten
 
 
 def _of_many(numbers: Floats) -> Integers:
-    """Front of three numbers or more, shape (numbers, designs)."""
+    """Front of four numbers or more, shape (numbers, designs)."""
     waiting = np.lexsort(numbers[::-1])
     found: list[int] = []
     # What beats a design comes before it in this order: the first that waits is never beaten.
@@ -59,18 +102,12 @@ def _beaten(one: Floats, others: Floats) -> Booleans:
 def unbeaten(front: Floats, designs: Floats) -> Booleans:
     """Which designs, shape (numbers, designs), may stand beside those of a front.
 
-    A design that a design of the front beats is left out; of pairs only one that is above it in the
-    second number, and not below in the first. The front is in the order of `front_of`, so that of
-    pairs the second number falls along it: looking there is quicker than sorting.
+    Of pairs, one is left out that is above a pair of the front in the second number, and not below
+    in the first. The front is in the order of `front_of`, so that the second number falls along it:
+    looking there is quicker than sorting. Of more numbers all may: finding those that do not takes
+    as long as the front of all.
     """
-    if not front.size:
+    if not front.size or len(front) > 2:
         return np.ones(designs.shape[1], dtype=bool)
-    if len(front) == 2:
-        before = np.searchsorted(front[0], designs[0], side="right") - 1
-        return np.asarray((before < 0) | (designs[1] <= front[1][before]))
-    left = np.arange(designs.shape[1])
-    for one in front.T:
-        left = left[~_beaten(one, designs[:, left])]
-    kept = np.zeros(designs.shape[1], dtype=bool)
-    kept[left] = True
-    return kept
+    before = np.searchsorted(front[0], designs[0], side="right") - 1
+    return np.asarray((before < 0) | (designs[1] <= front[1][before]))

@@ -13,6 +13,7 @@ from engine_dyn.types import Floats, Integers
 from sweeps.errors import SceneError
 from sweeps.fronts import front_of, unbeaten
 from sweeps.reducing.every_point import EveryPoint
+from sweeps.reducing.kept_front import AT_ONCE
 from sweeps.scene.conditions import conditions_of, units_of
 from sweeps.scene.reduce import Kept
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Search"]
 
 Rows = dict[str, npt.NDArray[Any]]
+
+Designs = tuple[Floats, Integers, Rows]
+"""Numbers of designs, of which less is better, their places, and their values."""
 
 
 class Search:
@@ -62,9 +66,8 @@ class Search:
         self.whole.designs = math.prod(self.sizes)
         self.counted = np.zeros(3 + len(self.conditions) + len(self.whole.codes), np.int64)
         self.nearest = np.full(len(self.conditions), math.inf)
-        self.values: Floats = np.empty((len(asked.wanted), 0))
-        self.places: Integers = np.empty(0, np.int64)
-        self.rows: Rows = {}
+        self._kept: Designs = np.empty((len(asked.wanted), 0)), np.empty(0, np.int64), {}
+        self._waiting: list[Designs] = []
 
     def _judge(self, designs: xr.Dataset) -> EveryPoint:
         return EveryPoint(
@@ -92,38 +95,66 @@ class Search:
         self.counted += [*more, *search.left_out.values()]
         self.nearest = np.minimum(self.nearest, search.nearest)
 
+    @property
+    def places(self) -> Integers:
+        """Designs that are kept."""
+        self._compare()
+        return self._kept[1]
+
+    @property
+    def rows(self) -> Rows:
+        """Their values."""
+        self._compare()
+        return self._kept[2]
+
     def _unbeaten(self, values: Floats) -> npt.NDArray[Any]:
         """Which designs may be among those that are kept; those of a block come in their order."""
+        least, places, _ = self._kept
         if self.asked.number:
             number = self.asked.number
-            full = self.places.size >= number
-            found = values[0] <= (self.values[0, -1] if full else math.inf)
+            found = values[0] <= (least[0, -1] if places.size >= number else math.inf)
             if np.count_nonzero(found) > number:
                 limit = np.partition(values[0, found], number - 1)[number - 1]
                 found &= values[0] <= limit
             return np.asarray(found)
-        return unbeaten(self.values, values)
+        return unbeaten(least, values)
 
-    def _keep(self, values: Floats, places: Integers, rows: Rows) -> None:
-        """Keep the best of those that are there and of others; of equal ones the first."""
-        values = np.hstack([self.values, values])
-        places = np.concatenate([self.places, places])
-        if self.rows:
-            rows = {name: np.concatenate([self.rows[name], new]) for name, new in rows.items()}
+    def _keep(self, *designs: *Designs) -> None:
+        """Keep the best of those that are there and of others; of equal ones the first.
+
+        As many are compared at a time as are kept, so that of a long front each is compared a few
+        times.
+        """
+        self._waiting.append(designs)
+        many = sum(places.size for _, places, _ in self._waiting)
+        if self.asked.number or many >= max(AT_ONCE, self._kept[1].size):
+            self._compare()
+
+    def _compare(self) -> None:
+        """Keep the best of those that are kept or wait."""
+        if not self._waiting:
+            return
+        every = [*([self._kept] if self._kept[1].size else []), *self._waiting]
+        values = np.hstack([values for values, _, _ in every])
+        places = np.concatenate([places for _, places, _ in every])
+        names = every[0][2]
+        rows = {name: np.concatenate([rows[name] for _, _, rows in every]) for name in names}
         order = np.argsort(places)
         if self.asked.number:
             best = np.argsort(values[0, order], kind="stable")[: self.asked.number]
         else:
             best = front_of(*values[:, order])
         kept = order[best]
-        self.values, self.places = values[:, kept], places[kept]
-        self.rows = {name: array[kept] for name, array in rows.items()}
+        rows = {name: array[kept] for name, array in rows.items()}
+        self._kept, self._waiting = (values[:, kept], places[kept], rows), []
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """All that is known, for `merge`."""
-        rows = {f"row {name}": array for name, array in self.rows.items()}
+        self._compare()
+        values, places, rows = self._kept
+        rows = {f"row {name}": array for name, array in rows.items()}
         return {
-            "values": self.values, "places": self.places, "counted": self.counted,
+            "values": values, "places": places, "counted": self.counted,
             "nearest": self.nearest, **rows,
         }  # fmt: skip
 

@@ -138,6 +138,21 @@ def test_time_grows_with_work() -> None:
     assert seconds(many) < seconds(plan_of("delta", "omega", axes={"inertia": axis}))
 
 
+def test_time_grows_with_fronts_of_three() -> None:
+    def time_of(*of: str) -> float:
+        sample = {
+            "number": 1 << 20,
+            "inertia": {"low": 4, "high": 8},
+            "load": {"low": 50, "high": 90},
+        }
+        reduce = {"front": [{"of": list(of)}]}
+        plan = plan_of("delta", "torque_max", sample=sample, reduce=reduce)
+        return len(plan.portions) * seconds_of_computing(plan)
+
+    few = time_of("inertia", "delta")
+    assert 0.3 < time_of("inertia", "delta", "torque_max") - few < 10.0
+
+
 def test_a_second_run_reads_nothing_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the engine's file nor the versions of what is installed."""
     scene = {"engine": "ntua", "output": {"quantities": ["imep"]}}

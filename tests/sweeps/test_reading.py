@@ -313,6 +313,35 @@ def test_front_of_many_numbers_is_what_comparing_all_finds(many: int, data: Any)
     assert_array_equal(front.values, numbers[:, front.places])
 
 
+@pytest.mark.parametrize("values", [3, 20, 10**9])
+@pytest.mark.parametrize("many", [2, 3])
+def test_front_of_thousands_is_what_comparing_all_finds(many: int, values: int) -> None:
+    """Also with equal numbers and infinite ones, and as designs come in parts."""
+    draw = np.random.default_rng(7)
+    numbers = draw.integers(0, values, (many, 3000)).astype(float)
+    numbers[draw.random(numbers.shape) < 0.02] = np.inf
+    expected = np.flatnonzero([
+        not ((numbers <= one[:, None]).all(0) & (numbers < one[:, None]).any(0)).any()
+        for one in numbers.T
+    ])  # fmt: skip
+    assert_array_equal(np.sort(front_of(*numbers)), expected)
+    front = Front(many)
+    for part in np.array_split(np.arange(3000), 7):
+        front.add(numbers[:, part], part)
+    assert_array_equal(np.sort(front.places), expected)
+
+
+def test_a_front_of_all_of_very_many_designs() -> None:
+    """None beats another: comparing all pairs of them would take hours."""
+    draw = np.random.default_rng(8)
+    direction = np.abs(draw.normal(size=(3, 1 << 18)))
+    numbers = 1.0 - direction / np.linalg.norm(direction, axis=0)
+    front = Front(3)
+    for part in np.array_split(np.arange(numbers.shape[1]), 16):
+        front.add(numbers[:, part], part)
+    assert_array_equal(np.sort(front.places), np.arange(1 << 18))
+
+
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ranges.ranges, "__defaults__", (24.0,))
     front = sweeps.pareto(whole, "delta", "torque_max", most=["torque_max"], within="speed < 1550")
