@@ -9,6 +9,7 @@ from collections.abc import Iterable
 __all__ = [
     "NAMED_BADLY",
     "SceneError",
+    "as_name",
     "counted",
     "did_you_mean",
     "not_known",
@@ -127,6 +128,11 @@ def printable(text: str) -> str:
     return "".join(
         c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
     )
+
+
+def as_name(name: object) -> str:
+    """Return a name of a file as it is printed: printable, and line ends in it escaped too."""
+    return printable(str(name)).replace("\n", "\\n")
 
 
 def outside_axis(value: float, values: Iterable[float]) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, percentages, quiet_option
-from sweeps.cli.exits import announce_compiling, guarded, say
+from sweeps.cli.exits import announce_compiling, guarded, say, tell
 from sweeps.cli.files import check_output, same_file, writing
 from sweeps.errors import SceneError
 
@@ -82,5 +82,6 @@ def calibrate(
         from sweeps.presenting.calibrations import calibration_text
 
         say(calibration_text(made))
-        say(f"\n{output}: show it with `engine-dyn info {output}`, and start a scene with")
-        say(f"`engine-dyn new study.toml --for {output}`")
+        say("")
+        tell(f"{output}: show it with `engine-dyn info {output}`, and start a scene with")
+        tell(f"`engine-dyn new study.toml --for {output}`")

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from sweeps.errors import SceneError, one_line, printable
+from sweeps.errors import SceneError, as_name, one_line, printable
 
 __all__ = [
     "BAD_INPUT",
@@ -22,6 +22,7 @@ __all__ = [
     "guarded",
     "open_closed_streams",
     "say",
+    "tell",
     "terminal_width",
     "warn",
 ]
@@ -35,6 +36,11 @@ LONGEST_MESSAGE = 2000
 def say(text: object, *, err: bool = False) -> None:
     """Print a text, parts of which may come from files: what steers a terminal is escaped."""
     click.echo(printable(str(text)), err=err)
+
+
+def tell(line: object, *, err: bool = False) -> None:
+    """Print one line, whatever names of files are in it: line ends in them are escaped too."""
+    click.echo(as_name(line), err=err)
 
 
 def terminal_width() -> int | None:
@@ -62,7 +68,7 @@ def open_closed_streams() -> None:
 def warn(lines: Iterable[str]) -> None:
     """Print plausibility warnings on stderr, one line each."""
     for line in lines:
-        say(f"warning: {line}", err=True)
+        tell(f"warning: {line}", err=True)
 
 
 def announce_compiling(quiet: bool) -> None:
@@ -74,7 +80,7 @@ def announce_compiling(quiet: bool) -> None:
 
 def end(message: str, exit_status: int) -> NoReturn:
     """Print one line on stderr and exit."""
-    say(f"engine-dyn: {message}", err=True)
+    tell(f"engine-dyn: {message}", err=True)
     sys.exit(exit_status)
 
 

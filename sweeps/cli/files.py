@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sweeps.cli.exits import FAILURE, end, say
+from sweeps.cli.exits import FAILURE, end, tell
 from sweeps.errors import NAMED_BADLY, SceneError, one_line
 
 if TYPE_CHECKING:
@@ -211,4 +211,4 @@ def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None
 
     for values in given:
         for note in nearest_notes(dataset, values):
-            say(note, err=True)
+            tell(note, err=True)

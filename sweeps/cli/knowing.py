@@ -8,7 +8,7 @@ import click
 
 from sweeps.cli.arguments import PATH, untrusted_option
 from sweeps.cli.completing import LISTED, complete_engine, complete_list, complete_scene
-from sweeps.cli.exits import guarded, say, warn
+from sweeps.cli.exits import guarded, say, tell, warn
 from sweeps.cli.files import not_written
 from sweeps.errors import SceneError, not_known, shown
 
@@ -58,9 +58,9 @@ def list_(what: str | None, words: tuple[str, ...]) -> None:
     text = " ".join(words)
     for number, name in enumerate(LISTED if what is None else (what,)):
         if number:
-            click.echo("")
+            say("")
         for line in quantity_lines(text) if name == "quantities" else list_lines(name, text):
-            click.echo(line)
+            say(line)
 
 
 @click.command()
@@ -125,9 +125,9 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
     except (OSError, ValueError) as error:
         raise not_written(file, error) from None
     if of_engine:
-        say(f"{file}: fill it in, then run `engine-dyn calibrate {file} -o fitted.toml`")
+        tell(f"{file}: fill it in, then run `engine-dyn calibrate {file} -o fitted.toml`")
     else:
-        say(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
+        tell(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
 def _starting_scene(engine: str | None, file: Path | None) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
-from sweeps.cli.exits import guarded, say, warn
+from sweeps.cli.exits import guarded, tell, warn
 from sweeps.cli.files import check_folder, check_output, same_file, writing
 from sweeps.errors import SceneError, one_line, plain_number
 
@@ -93,12 +93,12 @@ def import_(
             _draw(found, figures)
     if not quiet:
         for step in found.steps:
-            say(step)
-        say(f"{output}: {len(found.mean.angle)} points")
+            tell(step)
+        tell(f"{output}: {len(found.mean.angle)} points")
         if figures is not None and not found.sized:
             from sweeps.reading.laboratory.evaluation import NOT_SIZED
 
-            say(f"{figures}: {NOT_SIZED}; give engine")
+            tell(f"{figures}: {NOT_SIZED}; give engine")
     warn(f"{raw}: {warning}" for warning in found.warnings)
 
 

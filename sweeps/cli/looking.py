@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from sweeps.cli.arguments import (
     untrusted_option,
 )
 from sweeps.cli.completing import complete_engine_or_scene
-from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width, warn
+from sweeps.cli.exits import FAILURE, end, guarded, say, tell, terminal_width, warn
 from sweeps.cli.files import (
     check_folder,
     check_output,
@@ -34,7 +35,7 @@ from sweeps.cli.files import (
     writing,
 )
 from sweeps.dimensions import REDUCTION
-from sweeps.errors import counted, size_text
+from sweeps.errors import as_name, counted, size_text
 
 __all__ = ["compare", "export", "info", "plot", "show"]
 
@@ -65,7 +66,7 @@ def info(what: str, provenance: bool, units: str | None) -> None:
             from sweeps.presenting.scenes import scene_text
 
             scene = read_scene(what)
-            say(scene_text(scene, what))
+            say(scene_text(scene, as_name(what)))
             if any(engine.shaft is not None for engine in scene.engines):
                 from sweeps.planning.plan import make_plan
                 from sweeps.planning.plausibility import plausibility_warnings
@@ -127,9 +128,9 @@ def show(
     from sweeps.reading.netcdf_files import check_file
 
     select = axis_slices(slices)
-    base: dict[str, float | str] | str | None = None
+    base: Mapping[str, float | str] | str | None = None
     if relative is not None:
-        words: dict[str, dict[str, float | str] | str] = {"first": {}, "nominal": "nominal"}
+        words: dict[str, Mapping[str, float | str] | str] = {"first": {}, "nominal": "nominal"}
         base = words.get(relative)
         if base is None:
             base = axis_slices([relative], "--relative-to")
@@ -145,7 +146,7 @@ def show(
     from sweeps.presenting.tables import rows_text
 
     with opened_to_print(archive) as dataset:
-        check_slices(dataset, select, base if isinstance(base, dict) else {})
+        check_slices(dataset, select, {} if base is None or isinstance(base, str) else base)
         part = nearest(dataset, **select)
         plain = names is None and sort is None and base is None
         if has_indices(part) and plain:
@@ -203,9 +204,9 @@ def compare(
                 paths = draw_comparison(one, two, folder, file_format, (first, second))
     say(described)
     for path in paths:
-        say(path)
+        tell(path)
     if folder is not None and not paths:
-        click.echo("nothing to draw: both archives have the same values", err=True)
+        tell("nothing to draw: both archives have the same values", err=True)
     if limit is not None and not found.within(limit):
         end(f"{first} and {second} differ by more than {limit:g} (relative)", FAILURE)
 
@@ -273,9 +274,9 @@ def export(
     if done.left_out:
         lack = "values" if output.suffix.lower() == ".uff" else "one number per design"
         left_out = ", ".join(done.left_out)
-        say(f"not in the file, because they do not have {lack}: {left_out}", err=True)
+        tell(f"not in the file, because they do not have {lack}: {left_out}", err=True)
     size = size_text(output.stat().st_size)
-    say(f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}")
+    tell(f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}")
 
 
 @click.command()
@@ -369,6 +370,6 @@ def plot(
         with writing(folder):
             paths = draw(readable, folder, file_format, options=options)
     for path in paths:
-        say(path)
+        tell(path)
     if not paths:
-        click.echo("nothing to draw: no quantity varies", err=True)
+        tell("nothing to draw: no quantity varies", err=True)

@@ -15,7 +15,7 @@ from sweeps.cli.arguments import (
     units_option,
     untrusted_option,
 )
-from sweeps.cli.exits import guarded, say
+from sweeps.cli.exits import guarded, tell
 from sweeps.cli.files import check_output, opened, writing
 from sweeps.errors import SceneError, size_text
 
@@ -61,4 +61,4 @@ def report(
     with opened(archive) as dataset, writing(output):
         write(dataset, output, limit=size, units=units, overwrite=overwrite)
     if not quiet:
-        say(f"{output}: {size_text(output.stat().st_size)}")
+        tell(f"{output}: {size_text(output.stat().st_size)}")

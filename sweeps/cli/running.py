@@ -32,6 +32,7 @@ from sweeps.cli.exits import (
     end,
     guarded,
     say,
+    tell,
     terminal_width,
     warn,
 )
@@ -159,23 +160,23 @@ def run(
         resume_command=shlex.join(again),
     )  # fmt: skip
 
-    def tell(line: str) -> None:
+    def progress(line: str) -> None:
         if not quiet:
-            click.echo(line, err=True)
+            tell(line, err=True)
 
     # Before the run, which may take hours; results can only be told of afterwards.
     before = () if quiet else plausibility_warnings(plan)
     warn(before)
     if read.measured is not None:
-        tell(f"[measured] is not compared here: engine-dyn measured {scene} -o OUT.nc")
+        progress(f"[measured] is not compared here: engine-dyn measured {scene} -o OUT.nc")
     with writing(output):
-        done = into_archive.run(plan, output, options, scheduler or "", tell)
+        done = into_archive.run(plan, output, options, scheduler or "", progress)
     if not quiet:
         warn(line for line in done.warnings if line not in before)
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
         _print_numbers(plan, output)
-        say(_size_line(output))
+        tell(_size_line(output))
     _end_if_designs_failed(read, done.outcomes, output)
 
 
@@ -224,7 +225,7 @@ def extend(
             plan = extend_sample(archive, number, options)
     if not quiet:
         _warn_of(archive)
-        say(
+        tell(
             f"{archive}: {counted(plan.sizes[name or DESIGN], 'point')} of {name or DESIGN}, "
             f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
         )
@@ -256,7 +257,7 @@ def merge(
         plan = join(archives, output, options)
     if not quiet:
         _warn_of(output)
-        say(_designs_line(plan, output))
+        tell(_designs_line(plan, output))
 
 
 @click.command()
@@ -297,10 +298,10 @@ def rerun(
     with writing(output):
         plan, differences = run_again(archive, output, options, indicator)
     if differences:
-        say(f"made in a different way from {archive}: {'; '.join(differences)}", err=True)
+        tell(f"made in a different way from {archive}: {'; '.join(differences)}", err=True)
     if not quiet:
         _warn_of(output)
-        say(_designs_line(plan, output))
+        tell(_designs_line(plan, output))
 
 
 # --- before and after a run ---------------------------------------------------------------------
@@ -345,9 +346,7 @@ def _print_published(plan: Plan, output: Path) -> None:
     if plan.scene.reference is None:
         return
     if plan.output_bytes > LARGEST_TABLE:
-        click.echo(
-            f"published values are in the archive; {plan.designs} designs are too many to print"
-        )
+        tell(f"published values are in the archive; {plan.designs} designs are too many to print")
         return
     from sweeps.archive.stored_dataset import stored_dataset
     from sweeps.presenting.published import text
@@ -367,12 +366,12 @@ def _print_numbers(plan: Plan, output: Path) -> None:
 
         with stored_dataset(output, own=True) as dataset:
             for line in recorded_cycle_lines(dataset):
-                say(f"over the recorded cycles: {line}")
+                tell(f"over the recorded cycles: {line}")
     if plan.scene.reduce is not None:
-        say(f"results: engine-dyn info {shlex.quote(str(output))}")
+        tell(f"results: engine-dyn info {shlex.quote(str(output))}")
         return
     if plan.designs > SHOWN:
-        click.echo(f"values: engine-dyn show {shlex.quote(str(output))}")
+        tell(f"values: engine-dyn show {shlex.quote(str(output))}")
         return
     from sweeps.exploring.columns import has_single_numbers
     from sweeps.exploring.rows import rows
@@ -385,30 +384,30 @@ def _print_numbers(plan: Plan, output: Path) -> None:
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     """Print how many designs there were, what became of them, and how long it took."""
-    say(f"{scene.title}: {counted(plan.designs, 'design')}")
+    tell(f"{scene.title}: {counted(plan.designs, 'design')}")
     unused = (*plan.unused, *plan.unused_settings)
     if unused:
-        say(f"no requested quantity depends on:  {', '.join(unused)}")
+        tell(f"no requested quantity depends on:  {', '.join(unused)}")
     if plan.modes:
-        say(plan.modes)
+        tell(plan.modes)
     if done.outcomes:
         from sweeps.presenting.archives import of_all_designs
 
-        click.echo("outcomes: " + _listed(of_all_designs(done.outcomes, plan.designs)))
+        tell("outcomes: " + _listed(of_all_designs(done.outcomes, plan.designs)))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:
-        click.echo(
+        tell(
             "stalled: the wanted delta is so large that the engine would stall first; no inertia "
             "gives it"
         )
     if done.already:
-        click.echo("already complete; nothing to do")
+        tell("already complete; nothing to do")
         return
     compiling = min(done.compiling, done.computing)
     compiled = f"compiling {compiling:.1f} s, " if compiling >= 0.05 else ""
     times = f"computing {done.computing - compiling:.2f} s, writing {done.writing:.2f} s"
-    click.echo(f"{compiled}{times}{_resumed(done)}")
+    tell(f"{compiled}{times}{_resumed(done)}")
     for line in done.found:
-        say(line)
+        tell(line)
 
 
 def _resumed(done: Finished) -> str:

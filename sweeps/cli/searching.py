@@ -28,6 +28,7 @@ from sweeps.cli.exits import (
     end,
     guarded,
     say,
+    tell,
     terminal_width,
     warn,
 )
@@ -203,7 +204,7 @@ def optimise(
         warn(found.attrs["warnings"].splitlines())
         say(optimised_text(found))
         if output is not None:
-            say(f"{output}: all computed designs; use engine-dyn show, plot and best with it")
+            tell(f"{output}: all computed designs; use engine-dyn show, plot and best with it")
     if not found[FOUND].values.any():
         end("no computed design meets the conditions", FAILURE)
 

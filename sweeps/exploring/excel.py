@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweeps.errors import SceneError, one_line
+from sweeps.errors import SceneError, one_line, plain_number
 from sweeps.exploring.attributes import members_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["check_rows", "unit_of", "workbook"]
+__all__ = ["LONGEST", "check_rows", "not_computed", "unit_of", "workbook"]
 
 MOST_ROWS = 1_048_576
 """Of a sheet of Excel."""
@@ -95,6 +95,20 @@ def unit_of(variable: xr.Variable) -> str:
     return "" if unit == "1" or variable.dtype.kind not in "fiu" else unit
 
 
+def not_computed(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula: one that begins like it gets a quote.
+
+    Blanks before it do not count, nor do the wide signs of Asian keyboards; a number stays one.
+    """
+    if text.lstrip()[:1] not in tuple("=+-@\uff1d\uff0b\uff0d\uff20"):
+        return text
+    try:
+        plain_number(text)
+    except ValueError:
+        return f"'{text}"
+    return text
+
+
 def _styled(sheet: Any, values: list[Any], font: Any) -> list[Any]:
     from openpyxl.cell import WriteOnlyCell
 
@@ -107,9 +121,7 @@ def _styled(sheet: Any, values: list[Any], font: Any) -> list[Any]:
 def _cell(value: Any) -> Any:
     """A number with the digits that count, or a text; nothing where a number is missing."""
     if isinstance(value, str):
-        text = one_line(value, LONGEST)
-        # A text that begins so would be computed by Excel, or by who opens the file.
-        return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+        return not_computed(one_line(value, LONGEST))
     number = float(value)
     if not math.isfinite(number):
         return None if math.isnan(number) else str(number)

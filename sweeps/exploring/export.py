@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from sweeps.archive import netcdf as archives
 from sweeps.checks import a_path, check_dataset
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, one_line
 from sweeps.exploring.attributes import of_designs
 from sweeps.exploring.columns import (
     check_one_table,
@@ -27,7 +28,7 @@ from sweeps.exploring.columns import (
     in_words,
     words_for_numbers,
 )
-from sweeps.exploring.excel import check_rows, unit_of, workbook
+from sweeps.exploring.excel import LONGEST, check_rows, not_computed, unit_of, workbook
 from sweeps.exploring.fmu import functional_mockup_unit
 from sweeps.exploring.order_table import COLUMNS, CONVENTION, order_table
 from sweeps.exploring.universal_files import universal_file
@@ -190,12 +191,23 @@ def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) ->
 
     with path.open("w", encoding="utf-8", newline="") as stream:
         stream.writelines(f"# {line}\n" for line in archive.attrs.get(CONVENTION, "").splitlines())
-        pd.DataFrame(columns=list(columns)).to_csv(stream, index=False, lineterminator="\n")
+        heads = [not_computed(one_line(name)) for name in columns]
+        pd.DataFrame(columns=heads).to_csv(stream, index=False, lineterminator="\n")
 
         def put(table: Mapping[str, Any]) -> None:
-            pd.DataFrame(dict(table)).to_csv(stream, index=False, header=False, lineterminator="\n")
+            texts = {name: _not_computed(values) for name, values in table.items()}
+            pd.DataFrame(texts).to_csv(stream, index=False, header=False, lineterminator="\n")
 
         yield put
+
+
+def _not_computed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Names of designs, of which no spreadsheet takes any for a formula; numbers as they are."""
+    if values.dtype.kind not in "UOT":
+        return values
+    names, places = np.unique(values.astype(str), return_inverse=True)
+    safe = [not_computed(one_line(name, LONGEST)) for name in names.tolist()]
+    return np.array(safe, dtype=object)[places.reshape(values.shape)]
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS
 from sweeps.dimensions import REDUCTION, STATE
-from sweeps.errors import counted, one_line, size_text
+from sweeps.errors import as_name, counted, one_line, size_text
 from sweeps.exploring.attributes import axes_of, count_of_designs, of_designs
 from sweeps.presenting.key_texts import unit_text, with_word
 from sweeps.presenting.readable_units import asked_of_archive, factor
@@ -72,7 +72,7 @@ def archive_text(
         For names that are no quantities, and units that do not fit.
     """
     chosen = asked_of_archive(units, dataset.variables)
-    lines = [f"{name}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
+    lines = [f"{as_name(name)}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
     head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
     lines += [f"  {line}" for line in head if line]
     counts = outcome_counts(dataset)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
-from sweeps.errors import one_line
+from sweeps.errors import as_name, one_line
 from sweeps.presenting.key_texts import unit_text, value_text
 from sweeps.presenting.shafts import shaft_lines
 
@@ -21,7 +21,7 @@ __all__ = ["engine_text"]
 def engine_text(engine: Engine) -> str:
     """Describe an engine: its values, which of them are assumed and why, and its sources."""
     family = engine.family
-    lines = [f"{engine.name}: {engine.title}", "", "values"]
+    lines = [as_name(f"{engine.name}: {engine.title}"), "", "values"]
     of_shaft = engine.shaft.keys if engine.shaft else ()
     for key, value in engine.values.items():
         if key in of_shaft:

@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 
 from sweeps.archive.partial import Partial
-from sweeps.errors import counted, one_line
+from sweeps.errors import as_name, counted, one_line
 
 __all__ = ["interrupted_run", "interrupted_text"]
 
@@ -45,4 +45,4 @@ def interrupted_text(path: Path) -> str:
     ]
     if not writer:
         lines.append(f"  to go on: {one_line(about.get('resume_command', again), LONGEST_LINE)}")
-    return "\n".join(lines)
+    return "\n".join(map(as_name, lines))

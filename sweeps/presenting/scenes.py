@@ -10,7 +10,7 @@ import numpy as np
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from sweeps.dimensions import DESIGN
-from sweeps.errors import counted, one_line
+from sweeps.errors import as_name, counted, one_line
 from sweeps.presenting.key_texts import unit_text
 from sweeps.presenting.shafts import shaft_lines
 from sweeps.ratios import ratio_text
@@ -34,7 +34,7 @@ def scene_text(scene: Scene, name: str) -> str:
     name : str
         The scene as the user named it.
     """
-    lines = [f"{name}: {scene.title}"]
+    lines = [f"{name}: {as_name(scene.title)}"]
     lines += [f"  {line}" for line in _comment(scene.path)]
     lines += ["", "engine" if len(scene.engines) == 1 else "engines", *_engine_lines(scene)]
     if scene.engine.shaft is not None:
@@ -75,7 +75,7 @@ def _engine_lines(scene: Scene) -> list[str]:
     for name, engine in named.items():
         assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
         lines += [
-            f"  {name}: {engine.title}",
+            f"  {as_name(name)}: {as_name(engine.title)}",
             f"  values, sources and assumptions: engine-dyn info {name}{assumed}",
         ]
     return lines

@@ -8,7 +8,6 @@ import re
 
 from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
-from sweeps.errors import printable
 from sweeps.scene.reading import built_in_scenes
 
 __all__ = ["starting_scene"]
@@ -90,4 +89,5 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
 
 def _quoted(text: str) -> str:
     """A text as TOML has it, whose escapes are those of JSON but for letters beyond 16 bits."""
-    return json.dumps(printable(text), ensure_ascii=False)
+    quoted = json.dumps(text, ensure_ascii=False)
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)
