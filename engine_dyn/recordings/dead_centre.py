@@ -66,6 +66,9 @@ LEAST_MOTORED = 0.3 * DEGREE
 SYMMETRY, SIDE_END = (10.0 * DEGREE, 70.0 * DEGREE), 95.0 * DEGREE
 """Over which both sides of a motored cycle are compared, and where its charge is still cold."""
 
+SYMMETRY_WINDOW = 2.5 * DEGREE
+"""Half the angle over which pressures are averaged there."""
+
 SYMMETRY_STEPS = 4
 """Each makes the rest of the shift smaller by a factor of some hundred."""
 
@@ -204,11 +207,14 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     """
     side = np.arange(0.0, SIDE_END + 0.5 * DEGREE, 1.0 * DEGREE)
     used = (side >= SYMMETRY[0]) & (side <= SYMMETRY[1])
+    # Means over a window about every angle: the relation is linear, and noise averages out.
+    window = np.linspace(-SYMMETRY_WINDOW, SYMMETRY_WINDOW, 21)
     mean, peak = cycles.mean, _peak(cycles)
     shift = peak
     for _ in range(SYMMETRY_STEPS):
         behind, before = (
-            np.interp(shift + sign * side, cycles.angle, mean) for sign in (1.0, -1.0)
+            np.interp(shift + sign * side[:, None] + window, cycles.angle, mean).mean(axis=1)
+            for sign in (1.0, -1.0)
         )
         even, odd = 0.5 * (behind + before), 0.5 * (behind - before)
         if not np.all(even > 0.0):
@@ -218,11 +224,10 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
         steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(side)
         lost = even * np.concatenate([[0.0], np.cumsum(steps)]) / rate[0]
         slope = np.gradient(even, side)
-        columns = (-np.stack([slope, lost], axis=1) / even[:, None])[used]
-        values = (odd / even)[used]
-        solution, *_ = np.linalg.lstsq(columns, values, rcond=None)
+        columns = -np.stack([slope, lost], axis=1)[used]
+        solution, *_ = np.linalg.lstsq(columns, odd[used], rcond=None)
         shift += float(solution[0])
-    rest = values - columns @ solution
+    rest = odd[used] - columns @ solution
     # Neighbours are not independent: every 5 degrees one is.
     count = (SYMMETRY[1] - SYMMETRY[0]) / (5.0 * DEGREE)
     variance = float(rest @ rest) / (count - 2.0)

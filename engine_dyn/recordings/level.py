@@ -39,6 +39,9 @@ to 0.3 degree."""
 SURE, LEAST = 3.0, 0.1 * BAR
 """A level is off where it is so many standard uncertainties, and so much, from the absolute one."""
 
+LEAST_LOSS = -0.1 * DEGREE
+"""Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added."""
+
 LOWEST = 0.05 * BAR
 """No cylinder has less, absolute."""
 
@@ -142,13 +145,12 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
         Where samples are missing, or the compression is not that of a gas.
     """
     start = -float(peg_to_inlet(replace(cycles, pressure=cycles.mean[None]), 0.0).offset[0])
-    motored = looks_motored(cycles)
     known = geometry
     if known.compression_ratio is None:
         known = geometry.with_compression_ratio(1.0 + UNKNOWN_RATIO[0])
     lowest = LOWEST - float(cycles.mean.min())
     missing = max(float(peg_by_compression(cycles, known).offset.mean()), lowest)
-    priors = LEVEL_PRIORS
+    priors, motored = LEVEL_PRIORS, _is_motored(replace(cycles, pressure=cycles.pressure + missing))
     for _ in range(STEPS):
         moved = replace(cycles, pressure=cycles.pressure + missing)
         if motored:
@@ -165,6 +167,14 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
     return Level(
         -missing, fit.pegging_uncertainty, *shift, motored, start, change, of_shift
     )  # fmt: skip
+
+
+def _is_motored(absolute: RecordedCycles) -> bool:
+    """Whether nothing burns: heat that is lost, not added, makes both sides differ."""
+    if not looks_motored(absolute):
+        return False
+    _, uncertainty, loss = symmetric_shift(absolute)
+    return loss > min(LEAST_LOSS, -2.0 * uncertainty)
 
 
 def _changes(

@@ -44,7 +44,8 @@ def offer_of(
     finding: Finding, cycles: RecordedCycles, level: Level | None, options: PressureOptions
 ) -> str:
     """The options that put right what was found, where it is known."""
-    if finding.check == "dead_centre" and looks_motored(cycles) and math.isfinite(finding.value):
+    motored = looks_motored(cycles) if level is None else level.motored
+    if finding.check == "dead_centre" and motored and math.isfinite(finding.value):
         shift = f"{options.shift - finding.value:.2f}"
         return f"; give --shift {shift} (shift = {shift}) for all recordings with this zero"
     if finding.check != "level" or level is None:

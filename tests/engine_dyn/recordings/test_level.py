@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import symmetric_shift
 from engine_dyn.recordings.level import ANGLE_TOLD, TOLD, recorded_level
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
@@ -76,6 +77,30 @@ def test_a_gas_whose_exponent_falls(heat: float, offset: float) -> None:
     assert found.motored == (heat == 0.0)
     if found.motored:
         assert found.shift / DEGREE == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.parametrize("start", [-20.0, -6.0, 5.0])
+@pytest.mark.parametrize("rise", [0.01, 0.02, 0.03, 0.05, 0.08])
+def test_a_little_combustion_is_not_taken_for_a_motored_cycle(rise: float, start: float) -> None:
+    cycles, geometry = recorded(KnownPressure(16.0, 1.35, rise=rise, start=start), 2.0, 1.0)
+    found = recorded_level(cycles, geometry)
+    assert found.offset / BAR == pytest.approx(2.0, abs=0.05)
+    told = found.motored and found.shift_uncertainty <= ANGLE_TOLD
+    assert not told or abs(found.shift / DEGREE - 1.0) < 0.3
+    assert not found.motored or rise < 0.05
+
+
+def test_noise_is_in_the_uncertainty_of_a_symmetric_shift() -> None:
+    known = KnownPressure(9.0, 1.33, inlet=0.5, rise=0.0)
+    angle = np.arange(-360.0, 360.0, 0.5)
+    found = []
+    for seed in range(30):
+        noise = 0.1 * np.random.default_rng(seed).standard_normal((4, len(angle)))
+        cycles = RecordedCycles(angle * DEGREE, (known(angle - 1.0) + noise) * BAR)
+        found.append(symmetric_shift(cycles)[:2])
+    shift, uncertainty = np.array(found).T / DEGREE
+    assert shift.mean() == pytest.approx(1.0, abs=3.0 * shift.std() / np.sqrt(30))
+    assert 0.5 < shift.std() / uncertainty.mean() < 1.5
 
 
 def test_the_larger_one_is_said_first() -> None:
