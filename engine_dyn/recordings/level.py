@@ -42,6 +42,10 @@ SURE, LEAST = 3.0, 0.1 * BAR
 LEAST_LOSS = -0.1 * DEGREE
 """Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added."""
 
+MOST_EXCESS = 2.5
+"""Residuals over their expected size, above which a level is not believed: coarse steps of a
+digitised curve, leaks, or no engine."""
+
 LOWEST = 0.05 * BAR
 """No cylinder has less, absolute."""
 
@@ -161,6 +165,11 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
             break
     else:
         raise ValueError("the compression is not that of a gas")
+    if fit.excess > MOST_EXCESS:
+        raise ValueError(
+            f"compression and expansion differ from those of a gas {fit.excess:.2g} times as much "
+            "as usual"
+        )
     shift = priors.shift if motored else (fit.shift, fit.shift_uncertainty)
     moved = replace(moved, pressure=moved.mean[None])
     change, of_shift = _changes(moved, geometry, missing, shift[0])

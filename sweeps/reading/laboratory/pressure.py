@@ -136,10 +136,13 @@ def imported(
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
-            level = level_of(cycles, name, geometry, said) if options.pegging is None else None
-            if level is not None:
-                levels[name] = level
-            silent = ("gap",) if options.is_loop else ()
+            level, silent = None, ["gap"] if options.is_loop else []
+            if options.pegging is None:
+                level = level_of(cycles, name, geometry, said)
+                if level is not None:
+                    levels[name] = level
+                elif not looks_motored(cycles):  # an angle is told no better than the level
+                    silent.append("dead_centre")
             found = examine(cycles, geometry, silenced=silent, level=level)
             warnings += [f"{before}{one}{offer_of(one, cycles, level, options)}" for one in found]
             warnings += [f"{before}{line}" for line in unlikely_peak(cycles)]

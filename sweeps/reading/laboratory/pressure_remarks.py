@@ -34,7 +34,7 @@ def level_of(
     try:
         level = recorded_level(cycles, geometry)
     except (ValueError, np.linalg.LinAlgError) as error:
-        said.append(f"{where}; whether it is absolute cannot be told: {error}")
+        said.append(f"{where}; neither level nor dead centre can be told: {error}")
         return None
     said.append(f"{where}; {level.text}")
     return level

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.units import BAR
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.level import recorded_level
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.units import BAR, DEGREE
+from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.indicator_files import read_indicator
 from tests.support.commands import invoke, ok
 from tests.support.known_pressures import KnownPressure
@@ -132,3 +136,38 @@ def test_what_is_wrong_by_the_level_in_delta_is_mended_by_pegging(tmp_path: Path
     true = float(sweeps.run(tmp_path / "scene.toml").delta)
     assert found == pytest.approx(true, rel=0.005)
     assert abs(wrong / true - 1.0) > 0.05
+
+
+def test_what_is_too_coarse_to_tell_is_said_and_no_angle_is_blamed(tmp_path: Path) -> None:
+    """A curve through digitised points in steps of 0.155 bar, two bar too high."""
+    source = catalogue()["diesel_105x137"].with_name("diesel_105x137_digitised.csv")
+    angle = np.arange(-360.0, 360.0, 0.5)
+    table = np.column_stack([angle, read_indicator(source)(angle * DEGREE) / BAR + 2.0])
+    raw = tmp_path / "points.csv"
+    np.savetxt(raw, table, delimiter=",", header="angle [deg],p [bar]", comments="")
+    found = invoke("import", raw, "-o", tmp_path / "pressure.csv", "--compression-ratio", "17")
+    assert found.exit_code == 0, found.output
+    assert (
+        "not pegged, level as recorded; neither level nor dead centre can be told" in found.stdout
+    )
+    assert "dead_centre" not in found.stderr
+
+
+def test_the_catalogue_is_absolute() -> None:
+    """Each modelled diagram, with its compression ratio and without, and 1.5 bar too high."""
+    for name in catalogue():
+        engine = load_engine(name)
+        if engine.cycles is None or "compressor" in name:
+            continue
+        values = engine.values
+        for diagram in engine.family.diagrams:
+            angle = np.arange(-diagram.period / 2, diagram.period / 2 - 1e-9, DEGREE)
+            for ratio, offset in ((engine.compression_ratio, 0.0), (None, 1.5 * BAR)):
+                cycles = RecordedCycles(angle, diagram(angle)[None] + offset, diagram.period)
+                geometry = CylinderGeometry(
+                    values["bore"], values["stroke"], values["crank_ratio"], ratio
+                )
+                found = recorded_level(cycles, geometry)
+                assert abs(found.offset - offset) < min(0.05 * BAR, 2.0 * found.uncertainty), name
+                assert found.off == (offset > 0.0)
+                assert abs(found.shift) < 3.0 * found.shift_uncertainty
