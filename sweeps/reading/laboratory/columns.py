@@ -13,7 +13,7 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.headers import split_unit
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
-from sweeps.reading.laboratory.units import is_angle_unit, pressure_unit
+from sweeps.reading.laboratory.units import is_angle_unit, pressure_unit, unit_of_name
 
 __all__ = ["Signals", "named_column", "signals_of", "wanted_pressures"]
 
@@ -204,6 +204,7 @@ def _pressures(
     stated = [n for n, c in rest.items() if c.unit and _is_pressure(c.unit, recording.label)]
     named = [n for n in rest if _called(n, _PRESSURE) or _CYCLE.match(n)]
     good = [n for n in stated if n in named] or stated or named
+    good = good or [n for n in rest if _is_pressure(unit_of_name(n, ""), recording.label)]
     good = [n for n in good if not _ELSEWHERE.search(n)]
     good = [n for n in good if not _SPREAD.search(n)] or good
     if not good and len(rest) == 1:

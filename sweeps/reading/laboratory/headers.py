@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sweeps.errors import one_line
-from sweeps.reading.laboratory.units import SECONDS, in_latin, is_angle_unit
+from sweeps.reading.laboratory.units import SECONDS, in_latin, is_angle_unit, is_pressure_level
 
 __all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
 
@@ -27,6 +27,14 @@ of them."""
 LONGEST_HEAD = 300
 """Characters of the head of a column that are looked at."""
 
+_NAMING = re.compile(r"(channel ?)?names?|(kanal)?namen?|kanal|channels?|bezeichnung|signal", re.I)
+_NOTING = re.compile(
+    r"comments?|kommentar|description|beschreibung|lengths?|länge|min(imum)?|max(imum)?|mean|"
+    r"samples|type|typ|source|offset|factor|scale", re.I
+)  # fmt: skip
+_UNIT_KEY = re.compile(r"(units?|einheit(en)?)", re.I)
+"""Words before a row of names or of units, and before rows of which none is of names or units."""
+
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
 
 _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
@@ -35,6 +43,9 @@ _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
 _COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
 """Quantity and unit as in Russian tables: "давление, МПа"."""
 
+
+TURNS = (360.0, 6.283185307179586, 1.0)
+"""A turn in the units of angles."""
 
 RUN = 6
 """Rows of numbers in a row that make a table."""
@@ -94,7 +105,30 @@ def _from_first(
     first = next(above, place)
     while first and _goes_on(rows[first - 1 : first + 2], width, decimal):
         first -= 1
-    return first, width
+    return first + _is_no_sample(rows[first : first + RUN], width, decimal), width
+
+
+def _is_no_sample(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bool:
+    """Whether the first row of numbers is of channels or factors: an angle or time goes back.
+
+    An angle that begins again goes back by turns.
+    """
+    if len(rows) < RUN or width < 2 or _goes_on(rows[:3], width, decimal):
+        return False
+    for texts in zip(*(row[:width] for row in rows), strict=False):
+        if all(is_number(text, decimal) for text in texts):
+            first, second, *rest = (number_of(text.strip(), decimal) for text in texts)
+            step = rest[0] - second
+            even = all(
+                abs(b - a - step) <= 0.2 * abs(step) > 0.0
+                for a, b in zip([second, *rest[:-1]], rest, strict=True)
+            )
+            back = (first - second + step) * (1.0 if step > 0.0 else -1.0)
+            turns = (back / turn for turn in TURNS if abs(step) < 0.1 * turn)
+            again = any(abs(n - round(n)) < 0.5 * abs(step) / TURNS[0] for n in turns)
+            if even and back > abs(step) and not again:
+                return True
+    return False
 
 
 def _goes_on(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bool:
@@ -140,7 +174,7 @@ def split_unit(text: str) -> tuple[str, str]:
 
 
 def names_and_units(
-    above: Sequence[Sequence[str]], width: int, sentences: bool = False
+    above: Sequence[Sequence[str]], width: int, sentences: bool = False, numbered: bool = False
 ) -> tuple[list[str], list[str]]:
     """Names and units of columns.
 
@@ -152,6 +186,8 @@ def names_and_units(
         Number of columns. What stands to the right of them is no name.
     sentences : bool
         Whether rows that are longer are words of a sentence: blanks separate the columns.
+    numbered : bool
+        Whether the first column has the numbers of rows, which need no name.
     """
     names, units = [""] * width, [""] * width
     fitting: list[list[str]] = []
@@ -162,8 +198,15 @@ def names_and_units(
             fields.pop()
         if len(fields) > width and sentences:
             break
+        key, labelled = fields[0].rstrip(": ") if fields else "", len(fields) > 1
+        if labelled and _NOTING.fullmatch(key):
+            continue
+        if labelled and (_NAMING.fullmatch(key) or _UNIT_KEY.fullmatch(key)):
+            fields = fields[1:] if len(fields) > width else ["", *fields[1:]]
+        if len(fields) == width - 1 and numbered:  # rows begin with their numbers
+            fields = ["", *fields]
         fields = fields[:width] + [""] * (width - len(fields))
-        if not any(fields):
+        if all(is_number(text) for text in fields if text):
             continue
         filled = sum(map(bool, fields))
         one_unit = filled == 1 and bool(fields[-1]) and _are_units(fields)
@@ -214,7 +257,8 @@ def _is_count(text: str) -> bool:
 def _is_unit(text: str) -> bool:
     plain = in_latin(text.strip()).lower()
     joined = re.sub(r"[ ·⋅*]", "", plain)
-    return plain in _UNIT_WORDS or joined in _UNIT_WORDS or is_angle_unit(plain)
+    level = is_pressure_level(plain)
+    return level or plain in _UNIT_WORDS or joined in _UNIT_WORDS or is_angle_unit(plain)
 
 
 def _bare(text: str) -> str:

@@ -25,6 +25,15 @@ __all__ = [
 MOST_VALUES = 10**8
 """Values of a recording, all columns together."""
 
+MISSING = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30)
+"""Sizes of numbers that loggers write for missing ones."""
+
+FAR = 0.1
+"""Largest of all other numbers over such a number."""
+
+FEW = 0.05
+"""Most share of such numbers: two levels of a signal are none."""
+
 MOST_COLUMNS = 20_000
 """Columns of a recording; a table with a column for each cycle has hundreds."""
 
@@ -129,6 +138,7 @@ class Recording:
             raise SceneError(f"{where}: has no values")
         # Of a NaN among them, both are NaN: no array is made.
         if values.min() >= -LARGEST and values.max() <= LARGEST:
+            self._check_missing(values, where)
             return values
         bad = np.argwhere(~(np.abs(values) <= LARGEST))
         if np.isfinite(value := values[tuple(bad[0])]):
@@ -137,6 +147,19 @@ class Recording:
         if column.text is not None:
             what = f"'{one_line(column.text[1], 40)}'"
         raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {what}: must be a finite number")
+
+    def _check_missing(self, values: Floats, where: str) -> None:
+        """Refuse numbers that stand for missing ones far away from all others."""
+        for end in (float(values.min()), float(values.max())):
+            if abs(end) in MISSING:
+                there = values == end
+                rest = np.abs(values[~there])
+                if there.mean() < FEW and rest.max() < FAR * abs(end):
+                    place = self.place(int(np.argwhere(there)[0][-1]))
+                    raise SceneError(
+                        f"{where}, {place}: {end:g}: far from all others, so it seems to stand for "
+                        "a value that is missing; must be a measured number"
+                    )
 
 
 def check_size(values: float, columns: int, label: str) -> None:

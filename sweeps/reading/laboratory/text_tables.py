@@ -17,7 +17,7 @@ import numpy as np
 
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.laboratory.encodings import encoding_of
-from sweeps.reading.laboratory.headers import is_number, names_and_units, start_of_numbers
+from sweeps.reading.laboratory.headers import RUN, is_number, names_and_units, start_of_numbers
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, Contents, check_size
 
@@ -42,6 +42,9 @@ _BLANK = r"\s+"
 _SEPARATORS = (";", "\t", "|", ",", _BLANK)
 _WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
 
+
+_NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
+"""First fields of rows that begin with their numbers."""
 
 _PART = re.compile(r"0\d+")
 
@@ -72,6 +75,8 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
     data = data.rstrip(_DOS_END)
     encoding, *said = encoding_of(data, label, choices.encoding)
     data, marks = _without_marks(data)
+    if encoding == "utf-8-sig":
+        data = data.replace("\u2212".encode(), b"-")  # the minus sign of typesetting
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
         head = head[:-1]  # may be cut
@@ -84,13 +89,27 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
             "recognised)"
         )
     rows = [_fields(line, form.separator) for line in head[: form.first]]
-    names, units = names_and_units(rows, form.width, sentences=form.separator == _BLANK)
+    body = [_fields(line, form.separator) for line in head[form.first : form.first + RUN]]
+    said += _numbers_above(rows, form)
+    names, units = names_and_units(
+        rows, form.width, form.separator == _BLANK, [row[:1] for row in body] in _NUMBERED
+    )
     columns = _columns(data, encoding, form, names, units, label, said)
     within = tuple(line - form.first for line in marks if line > form.first)
     if within:
         said.append(f"{counted(len(within), 'line')} MARK between the samples left out")
     first_line = form.first + 1 + len(marks) - len(within)
     return Contents(columns, first_line, tuple(filter(None, said)), within)
+
+
+def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
+    """What is said of a row of numbers above the table."""
+    texts = [text for text in rows[-1] if text.strip()] if rows else []
+    if len(texts) != form.width or not all(is_number(text, form.decimal) for text in texts):
+        return []
+    return [
+        f"line {form.first} left out: numbers above the table ({one_line(', '.join(texts), 60)})"
+    ]
 
 
 def _without_marks(data: bytes) -> tuple[bytes, list[int]]:

@@ -22,6 +22,7 @@ __all__ = [
     "counts_before",
     "in_latin",
     "is_angle_unit",
+    "is_pressure_level",
     "is_time_name",
     "pressure_unit",
     "stated_unit",
@@ -121,6 +122,11 @@ def _angle(text: str) -> float | None:
     plain, before = (text.strip(), None) if found is None else (found["plain"], found["before"])
     size = _ANGLES.get(plain.lower())
     return -size if size is not None and before else size
+
+
+def is_pressure_level(text: str) -> bool:
+    """Whether a text is a unit of gauge or absolute pressures, such as "kPa g" or "bar abs"."""
+    return any(pattern.match(text.strip()) for pattern in (_GAUGE, _ABSOLUTE))
 
 
 def counts_before(name: str) -> bool:

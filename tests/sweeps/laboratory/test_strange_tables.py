@@ -44,6 +44,15 @@ LAYOUTS = {
         line + (f",{i}" if i % 10 == 0 else ",") for i, line in enumerate(lines()))],
     "a channel at every third": ["angle [deg],p_cyl [bar],rail", *(
         line + (f",{i}" if i % 3 == 0 else ",") for i, line in enumerate(lines()))],
+    "labels before rows": ["DIADEM-HEADER", "NAME;angle;p_cyl", "UNIT;deg;bar", "LENGTH;720;720",
+                           "MINIMUM;-360;1", "MAXIMUM;359;49", *lines(";")],
+    "labels and numbers": ["Kanalname;angle;p_cyl", "Einheit;deg;bar", "Kommentar;Geber;Sensor", *(
+        f"{i + 1};{line}" for i, line in enumerate(lines(";")))],
+    "numbers of channels": ["angle,p_cyl", "deg,bar", "1,2", *lines()],
+    "rows with numbers": ["angle_deg p_bar", *(
+        f"{i + 1} {line}" for i, line in enumerate(lines(" ")))],
+    "gauge in brackets": ["angle (deg),p (bar g)", *lines()],
+    "signs of typesetting": ["angle_deg,p_bar", *(line.replace("-", "\u2212") for line in lines())],
     "units in words": ["угол ПКВ;давление", "град.;МПа", *(
         f"{a:g};{0.1 * p:.4f}" for a, p in zip(ANGLE, PRESSURE, strict=True))],
 }  # fmt: skip
@@ -58,7 +67,7 @@ def test_no_sample_is_lost_whatever_stands_beside_it(layout: str, tmp_path: Path
     assert signals.angle is not None
     assert np.array_equal(signals.angle, ANGLE)
     assert np.allclose(pressure * {"MPa": 10.0}.get(unit, 1.0), PRESSURE, rtol=1e-12)
-    assert unit or next(iter(signals.pressures)).endswith("_bar")
+    assert unit or next(iter(signals.pressures)).endswith("bar")
 
 
 def test_counts_above_a_table_are_no_samples(tmp_path: Path) -> None:
@@ -226,3 +235,37 @@ def test_lines_of_marks_are_left_out_and_lines_still_counted(tmp_path: Path) -> 
     for sample in (0, 99, 100, 719):
         place = int(recording.place(sample).removeprefix("line "))
         assert marked[place - 1] == table[sample]
+
+
+def test_a_row_of_factors_is_left_out_and_said(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("\n".join(["angle,p_cyl", "deg,bar", "1,0.001", *lines()]))
+    recording = read_recording(tmp_path / "a.csv")
+    assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
+    assert recording.columns["p_cyl"].unit == "bar"
+    assert "line 3 left out" in recording.said[0] and "0.001" in recording.said[0]
+
+
+@pytest.mark.parametrize("factor", [1.0, np.pi / 180.0, 1.0 / 360.0])
+@pytest.mark.parametrize("turn", [360, 720])
+@pytest.mark.parametrize("step", [1, -1])
+def test_the_first_sample_before_an_angle_begins_again_is_one(
+    factor: float, turn: int, step: int, tmp_path: Path
+) -> None:
+    for start in range(-3, 4):
+        angle = factor * (step * np.arange(start, start + 720) % turn)
+        text = "".join(f"{a:.6f},{p:g}\n" for a, p in zip(angle, PRESSURE, strict=True))
+        (tmp_path / "a.csv").write_text("angle,p_cyl\n" + text)
+        assert len(read_recording(tmp_path / "a.csv").columns["angle"].values) == 720
+
+
+@pytest.mark.parametrize("number", [-9999, 999, -999, 99999])
+def test_numbers_for_missing_values_are_refused(number: int, tmp_path: Path) -> None:
+    table = lines()
+    table[100] = f"-260,{number}"
+    (tmp_path / "a.csv").write_text("\n".join(["angle_deg,p_bar", *table]))
+    recording = read_recording(tmp_path / "a.csv")
+    with pytest.raises(sweeps.SceneError, match=f"line 102: {number}"):
+        recording.numbers("p_bar")
+    table[100:300] = [f"{line.split(',')[0]},{number}" for line in table[100:300]]
+    (tmp_path / "a.csv").write_text("\n".join(["angle_deg,level", *table]))
+    assert len(read_recording(tmp_path / "a.csv").numbers("level")) == 720
