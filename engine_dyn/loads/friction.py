@@ -187,7 +187,8 @@ class FrictionShape:
             )
         if not 0.0 < given_number("ring_pressure", self.ring_pressure) < 100.0 * BAR:
             raise ValueError(
-                f"ring_pressure = {self.ring_pressure / BAR:g} bar: must be between 0 and 100 bar"
+                f"ring_pressure = {self.ring_pressure / BAR:g} bar: must be above 0 and below 100 "
+                "bar"
             )
 
     @property

@@ -273,7 +273,7 @@ def refusals(
         within = (value >= low * size) & (value <= high * size)
         if not ends:
             within &= (value != low * size) & (value != high * size)
-        yield ~within, said(name, ~within, f"between {low:.6g} and {high:.6g}{item.words}")
+        yield ~within, said(name, ~within, item.allowed)
     bad = ~(columns["delivery_pressure"] > columns["suction_pressure"])
     yield bad, said("delivery_pressure", bad, "above suction_pressure")
     bad = columns["suction_loss"] > 0.5 * columns["suction_pressure"]

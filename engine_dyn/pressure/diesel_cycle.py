@@ -154,7 +154,7 @@ class DieselCycle:
                 continue  # limited by other fields, below
             low, high, value = field.low * field.size, field.high * field.size, getattr(self, name)
             if not (low <= value <= high if field.ends else low < value < high):
-                raise ValueError(self._refusal(name, f"between {_show(name, low, high)}"))
+                raise ValueError(self._refusal(name, field.allowed))
         if not self.crank_ratio * (1.0 + abs(self.offset_ratio)) < 1.0:
             raise ValueError(
                 self._refusal(

@@ -96,6 +96,12 @@ class FileField(NamedTuple):
         """Unit as it follows a number: nothing for numbers without one."""
         return "" if self.unit == "1" else f" {self.unit}"
 
+    @property
+    def allowed(self) -> str:
+        """Range in words, such as "above 1 and below 45 degree"."""
+        low, high = f"{self.low:.6g}", f"{self.high:.6g}{self.words}"
+        return f"between {low} and {high}" if self.ends else f"above {low} and below {high}"
+
 
 def file_units(fields: Mapping[str, FileField]) -> dict[str, tuple[str, float]]:
     """Unit in which an engine file gives each field, and its size in SI."""

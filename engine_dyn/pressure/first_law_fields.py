@@ -126,14 +126,14 @@ def refusals(period: float, columns: Mapping[str, Floats], wall: int) -> Iterato
         return message
 
     for name, item in ranges.items():
-        low, high, ends, size, words = item.low, item.high, item.ends, item.size, item.words
+        low, high, ends, size = item.low, item.high, item.ends, item.size
         value = columns[name]
         within = (value >= low * size) & (value <= high * size)
         if not ends:
             within &= (value != low * size) & (value != high * size)
         if name == "exhaust_closing":
             within |= np.isnan(value)
-        yield ~within, said(name, f"between {low:.6g} and {high:.6g}{words}")
+        yield ~within, said(name, item.allowed)
 
     offset, ratio = columns["offset_ratio"], columns["crank_ratio"]
     yield (

@@ -84,14 +84,12 @@ class PumpCycle:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         for item in fields(self):
             field = FILE_FIELDS[item.name]
-            low, high, words = field.low, field.high, field.words
+            low, high = field.low, field.high
             value = given_number(item.name, getattr(self, item.name)) / field.size
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
             if not (low <= value <= high if field.ends else low < value < high):
-                raise ValueError(
-                    f"{item.name} = {value:.6g}{words}: must be between {low:g} and {high:g}{words}"
-                )
+                raise ValueError(f"{item.name} = {value:.6g}{field.words}: must be {field.allowed}")
         if self.delivery_pressure <= self.suction_pressure:
             raise ValueError(
                 f"delivery_pressure = {self.delivery_pressure / BAR:.6g} bar: must be above "

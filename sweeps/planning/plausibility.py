@@ -90,6 +90,8 @@ def _lines(plan: Plan) -> list[str]:
     if "family" in used:
         used.update(plan.scene.cycle_keys)
     lines = _of_diagrams(plan, off) if "family" in used else []
+    if plan.scene.engine.torque is not None:
+        lines += plan.scene.engine.diagram_warnings
     given = _Given(plan)
     wrong: set[str] = set()
     for check in CHECKS:

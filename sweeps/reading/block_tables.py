@@ -16,8 +16,8 @@ from sweeps.checks import Strict, mentioned
 from sweeps.errors import SceneError
 
 __all__ = [
-    "COUNTERWEIGHTS", "MOST", "MOUNTS", "WEIGHT_KEYS", "CounterweightTable", "MountTable",
-    "with_block_tables",
+    "COUNTERWEIGHTS", "MOST", "MOUNTS", "NOT_WITH_TABLE", "WEIGHT_KEYS", "CounterweightTable",
+    "MountTable", "with_block_tables",
 ]  # fmt: skip
 
 MOST = 100
@@ -28,6 +28,8 @@ MOUNTS = "tables [[mounts]] with lateral, one for each"
 
 WEIGHT_KEYS = ("counterweight_fraction", "counterweight_mass")
 """Parameters that say what counterweights are without saying where."""
+NOT_WITH_TABLE = "not allowed together with [[counterweights]]; give one of them"
+"""Said of them beside the table."""
 
 
 class CounterweightTable(Strict):

@@ -160,8 +160,5 @@ def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
         value = found[key] = number(raw, f"{where} {key}")
         inside = field.low <= value <= field.high if field.ends else field.low < value < field.high
         if not inside:
-            raise SceneError(
-                f"{where} {key} = {value:.6g}{field.words}: must be between {field.low:.6g} and "
-                f"{field.high:.6g}{field.words}"
-            )
+            raise SceneError(f"{where} {key} = {value:.6g}{field.words}: must be {field.allowed}")
     return found

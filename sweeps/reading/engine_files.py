@@ -47,7 +47,7 @@ from sweeps.checks import (
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.auxiliary_tables import with_auxiliaries
-from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
+from sweeps.reading.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -69,7 +69,7 @@ from sweeps.reading.referred_files import add_files_read, kept, kept_files, refe
 from sweeps.reading.shaft_tables import GivenShaft, read_shaft
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
-from sweeps.reading.torque_diagrams import read_torque_diagram
+from sweeps.reading.torque_diagrams import read_torque_diagram, torque_warnings
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = [
@@ -97,9 +97,6 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 
 CLEARANCE = "clearance_ratio"
 """Key of the [[diagram]] of compressors: clearance over swept volume."""
-
-# What every engine with diagrams must say about itself; a scene can give the rest.
-_OWN = ("load", "speed", "cylinders")
 
 INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
 """What the discs of a shaft replace."""
@@ -194,6 +191,8 @@ def _read_engine(path: Path, name: str) -> Engine:
     given, _ = engine_file_of(path, name)
     values = read_values(given.values, name)
     torque = _torque(given, name, path.parent)
+    if torque is None:
+        _check_complete(given, values, name)
     period = _period(given, torque, name)
     diagrams = [
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
@@ -207,9 +206,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         values.setdefault("load", family.low)  # the one that all its diagrams have
     if torque is not None:
         values.setdefault("cylinders", 1.0)
-    for key in _OWN if diagrams else ("cylinders",):
-        if key not in values:
-            raise SceneError(f"{name}: [values] {key}: missing; must be a number")
+    if diagrams and "load" not in values:
+        raise SceneError(f"{name}: [values] load: missing; must be a number")
     scale = _scale(given.pressure_scale, name)
     if diagrams:
         _check_own_point(values, family, scale, name)
@@ -245,7 +243,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         diagram_speeds=tuple(d.speeds for d in sorted(diagrams, key=lambda d: d.load)),
-        diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings),
+        diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings)
+        + torque_warnings(given.diagram, name),
     )
     _check_weights(given, values, name)
     engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
@@ -257,10 +256,7 @@ def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) ->
     """Check that a file sizes its counterweights once."""
     for key in WEIGHT_KEYS if given.counterweights is not None else ():
         if key in values:
-            raise SceneError(
-                f"{name}: [values] {key}: not allowed together with [[counterweights]]; give one "
-                "of them"
-            )
+            raise SceneError(f"{name}: [values] {key}: {NOT_WITH_TABLE}")
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:
@@ -276,22 +272,29 @@ def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | Non
     return read_torque_diagram(given.diagram[0], where, folder)
 
 
+def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -> None:
+    """Check that a file without a torque has what every engine needs, but a load of diagrams."""
+    cycle = "cycle: missing; must be 'four-stroke' or 'two-stroke'; only a torque has its own"
+    missing = [cycle] if given.cycle is None else []
+    counted = given.firing_order or given.arrangement or given.firing_angles
+    keys = (*(["speed"] if given.diagram else []), *([] if counted else ["cylinders"]))
+    missing += [f"[values] {key}: missing; must be a number" for key in keys if key not in values]
+    if missing:
+        raise SceneError(f"{name}: {'; '.join(missing)}")
+
+
 def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:
     """Angle of the cycle [rad]: a torque that is given has its own, unless the file states one."""
-    if given.cycle is not None:
-        period = PERIODS[given.cycle]
-        if torque is not None and math.remainder(period, torque.period) > 1e-9:
-            raise SceneError(
-                f"{name}: cycle = '{given.cycle}': the torque repeats after "
-                f"{math.degrees(torque.period):g} degrees; must be left out, or have such a cycle"
-            )
-        return period
-    if torque is None:
+    if given.cycle is None:
+        assert torque is not None  # see `_check_complete`
+        return torque.period
+    period = PERIODS[given.cycle]
+    if torque is not None and math.remainder(period, torque.period) > 1e-9:
         raise SceneError(
-            f"{name}: cycle: missing; must be 'four-stroke' or 'two-stroke'; only a [[diagram]] "
-            f"with kind = '{TORQUE}' has its own"
+            f"{name}: cycle = '{given.cycle}': the torque repeats after "
+            f"{math.degrees(torque.period):g} degrees; must be left out, or have such a cycle"
         )
-    return torque.period
+    return period
 
 
 def with_shaft(engine: Engine, given: GivenShaft) -> Engine:

@@ -260,6 +260,9 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
     _check_different([*names, *rings, *hung], where)
     values = _Values()
+    for name in ("loss_factor", "shear_modulus"):  # checked although each shaft may have its own
+        if getattr(given, name) is not None:
+            _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
     for i, disc in enumerate(given.discs, start=1):
         values.take(disc, "disc", i, f"{where} discs number {i}", ("name", "throw"))
     pairs: list[tuple[int, int]] = []

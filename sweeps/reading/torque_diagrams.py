@@ -7,7 +7,7 @@ mean line.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -28,13 +28,16 @@ from sweeps.checks import Strict, check_structure, mentioned
 from sweeps.errors import SceneError
 from sweeps.reading.referred_files import referred
 
-__all__ = ["Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram"]
+__all__ = [
+    "Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram", "torque_warnings",
+]  # fmt: skip
 
 LOBE = 36
 """Intervals between two crossings into which an area is divided."""
 
-BALANCE = 1e-3
-"""Part of the largest area by which the areas of a cycle may fail to add up to zero."""
+BALANCE, BALANCE_ROUNDED = 1e-3, 0.01
+"""What the areas of a cycle may add up to, over the largest of them; where they are said to be
+rounded, over the sum of their sizes."""
 
 
 class Harmonic(Strict):
@@ -77,6 +80,11 @@ class TorqueDiagram(Strict):
         default=None,
         description="a list of crank angles in degrees at which the areas begin, and the last ends",
     )
+    rounded: bool = Field(
+        default=False,
+        description="true or false: the areas are rounded as printed; what they add up to, at most "
+        "1 percent of the sum of their sizes, is taken off all of them evenly",
+    )
     revolutions: int | None = Field(
         default=None, ge=1, le=MOST_REVOLUTIONS,
         description="a whole number: revolutions that equally wide areas take together",
@@ -86,7 +94,7 @@ class TorqueDiagram(Strict):
 _BESIDE = {
     "file": ("angle_column", "torque_column", "torque_unit", "mean"),
     "harmonics": ("mean",),
-    "areas": ("mean", "crossings", "revolutions"),
+    "areas": ("mean", "crossings", "revolutions", "rounded"),
 }
 """Ways to give the torque, and the keys that belong to each."""
 
@@ -115,7 +123,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         said = f"has both {both}" if ways else "file, harmonics or areas: missing"
         raise SceneError(f"{where} {said}: give one of {', '.join(_BESIDE)}")
     for key in [key for keys in _BESIDE.values() for key in keys]:
-        if key not in _BESIDE[ways[0]] and getattr(given, key) is not None:
+        if key not in _BESIDE[ways[0]] and key in given.model_fields_set:
             raise SceneError(f"{where} {key}: not allowed together with {ways[0]}")
     if ways[0] != "file" and given.mean is None:
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
@@ -147,6 +155,17 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
     return torque_of_harmonics(mean, {o.order: (o.sine, o.cosine) for o in given}, own_angle)
 
 
+def torque_warnings(tables: Sequence[Mapping[str, Any]], name: str) -> tuple[str, ...]:
+    """What was taken off areas that are rounded as printed, of the [[diagram]] of a file."""
+    return tuple(
+        f"{name}: [[diagram]] areas: add up to {sum(areas):.4g} J, "
+        f"{100.0 * abs(sum(areas)) / sum(map(abs, areas)):.2g} percent of the sum of their sizes; "
+        "this is taken off all of them evenly (rounded = true)"
+        for areas in (table["areas"] for table in tables if table.get("rounded"))
+        if sum(areas)
+    )
+
+
 def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     """Torque whose areas between crossings with its mean are given; each is a squared sine.
 
@@ -154,8 +173,14 @@ def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     docs/torque_diagrams.md.
     """
     areas, mean = np.array(given.areas), float(given.mean or 0.0)
-    if abs(areas.sum()) > BALANCE * np.abs(areas).max():
-        raise ValueError(f"areas add up to {areas.sum():.6g} J: must add up to 0 over a cycle")
+    left, most = abs(areas.sum()), np.abs(BALANCE_ROUNDED * areas).sum()
+    if left > (most if given.rounded else BALANCE * np.abs(areas).max()):
+        offer = f", to at most {most:.3g} J with rounded = true" if left <= most else ""
+        if given.rounded:
+            offer = f", to at most {most:.3g} J (1 percent of the sum of their sizes)"
+        raise ValueError(
+            f"areas add up to {areas.sum():.6g} J: must add up to 0 over a cycle{offer}"
+        )
     if given.crossings is None:
         revolutions = given.revolutions or 1
         edges = np.linspace(0.0, 360.0 * revolutions, len(areas) + 1)

@@ -24,7 +24,7 @@ from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.reading.auxiliary_tables import with_auxiliaries
-from sweeps.reading.block_tables import WEIGHT_KEYS, with_block_tables
+from sweeps.reading.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine, with_shaft
 from sweeps.reading.referred_files import kept_files, text_of_bytes
@@ -459,10 +459,7 @@ def _check_weights(given: SceneFile, values: GivenValues, name: str) -> None:
     """Check that a scene sizes its counterweights once."""
     for key in WEIGHT_KEYS if given.counterweights is not None else ():
         if values.gives(key):
-            raise SceneError(
-                f"{name}: [{values.table_of(key)}] {key}: not allowed together with "
-                "[[counterweights]]; give one of them"
-            )
+            raise SceneError(f"{name}: [{values.table_of(key)}] {key}: {NOT_WITH_TABLE}")
 
 
 def _highest_order(given: SceneFile, engine: Engine) -> float:

@@ -114,8 +114,8 @@ def test_energy_balance_of_the_closed_cycle():
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
-        ("premixed_duration", -5.0, "premixed_duration = -5 degree: must be between 1 and 180"),
-        ("compression_ratio", 1.0, "compression_ratio = 1: must be between 1.5 and 40"),
+        ("premixed_duration", -5.0, "premixed_duration = -5 degree: must be above 1 and below 180"),
+        ("compression_ratio", 1.0, "compression_ratio = 1: must be above 1.5 and below 40"),
         ("intake_loss", 0.7, "intake_loss = 0.7 bar: must be between 0 and 0.55 bar"),
         ("premixed_start", -60.0, "before the combustion starts"),
         ("exhaust_opening", 200.0, "exhaust_opening = 200 degree"),

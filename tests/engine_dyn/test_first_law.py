@@ -464,7 +464,7 @@ def test_bad_step(step: float) -> None:
     ("name", "changes", "words"),
     [
         ("spark, adiabatic", {"compression_ratio": 1.0},
-         "compression_ratio = 1: must be between 1.5 and 40"),
+         "compression_ratio = 1: must be above 1.5 and below 40"),
         ("spark, adiabatic", {"heat": np.nan}, "heat = nan: must be a finite number"),
         ("spark, adiabatic", {"offset_ratio": 4.0},
          "offset_ratio = 4: must be such that the crank turns"),
@@ -479,7 +479,7 @@ def test_bad_step(step: float) -> None:
         ("ports, woschni", {"scavenge_opening": 100.0},
          "scavenge_opening = 100 degree: must be after exhaust_opening"),
         ("ports, woschni", {"exhaust_closing": 10.0},
-         "exhaust_closing = 10 degree: must be between -180 and -45 degree"),
+         "exhaust_closing = 10 degree: must be above -180 and below -45 degree"),
         ("ports, woschni", {"exhaust_opening": 170.0, "scavenge_opening": 175.0},
          "valve_ramp = 20 degree: must be at most half the time"),
     ],

@@ -206,7 +206,7 @@ def test_no_shares_is_the_constant_torque(fired: Diagram) -> None:
         ({"boundary": -0.1}, "boundary = -0.1: must be between 0 and 1"),
         ({"mixed": 1.2}, "mixed = 1.2: must be between 0 and 1"),
         ({"skirt": 0.6}, "boundary + mixed + hydrodynamic + skirt = 1.1: must be at most 1"),
-        ({"ring_pressure": 0.0}, "ring_pressure = 0 bar: must be between 0 and 100 bar"),
+        ({"ring_pressure": 0.0}, "ring_pressure = 0 bar: must be above 0 and below 100 bar"),
         ({"hydrodynamic": float("nan")}, "hydrodynamic = nan"),
     ],
 )

@@ -107,8 +107,8 @@ def test_the_diagram_is_the_curve() -> None:
     [
         ({"delivery_pressure": 2.0}, "delivery_pressure = 2 bar: must be above suction_pressure"),
         ({"suction_loss": 1.1}, "suction_loss = 1.1 bar: must be at most half of suction_press"),
-        ({"valve_ramp": 1.0}, "valve_ramp = 1 degree: must be between 3 and 90 degree"),
-        ({"crank_ratio": 1.0}, "crank_ratio = 1: must be between 0 and 1"),
+        ({"valve_ramp": 1.0}, "valve_ramp = 1 degree: must be above 3 and below 90 degree"),
+        ({"crank_ratio": 1.0}, "crank_ratio = 1: must be above 0 and below 1"),
         ({"suction_pressure": np.nan}, "suction_pressure = nan: must be a finite number"),
         ({"offset_ratio": 6.0}, "offset"),
     ],

@@ -319,6 +319,8 @@ def _each_cylinder(draw: Draw, given: Given) -> None:
         "pressure_factor": near(0.8, 1.1), "mass_factor": near(0.9, 1.1),
         "radius_factor": near(0.9, 1.1),
     }  # fmt: skip
+    if "motor_slip" in given.own:
+        del factors["pressure_factor"]  # a compressor has no combustion
     for what, values in some(draw, factors, 2).items():
         first = 2 if what == "radius_factor" else 1
         if draw(st.booleans()):
@@ -502,7 +504,7 @@ def _fits(feature: str, engine: Any) -> bool:
         "driver": not driven, "load_law": not driven, "load_table": not driven,
         "components": four_stroke,
         "rod_inertia": "rod_mass" in values and "reciprocating_mass" not in values,
-        "stepping": not driven, "firing_pattern": not driven,
+        "stepping": not driven, "firing_pattern": not driven, "misfire": not driven,
     }.get(feature, True)  # fmt: skip
 
 

@@ -155,6 +155,7 @@ WRONG: list[tuple[Any, ...]] = [
     (added("[value]\nbore = 1\n"), "value", "did you mean 'values'"),
     (swapped("bore =", "boer ="), "[values] boer", "did you mean 'bore'"),
     (swapped('cycle = "four-stroke"', ""), "cycle", "missing", "four-stroke"),
+    (lambda: "[values]\nspeed = 225\n", "cycle: missing", "[values] cylinders: missing"),
     (swapped("four-stroke", "six-stroke"), "cycle = 'six-stroke'", "two-stroke"),
     (swapped("bore = 0.14", 'bore = "140 mm"'), "bore = '140 mm'", "in m"),
     (swapped("bore = 0.14", "bore = true"), "bore = true", "number"),

@@ -110,6 +110,18 @@ def test_areas_give_the_swing_of_their_levels(tmp_path: Path, crossings: str) ->
     assert_allclose(np.diff(levels), [200.0, 220.0, 80.0], rtol=2e-3)
 
 
+def test_areas_rounded_in_print_are_evened_out_and_it_is_said(tmp_path: Path) -> None:
+    """They miss zero by 1.5 of 260: each gives up a quarter of it."""
+    areas = "mean = 400\nareas = [70, -60, 60.5, -69]\nrounded = true\n"
+    found = posed(tmp_path, areas, ["energy_swing"])
+    assert found.energy_swing == pytest.approx(70.0 - 1.5 / 4.0, rel=1e-4)
+    said = found.attrs["warnings"]
+    assert "areas: add up to 1.5 J, 0.58 percent" in said and "evenly" in said
+    exact = posed(tmp_path, areas.replace("60.5", "59"), ["energy_swing"])
+    assert exact.energy_swing == pytest.approx(70.0, rel=1e-4)
+    assert not exact.attrs["warnings"]
+
+
 def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
     closed = "mean = 9.0\nharmonics = [{order = 0.5, cosine = 4}, {order = 3, sine = -8}]"
     found = posed(tmp_path, closed, ["torque_order", "torque_phase"])
@@ -218,6 +230,9 @@ def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:
         ("mean = 1\nharmonics = [{order = 3}, {order = 3}]", "order = 3: given twice"),
         ("mean = 1\nharmonics = [{order = -1}]", "order = -1: must be above 0 and at most 64"),
         ("mean = 1\nharmonics = [{sine = 1}]", "order: missing"),
+        ("mean = 1\nareas = [130, -128.5]", "to at most 2.58 J with rounded = true"),
+        ("mean = 1\nareas = [130, -127]\nrounded = true", "at most 2.57 J .1 percent of the sum"),
+        ("mean = 1\nharmonics = []\nrounded = true", "rounded: not allowed together with"),
         ("mean = 1\nareas = [3, -2]", "areas add up to 1 J: must add up to 0 over a cycle"),
         ("mean = 1\nareas = [3, -3]\ncrossings = [0, 100]", "2 angles for 2 areas: must be one"),
         ("mean = 1\nareas = [3, -3]\ncrossings = [0, 90, 80]", "crossings: 80 degrees: must asc"),

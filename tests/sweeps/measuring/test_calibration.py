@@ -313,7 +313,7 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npower = 'x'", "must be a number in kW"),
         (
             "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\ncompression_ratio = 200",
-            "compression_ratio = 200: must be between 1.5 and 40",
+            "compression_ratio = 200: must be above 1.5 and below 40",
         ),
         (
             "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\nheat = 20",
