@@ -270,15 +270,16 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
 
 
 def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
-    """A line where the engine's diagrams are used at speeds for which they do not hold."""
+    """A line where diagrams are used at speeds for which they do not hold."""
     engine, speed = plan.scene.engine, plan.leaves.get("speed")
-    given = engine.diagram_speeds if plan.scene.indicator is None else ()
+    measured = plan.scene.indicator is not None
+    given = (plan.scene.indicator_speeds,) if measured else engine.diagram_speeds
     if DIAGRAM_SPEEDS in off or speed is None or not any(given):
         return []
     # Loads between two diagrams take both.
     load, loads = plan.leaves.get("load"), engine.family.loads
     first, last = 0, len(given)
-    if load is not None and load.data.size:
+    if not measured and load is not None and load.data.size:
         first = max(int(np.searchsorted(loads, load.data.min(), "right")) - 1, 0)
         last = int(np.searchsorted(loads, load.data.max(), "left")) + 1
     ranges = [one for one in given[first:last] if one is not None]
@@ -292,7 +293,5 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
         return []
     worst = float(rpm.reshape(-1)[int(np.argmax(beyond))])
     of = f"; {count} of {rpm.size} speeds, this is the worst" if rpm.size > 1 else ""
-    return [
-        f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; the diagrams of engine {engine.name} hold for "
-        f"{low:g} to {high:g} rpm{of}"
-    ]
+    whose = "[indicator] holds" if measured else f"the diagrams of engine {engine.name} hold"
+    return [f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; {whose} for {low:g} to {high:g} rpm{of}"]

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.errors import SceneError
+from sweeps.reading.diagram_speeds import SPEEDS, read_speeds
 from sweeps.reading.indicator_files import (
     HEAD,
     NAMES,
@@ -38,7 +39,7 @@ from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
 
-_OWN = frozenset(("file", "confidential"))
+_OWN = frozenset(("file", "confidential", SPEEDS))
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
@@ -56,12 +57,15 @@ class Indicated(NamedTuple):
         without imep and pressures.
     confidential : tuple of str
         Name of its file where archives must not hold it.
+    speeds : tuple of float, optional
+        Lowest and highest speed [rpm] for which it holds, where that is known.
     """
 
     diagram: Diagram | None
     cycles: tuple[Diagram, ...] = ()
     notes: tuple[str, ...] = ()
     confidential: tuple[str, ...] = ()
+    speeds: tuple[float, float] | None = None
 
 
 def read_indicator_table(
@@ -91,6 +95,7 @@ def read_indicator_table(
     where = f"{name}: [indicator] {table.file}"
     path = referred(base, table.file, f"{name}: [indicator] file")
     secret = (kept_name(path),) if table.confidential else ()
+    speeds = read_speeds({SPEEDS: table.speeds}, f"{name}: [indicator]")
     if kept(path) is False and table.confidential:
         raise SceneError(
             f"{where}: is confidential and not stored in the archive; `engine-dyn rerun "
@@ -110,7 +115,7 @@ def read_indicator_table(
         add_files_read({kept_name(path): text.encode()})  # of a recording, what a scene needs
         diagram, notes = indicator_of_text(text, where, engine.period), notes_in(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
-    return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret)
+    return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret, speeds)
 
 
 def _is_diagram(table: Indicator, path: Path) -> bool:

@@ -97,6 +97,8 @@ class Scene(GivenValues):
         Each recorded cycle, for the key `recorded_cycle`; empty without them.
     indicator_notes : tuple of str
         What was done to the recording that it comes from, as its file says.
+    indicator_speeds : tuple of float, optional
+        Lowest and highest speed [rpm] for which the measured diagram holds, where that is known.
     confidential : tuple of str
         Names in `files` of which archives hold the hash alone.
     characteristic : Characteristic, optional
@@ -165,6 +167,7 @@ class Scene(GivenValues):
     compression_ratio: float | None
     recorded_cycles: tuple[Diagram, ...]
     indicator_notes: tuple[str, ...]
+    indicator_speeds: tuple[float, float] | None
     confidential: tuple[str, ...]
     characteristic: Characteristic | None
     measured: Measured | None

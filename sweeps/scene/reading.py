@@ -412,6 +412,7 @@ def _assembled(
         compression_ratio=_compression_ratio(given, values),
         recorded_cycles=indicated.cycles,
         indicator_notes=indicated.notes,
+        indicator_speeds=indicated.speeds,
         confidential=indicated.confidential,
         characteristic=read_characteristic(given, values, name),
         measured=read_measured(given.measured, values, base, name),

@@ -23,6 +23,7 @@ from sweeps.reading.block_tables import (
     CounterweightTable,
     MountTable,
 )
+from sweeps.reading.diagram_speeds import MEANING
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.scene.measured import MeasuredTable
@@ -76,6 +77,9 @@ class Indicator(PressureOptions):
     )
     confidential: bool = Field(
         default=False, description="true or false: archives store only the hash of the diagram"
+    )
+    speeds: list[float] | None = Field(
+        default=None, description=f"a list of two numbers: {MEANING}"
     )
 
 

@@ -14,7 +14,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.units import BAR, DEGREE
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.indicator_files import read_indicator
-from tests.support.commands import invoke, ok
+from tests.support.commands import invoke, ok, refused
 from tests.support.known_pressures import KnownPressure
 
 KNOWN = KnownPressure(16.5, 1.335, inlet=0.95, rise=0.7)
@@ -171,3 +171,20 @@ def test_the_catalogue_is_absolute() -> None:
                 assert abs(found.offset - offset) < min(0.05 * BAR, 2.0 * found.uncertainty), name
                 assert found.off == (offset > 0.0)
                 assert abs(found.shift) < 3.0 * found.shift_uncertainty
+
+
+def test_an_indicator_says_for_which_speeds_it_holds(tmp_path: Path) -> None:
+    raw = written(tmp_path, 0.0, 0.0)
+    ok("import", raw, "--average", "-o", tmp_path / "pressure.csv")
+    for name in ("recording.csv", "pressure.csv"):
+        average = "average = true\n" if name == "recording.csv" else ""
+        text = f'{SCENE}[indicator]\nfile = "{name}"\n{average}speeds = [1400, 1600]\n'
+        (tmp_path / "indicated.toml").write_text(text)
+        assert "diagram_speeds" not in invoke("plan", tmp_path / "indicated.toml").stderr
+        (tmp_path / "indicated.toml").write_text(
+            text.replace("[output]", "[set]\nspeed=2000\n[output]")
+        )
+        told = invoke("plan", tmp_path / "indicated.toml").stderr
+        assert "speed = 2000 rpm; [indicator] holds for 1400 to 1600 rpm" in told
+    (tmp_path / "indicated.toml").write_text(text.replace("[1400, 1600]", "[1600, 1400]"))
+    assert "must ascend" in refused("plan", tmp_path / "indicated.toml")
