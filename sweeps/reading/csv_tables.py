@@ -163,8 +163,7 @@ def parse_rows(
             continue
         if len(fields) != len(header):
             raise SceneError(
-                f"{name}, line {number}: {counted(len(fields), 'field')}, must be {len(header)} "
-                f"({one_line(', '.join(header), 200)})"
+                f"{name}, line {number}: {counted(len(fields), 'field')}, must be {len(header)}"
             )
         rows.append(fields)
         lines.append(number)
@@ -184,17 +183,18 @@ def _fields(line: str, name: str, number: int) -> tuple[str, ...] | None:
 
 
 def _check_header(header: tuple[str, ...], name: str, line: int, needed: Sequence[str]) -> None:
-    seen: set[str] = set()
-    for column in header:
+    # Any file may be named: what stands in one that is not ours is not told.
+    for number, column in enumerate(header, start=1):
         if not column:
             raise SceneError(f"{name}, line {line}: a column without a name")
-        if column in seen:
-            raise SceneError(f"{name}, line {line}: two columns are named {shown(column)}")
-        seen.add(column)
-    for column in needed:
-        if column not in seen:
-            found = one_line(", ".join(header), 200)
+        if column in header[: number - 1]:
+            first = header.index(column) + 1
             raise SceneError(
-                f"{name}, line {line}: no column '{column}' (found: {found}); "
+                f"{name}, line {line}: two columns, {first} and {number}, have one name"
+            )
+    for column in needed:
+        if column not in header:
+            raise SceneError(
+                f"{name}, line {line}: no column '{column}'; "
                 f"needed: {', '.join(needed)}, separated by commas"
             )

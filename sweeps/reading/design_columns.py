@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.checks import allowed, check_range, is_ratio, known_key, number, outside
 from sweeps.dimensions import LABELS
-from sweeps.errors import SceneError, counted, one_line, shown
+from sweeps.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
 
 __all__ = ["ROWS", "DesignColumns", "check_kind", "check_units", "known_columns", "take_numbers"]
 
@@ -63,6 +64,12 @@ def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict
     SceneError
         For a name that is neither, with the nearest right one.
     """
+    keys = list(keys)
+    known = (*PARAMETERS, *ALL_QUANTITIES, *LABELS)
+    if keys and not any(key in known or did_you_mean(key, known) for key in keys):
+        # Any file may be named: what stands in one that is not ours is not told.
+        meant = not_known(keys[0], known, command="engine-dyn list keys")
+        raise SceneError(f"{name}: {what} 1: unknown key{meant}")
     return {key: known_key(key, f"{name}: {what}", LABELS) for key in keys}
 
 

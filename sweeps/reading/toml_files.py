@@ -7,7 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from sweeps.errors import SceneError, one_line, shown
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.errors import SceneError, one_line
 from sweeps.reading.referred_files import read_text
 
 __all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
@@ -41,7 +42,8 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
     Raises
     ------
     SceneError
-        For a file that cannot be read, or is not TOML: with the line and what stands on it.
+        For a file that cannot be read, or is not TOML: with the line, and the key on it where that
+        is one of ours.
     """
     return toml_of_text(read_text(path, name, what, MOST_BYTES), name)
 
@@ -66,11 +68,12 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         # "at end of document" has no number: the last line is meant.
         lines = text.splitlines()
         number_of_line = int(found.group(1)) if found else max(len(lines), 1)
-        message = re.sub(r"\s*\(at [^)]*\)$", "", message)
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
-        value = on_it.partition("=")[2].strip()[:80]
-        hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value)][:1]
+        key, _, value = (part.strip() for part in on_it.partition("="))
+        hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value[:80])][:1]
+        # Any file may be named: of its text a key is told at most, where it is one of ours.
+        message = re.sub(r"\s*\([^)]*\)|\s*'[^']*'", "", message)
+        told = f", of {key}" if key in PARAMETERS else ""
         raise SceneError(
-            f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
-            f"{''.join(hints)}"
+            f"{name}, line {number_of_line}: not TOML: {message}{told}{''.join(hints)}"
         ) from None

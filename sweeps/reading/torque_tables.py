@@ -106,10 +106,10 @@ def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
         columns = (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
     here = [column for column in columns if column in table.header]
     if len(here) != 1 or TORQUE_COLUMN not in table.header:
-        names = one_line(", ".join(table.header), 200)
+        ours = here or TORQUE_COLUMN in table.header  # else another file may have been named
+        names = f" {one_line(', '.join(table.header), 200)}" if ours else ""
         raise SceneError(
-            f"{table.name}: columns {names}: must be {TORQUE_COLUMN} and one of "
-            f"{', '.join(columns)}"
+            f"{table.name}: columns{names}: must be {TORQUE_COLUMN} and one of {', '.join(columns)}"
         )
     column = here[0]
     places, torque = np.array(table.numbers(column)), np.array(table.numbers(TORQUE_COLUMN))

@@ -15,7 +15,7 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
 from sweeps.checks import is_ratio
 from sweeps.dimensions import DESIGN, INERTIA_MODEL, LABELS, METHOD
-from sweeps.errors import SceneError, counted, not_known, one_line, shown
+from sweeps.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
 from sweeps.reading.csv_tables import CsvTable, read_csv
 from sweeps.reading.referred_files import referred
 from sweeps.scene.model import Reference, Scene
@@ -99,10 +99,13 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
     """Columns that hold published values; every other column must be a key, label or axis."""
     words = tuple(key for key in (METHOD, INERTIA_MODEL) if key in scene.axes)
     known = (*ALL_QUANTITIES, *PARAMETERS, *LABELS, *words)
-    for column in table.header:
+    ours = any(column in known for column in table.header)
+    for number, column in enumerate(table.header, start=1):
         if column not in known:
+            # Without a name like one of ours, another file may have been named.
+            called = shown(column) if ours or did_you_mean(column, known) else f"{number}"
             raise SceneError(
-                f"{table.name}: column '{column}': unknown"
+                f"{table.name}: column {called}: unknown"
                 f"{not_known(column, known, command='engine-dyn list')}"
             )
         if column in LABELS and column not in scene.labels:

@@ -24,7 +24,7 @@ def scene(body: str = "", *, engine: str = "ntua", output: str = OUTPUT) -> str:
 # Texts of scenes, and what the message must name: key, value, what is allowed.
 WHOLE: list[tuple[str, ...]] = [
     ("engine = \n" + OUTPUT, "line 1", "not TOML"),
-    ('engine = "ntua"\n[axes', "line 2", "not TOML", "[axes"),
+    ('engine = "ntua"\n[axes', "line 2", "not TOML"),
     ("", "engine", "missing"),
     ('engin = "ntua"\n' + OUTPUT, "engin", "did you mean 'engine'"),
     (OUTPUT, "engine", "missing"),
@@ -40,7 +40,7 @@ WHOLE: list[tuple[str, ...]] = [
 # Those of the tables of a scene that is right otherwise.
 TABLES: list[tuple[str, ...]] = [
     # structure
-    ("[set]\nload = 1\nload = 2", "line 4", "load = 2"),
+    ("[set]\nload = 1\nload = 2", "line 4", "of load"),
     ("[axis]\ninertia = [1]", "axis", "did you mean 'axes'", "designs"),
     ('titel = "x"', "titel", "did you mean 'title'"),
     ("[title]\na = 1", "title", "must be a string"),

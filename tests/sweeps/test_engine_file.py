@@ -148,10 +148,10 @@ def cycle(old: str, new: str) -> Callable[[], str]:
 
 
 WRONG: list[tuple[Any, ...]] = [
-    (swapped("bore = 0.14", "bore = 0,14"), "line 9", "not TOML", "bore = 0,14", "mark is a point"),
-    (swapped("bore = 0.14", "bore = 140 mm"), "line 9", "bore = 140 mm", "without their unit"),
-    (swapped("bore = 0.14", "bore = 1/7"), "line 9", "'bore = 1/7'; a fraction needs quotes"),
-    (swapped('"four-stroke"', "four-stroke"), "'cycle = four-stroke'; a text needs quotes"),
+    (swapped("bore = 0.14", "bore = 0,14"), "line 9", "not TOML", "of bore", "mark is a point"),
+    (swapped("bore = 0.14", "bore = 140 mm"), "line 9", "of bore", "without their unit"),
+    (swapped("bore = 0.14", "bore = 1/7"), "line 9", "of bore; a fraction needs quotes"),
+    (swapped('"four-stroke"', "four-stroke"), "a text needs quotes"),
     (added("[value]\nbore = 1\n"), "value", "did you mean 'values'"),
     (swapped("bore =", "boer ="), "[values] boer", "did you mean 'bore'"),
     (swapped('cycle = "four-stroke"', ""), "cycle", "missing", "four-stroke"),

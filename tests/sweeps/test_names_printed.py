@@ -10,6 +10,7 @@ import xarray as xr
 import sweeps
 from sweeps.archive.netcdf import write
 from sweeps.cli.main import main
+from sweeps.errors import SceneError
 from sweeps.exploring.excel import not_computed
 from tests.support.commands import invoke, ok
 
@@ -100,3 +101,42 @@ def test_no_spreadsheet_computes_names_of_designs(tmp_path: Path) -> None:
     }  # fmt: skip
     assert text.count("\n") == len(NAMES) + 1 and "\t" not in text
     assert not_computed("-1e3") == "-1e3" and not_computed("-1e3-1") == "'-1e3-1"
+
+
+FOREIGN = {
+    "passwords": "root:$6$SECRET:19000:0:99999:7:::\nadmin:SECRET:1\n",
+    "settings": "SECRET0 = 5\n[SECRET1]\npassword = SECRET2\n",
+    "twice": "[SECRET]\na = 1\n[SECRET]\n",
+    "word": "SECRET\n",
+    "list": "SECRET1,SECRET2\nSECRET3,SECRET4\n",
+    "short": "SECRET1,SECRET2\nSECRET3\n",
+    "json": '{"SECRET1": "SECRET2"}\n',
+}
+"""Files of a system, which a scene of somebody else may name."""
+
+
+@pytest.mark.parametrize("ending", ["", ".toml", ".csv", ".txt"])
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_errors_do_not_quote_files(kind: str, ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"foreign{ending}"
+    path.write_text(FOREIGN[kind])
+    named = str(path)
+    engine = tmp_path / "engine.toml"
+    values = "title = 't'\n[values]\ninertia = 1\nspeed = 1500\n[[diagram]]\n"
+    engine.write_text(f"{values}kind = 'torque'\nfile = '{named}'\n")
+    places: tuple[dict[str, object], ...] = (
+        {"engine": named}, {"engine": str(engine)}, {"shaft": named},
+        {"set": {"load_table": named}}, {"set": {"driver_table": named}},
+        *({table: {"file": named}} for table in ("designs", "reference", "indicator")),
+    )  # fmt: skip
+    for place in places:
+        scene = {"engine": "ntua", "output": {"quantities": ["delta"]}, **place}
+        with pytest.raises(SceneError) as error:
+            sweeps.read_scene(scene)
+        assert "SECRET" not in str(error.value)
+    out = str(tmp_path / "out.toml")
+    for words in (["run", named, "-o", out], ["plan", named], ["info", named], ["show", named],
+                  ["calibrate", named, "-o", out], ["new", "--for", named],
+                  ["import", named, "-o", out], ["measured", named]):  # fmt: skip
+        result = invoke(*words)
+        assert result.exit_code in (1, 2) and "SECRET" not in result.output, result.output
