@@ -277,7 +277,7 @@ def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
         loss = (found.shift - found.peak) / DEGREE
         return (
             f"the motored cycle comes {size} (standard uncertainty "
-            f"{found.uncertainty / DEGREE:.2f}): its largest pressure lies at "
+            f"{found.uncertainty / DEGREE:.2g}): its largest pressure lies at "
             f"{found.peak / DEGREE:+.2f} degree, {loss:.2f} degree before the middle of its two "
             f"sides; usual is {LOSS_ANGLE[0] / DEGREE:g} to {LOSS_ANGLE[1] / DEGREE:g}; {tenth}"
         )

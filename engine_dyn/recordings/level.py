@@ -125,7 +125,7 @@ class Level:
     @property
     def _shift_text(self) -> str:
         late = "late" if self.shift > 0.0 else "early"
-        sure = f"standard uncertainty {self.shift_uncertainty / DEGREE:.2f} degree"
+        sure = f"standard uncertainty {self.shift_uncertainty / DEGREE:.2g} degree"
         size = f"{abs(self.shift) / DEGREE:.1f} degree {late}"
         if self.motored and self.shift_uncertainty <= ANGLE_TOLD:
             return f"it comes {size} ({sure}; from the symmetry of the motored cycle)"

@@ -53,10 +53,10 @@ def offer_of(
     inlet = f"{level.inlet / BAR:.2f}"
     away = abs(level.offset + options.ambient_pressure * BAR)
     gauge = away < LIKE_GAUGE + 2.0 * level.uncertainty
+    asked = "; is it gauge pressure (such as --unit barg)? If not, give" if gauge else "; give"
     return (
-        f"{'; is it gauge pressure (such as --unit barg)?' if gauge else ''}; give --pegging inlet "
-        f"--inlet-pressure {inlet} (pegging = 'inlet', inlet_pressure = {inlet}), or the inlet "
-        "pressure that you know"
+        f"{asked} --pegging inlet --inlet-pressure {inlet} (pegging = 'inlet', inlet_pressure = "
+        f"{inlet}), or the inlet pressure that you know"
     )
 
 
