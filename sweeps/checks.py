@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -32,6 +33,8 @@ __all__ = [
     "check_dataset",
     "check_range",
     "check_structure",
+    "POWER",
+    "is_power",
     "is_ratio",
     "known_key",
     "names_given",
@@ -340,10 +343,16 @@ def known_key(
     return node
 
 
+POWERS = {"W": 1.0, "kW": 1e3, "MW": 1e6}
+POWER = re.compile(r"[0-9]{1,20}(\.[0-9]{1,20})? (W|kW|MW)", re.ASCII)
+"""A power with its unit."""
+
+
 def number(raw: Any, where: str, node: Node | None = None) -> float:
     """Return a finite number; a text such as "2 kg" and a truth value are refused.
 
-    Of a parameter without a unit, the text may be a fraction such as "1/200".
+    Of a parameter without a unit, the text may be a fraction such as "1/200", and of a power a
+    number with its unit, such as "62.5 kW".
 
     Raises
     ------
@@ -365,6 +374,9 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     if isinstance(raw, str) and is_ratio(node):
         with contextlib.suppress(ValueError):
             return number_or_ratio(raw)
+    if isinstance(raw, str) and is_power(node) and POWER.fullmatch(raw):
+        size, unit = raw.split()
+        return number(float(size) * POWERS[unit], where, node)
     if names and node is not None and node.whole:  # each of its values has a name
         listed = "', '".join(names)
         raise SceneError(f"{where} = {shown(raw)}: must be one of '{listed}'")
@@ -374,12 +386,19 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
         hint = " without quotes or unit"
         if is_ratio(node):
             hint += ", or a fraction such as '1/200'"
+        if is_power(node):
+            hint = ", or a text with the unit such as '62.5 kW'"
         if names:
             listed = "', '".join(names)
             hint += f", or one of '{listed}'"
     elif isinstance(raw, list | dict):
         hint = ", not a list or table"
     raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")
+
+
+def is_power(node: Node | None) -> bool:
+    """Whether a parameter is a power: data sheets have kW, so its unit may stand beside it."""
+    return node is not None and node.unit == "W"
 
 
 def is_ratio(node: Node | None) -> bool:

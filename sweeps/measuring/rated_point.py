@@ -56,12 +56,14 @@ def published(
     found: dict[str, float | None] = {}
     places: dict[str, str] = {}
     for name, (key, unit) in PUBLISHED.items():
-        low, high = _RANGES[name]
         raw: Any = given.get(name)
         option = prefix + name.replace("_", "-") if prefix else name
         places[name] = option
-        if raw is None and getattr(inside, key) is not None:
-            raw, places[name] = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
+        published, where = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
+        if published is not None:
+            _inside(published, where, name, unit)  # also where an option replaces it
+            if raw is None:
+                raw, places[name] = published, where
         if raw is None and name == "speed" and "speed" in sheet.values:
             raw, places[name] = sheet.values["speed"], f"{sheet.name}: [values] speed"
         if raw is None:
@@ -72,12 +74,7 @@ def published(
                 )
             found[name] = None
             continue
-        value = number_with_unit(raw, places[name], unit)
-        if not low <= value <= high:
-            raise SceneError(
-                f"{places[name]} = {shown(raw)}: must be between {low:g} and {high:g} {unit}"
-            )
-        found[name] = value
+        found[name] = _inside(raw, places[name], name, unit)
     where = f"{prefix}kind"
     if kind is None:
         kind, where = inside.kind, f"{sheet.name}: [data_sheet] kind"
@@ -95,6 +92,15 @@ def published(
     power, speed = found["power"], found["speed"]
     assert power is not None and speed is not None
     return Published(kind, power, speed, found["peak"], found["fuel_consumption"], wanted, places)
+
+
+def _inside(raw: Any, where: str, name: str, unit: str) -> float:
+    """A published number, checked against its range."""
+    low, high = _RANGES[name]
+    value = number_with_unit(raw, where, unit)
+    if not low <= value <= high:
+        raise SceneError(f"{where} = {shown(raw)}: must be between {low:g} and {high:g} {unit}")
+    return value
 
 
 def _loads(raw: Any, where: str) -> tuple[float, ...]:

@@ -49,13 +49,22 @@ class DataSheet(Strict):
     kind: str | None = Field(
         default=None, description="a string: the kind of engine, such as 'diesel'"
     )
-    power: float | None = Field(default=None, description="a number in kW: the rated brake power")
-    speed: float | None = Field(default=None, description="a number in rpm: the rated speed")
-    peak_pressure: float | None = Field(
-        default=None, description="a number in bar, absolute: the largest pressure at rated power"
+    power: float | str | None = Field(
+        default=None,
+        description="a number in kW (rated_power of scenes is in W), or with its unit, such as "
+        "'62500 W': the rated brake power",
     )
-    fuel_consumption: float | None = Field(
-        default=None, description="a number in g/kWh: the consumption at rated power"
+    speed: float | str | None = Field(
+        default=None, description="a number in rpm, or with its unit: the rated speed"
+    )
+    peak_pressure: float | str | None = Field(
+        default=None,
+        description="a number in bar, or with its unit, absolute: the largest pressure at rated "
+        "power",
+    )
+    fuel_consumption: float | str | None = Field(
+        default=None,
+        description="a number in g/kWh, or with its unit: the consumption at rated power",
     )
     loads: list[float] | None = Field(
         default=None, description="a list of percentages of the rated mean effective pressure"

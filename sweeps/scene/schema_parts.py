@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from engine_dyn.quantities.node import Node
-from sweeps.checks import Strict, allowed, is_ratio
+from sweeps.checks import POWER, Strict, allowed, is_power, is_ratio
 from sweeps.reading.auxiliary_tables import AuxiliaryTable
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.reading.shaft_tables import SHAFT, ShaftTable
@@ -93,6 +93,8 @@ def value_schema(node: Node) -> Schema:
     ways = [number]
     if is_ratio(node):
         ways.append(FRACTION)
+    if is_power(node):
+        ways.append({"type": "string", "pattern": f"^{POWER.pattern}$"})
     if node.named:
         ways.append({"enum": [name for name, _ in node.named]})
     return {**about, **number} if len(ways) == 1 else {**about, "anyOf": ways}

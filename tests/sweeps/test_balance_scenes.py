@@ -470,3 +470,15 @@ def test_a_measured_diagram_gives_the_pressure(tmp_path: Path) -> None:
     travel -= np.sqrt(LENGTH**2 - (RADIUS * np.sin(phi)) ** 2)
     mean = np.sum(0.5 * (bar[1:] + bar[:-1]) * np.diff(travel)) / (2.0 * RADIUS)
     assert float(found["imep"]) == pytest.approx(mean, rel=2e-3) and mean > 1.0
+
+
+def test_a_rated_power_may_have_its_unit() -> None:
+    """Scenes take watts, data sheets kilowatts: with the unit, both are one text."""
+
+    def asked(power: Any) -> Any:
+        return read_scene({"engine": "ntua", "output": {"quantities": ["imep"]},
+                           "set": {"rated_power": power}}).settings["rated_power"]  # fmt: skip
+
+    assert asked("62.5 kW") == asked(62500) == asked("0.0625 MW") == asked("62500 W")
+    with pytest.raises(SceneError, match="in W, or a text with the unit such as"):
+        asked("62.5 bar")

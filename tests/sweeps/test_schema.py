@@ -47,6 +47,8 @@ RIGHT: list[dict[str, Any]] = [
     {"sample": {"number": 8, "seed": 3, "inertia": {"low": 1.0, "high": 2.0, "spacing": "log"}}},
     {"sample": {"method": "latin_hypercube", "number": 9, "cylinders": [1, 2, 4]}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_speed": 1600, "rated_power": 20}},
+    {"set": {"rated_power": "62.5 kW"}, "axes": {"speed": [900, 1000]}},
+    {"axes": {"rated_power": ["62.5 kW", 7e4, "0.08 MW"]}},
 ]
 
 WRONG: list[dict[str, Any]] = [
@@ -58,6 +60,8 @@ WRONG: list[dict[str, Any]] = [
     {"axes": {"arrangement": [{**TWIN, "cylinders": []}]}},
     {"set": {"inertia": -2.0}},
     {"set": {"inertia": "2 kg"}},
+    {"set": {"rated_power": "62.5 bar"}},
+    {"set": {"rated_power": "62.5"}},
     {"set": {"inertia": True}},
     {"set": {"inertia": [1.0]}},
     {"set": {"cylinders": 2.5}},

@@ -224,7 +224,7 @@ def test_reciprocating_mass_and_load_laws_leave_nothing_to_assume(tmp_path: Path
 
 
 def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
-    path = sheet(tmp_path, '[data_sheet]\nkind = "diesel"\npower = 36.4\nspeed = 2700\n')
+    path = sheet(tmp_path, '[data_sheet]\nkind = "diesel"\npower = "36400 W"\nspeed = 2700\n')
     output = tmp_path / "deep" / "fitted.toml"
     told = ok("calibrate", path, "-o", output, "--loads", "50")
     assert "naturally aspirated diesel engine" in told
@@ -311,6 +311,7 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed here; belongs to a [[diagram]]"),
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npowr = 3", "unknown key; did you mean"),
         ("cylinders = 4", "cylinders = 4\n[data_sheet]\npower = 'x'", "must be a number in kW"),
+        ("cylinders = 4", "cylinders = 4\n[data_sheet]\npower = -3", "power = -3: must be between"),
         (
             "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\ncompression_ratio = 200",
             "compression_ratio = 200: must be above 1.5 and below 40",
