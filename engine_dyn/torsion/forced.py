@@ -85,7 +85,7 @@ class _Cases(NamedTuple):
 
     The torque of a case is the sum over its parts P of factor (cases, P) times the harmonics at
     line (cases, P) of `harmonics` (lines, T, 2, V), real and imaginary parts. `throw_ratio`,
-    (designs, T), refers it to the crank.
+    (designs, T), refers it to the crank. Harmonics of the results are of the orders at `kept`.
     """
 
     design: Integers
@@ -96,6 +96,7 @@ class _Cases(NamedTuple):
     factor: Floats
     harmonics: Floats
     orders: Floats
+    kept: Integers
 
 
 class _Signals(NamedTuple):
@@ -137,6 +138,7 @@ def forced_response(
     wanted: Sequence[str] = ("angle", "torque"),
     twist: Sequence[tuple[int, int]] = (),
     speed_of: Sequence[int] = (),
+    kept: Any = None,
     period: float = 4.0 * math.pi,
     threads: int | None = 1,
     progress: Progress | None = None,
@@ -168,6 +170,9 @@ def forced_response(
         Pairs of discs for `twist_extremes`: second less first.
     speed_of : sequence of int
         Discs for `speed_extremes`.
+    kept : array_like of int, optional
+        Places of the orders that "angle" and "torque" have; all, unless given. All orders enter
+        extremes and losses.
     period : float
         Angle of the cycle [rad], for extremes.
     threads : int, optional
@@ -195,13 +200,13 @@ def forced_response(
         outside = [number for number in numbers if number not in range(discs)]
         if outside:
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
-    cases, shape = _cases(system, orders, speed, throws, torque, factors)
+    cases, shape = _cases(system, orders, speed, throws, torque, factors, kept)
     tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
     signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
     count, orders = cases.speed.size, cases.orders.size
     found = _Found(
-        np.empty((count, signals.stored.size, orders, 2)),
+        np.empty((count, signals.stored.size, cases.kept.size, 2)),
         np.empty((count, signals.swung.size, 3)),
         np.empty((count if "shaft_loss" in wanted else 0, system.node_of_shaft.size)),
         np.empty(count if "frame_loss" in wanted else 0),
@@ -239,7 +244,7 @@ def forced_response(
 
 def _cases(
     system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any,
-    factors: Sequence[Any] | None,
+    factors: Sequence[Any] | None, kept: Any,
 ) -> tuple[_Cases, tuple[int, ...]]:  # fmt: skip
     """All cases, and the shape of the axes that they lie on."""
     nu = checked_orders(orders)
@@ -263,6 +268,7 @@ def _cases(
         np.stack(lines, axis=-1),
         np.stack([np.broadcast_to(scale, shape).flatten() for scale in scales], axis=-1),
         np.concatenate(tables), nu,
+        np.arange(nu.size) if kept is None else np.asarray(kept, dtype=np.int64),
     ), shape  # fmt: skip
 
 
@@ -334,12 +340,13 @@ def _respond(
     table: Synthesis, found: _Found,
 ) -> None:  # fmt: skip
     """Solve some cases, or, with angles and twists of the nodes in `known`, derive results."""
-    nodes, orders, quarter = tree.parent.size, cases.orders.size, table.cosine.shape[1]
+    nodes, orders, quarter = tree.parent.size, cases.orders.size, table.quarters[-1]
     w, lost = np.empty(orders), np.empty(orders)
     angle, twist = np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders))
     stiff = np.empty((nodes, 2, orders))
     lines = np.empty((signals.nodes.shape[0] + signals.shafts.size, 2, orders))
-    sums, curve = np.empty((6, quarter)), np.empty(4 * quarter + 2)
+    size, weight = np.empty(orders), np.empty(orders)
+    sums, curve = np.empty((6, quarter)), np.empty(4 * quarter + 4)
     for number in range(which.size):
         case = which[number]
         design = cases.design[case]
@@ -357,12 +364,12 @@ def _respond(
         _to_lines(design, signals, cases.orders, angle, twist, stiff, lines)
         for i in range(signals.stored.size):
             line = lines[signals.stored[i]]
-            for v in range(orders):
-                found.harmonics[case, i, v, 0] = line[0, v]
-                found.harmonics[case, i, v, 1] = line[1, v]
+            for v in range(cases.kept.size):
+                found.harmonics[case, i, v, 0] = line[0, cases.kept[v]]
+                found.harmonics[case, i, v, 1] = line[1, cases.kept[v]]
         for i in range(signals.swung.size):
             line = lines[signals.swung[i]]
-            extremes_of(line[0], line[1], table, sums, curve, found.extremes[case, i])
+            extremes_of(line[0], line[1], table, size, weight, sums, curve, found.extremes[case, i])
         if found.shaft_loss.size > 0:
             for shaft in range(found.shaft_loss.shape[1]):
                 k, turned, loss = stiff[shaft + 1], twist[shaft + 1], 0.0
