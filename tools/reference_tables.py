@@ -113,7 +113,7 @@ def dimensions(name: str) -> set[str]:
 def axes() -> str:
     """Axes that curves have beside those of a scene."""
     rows = [["axis", "symbol", "unit", "meaning"]]
-    for name, axis in DIMENSIONS.items():
+    for name, axis in ((n, d) for n, d in DIMENSIONS.items() if d.public):
         symbol = f"${axis.symbol}$" if axis.symbol else ""
         rows.append([f"`{name}`", symbol, "" if axis.unit == "1" else axis.unit, axis.long_name])
     return markdown(rows)

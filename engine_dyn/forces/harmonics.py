@@ -23,11 +23,12 @@ from engine_dyn.forces.cylinder_harmonics import (
     velocity_harmonics,
 )
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
-from engine_dyn.forces.superposition import along_shaft
+from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
+from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member, PressureFactor
+from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Booleans, Complexes, Floats
 
@@ -37,6 +38,7 @@ __all__ = [
     "Part",
     "first_mode_phase_vectors",
     "first_mode_weights",
+    "friction_part",
     "gas_harmonics",
     "gas_part",
     "gravity_harmonics",
@@ -213,6 +215,29 @@ def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -
     return Part(single, lambda m: m.radius_factor, curve, (row,))
 
 
+def friction_part(gas: torque.GasPressure, friction: StrokeFriction, period: float) -> Part:
+    """Return the part of the friction over the stroke, less its mean, see `torque`: of samples."""
+
+    def curve(
+        angle: Floats, member: Member, crank_ratio: Any, offset: Any, row: Any, scale: Any,
+        crankcase: Any, *levels: Any,
+    ) -> Any:  # fmt: skip
+        train = CrankTrain(crank_ratio, 1.0, 1, period, offset)
+        own = torque.GasPressure(gas.family, row, scale, crankcase)
+        return torque.friction_of_cylinder(train, own, StrokeFriction(*levels))(angle, member)
+
+    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
+        member = EQUAL._replace(pressure_factor=factor)
+        periods = np.asarray(nu) * member.cycles * period / (2.0 * np.pi)
+        return _where(
+            np.abs(periods - np.rint(periods)) < WHOLE, np.asarray(nu),
+            lambda some: _of_samples(part, some, member, crank_ratio, offset),
+        )  # fmt: skip
+
+    part = Part(single, lambda _: 1.0, curve, (*gas[1:], *friction))
+    return part
+
+
 def of_engine(
     part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount,
@@ -345,7 +370,8 @@ def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset
     """Harmonics of a part over a cylinder's own angle, from equally spaced samples of its curve."""
     columns = np.broadcast_arrays(*map(np.asarray, (crank_ratio, offset, *part.more)))
     flat = [column.reshape(-1, 1).astype(float) for column in columns]
-    angle: Floats = np.arange(SAMPLES, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
+    samples = SAMPLES * member.cycles
+    angle: Floats = np.arange(samples, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
     orders, which = np.unique(np.asarray(nu, dtype=np.float64), return_inverse=True)
     found = np.empty((flat[0].size, orders.size), dtype=np.complex128)
     for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):

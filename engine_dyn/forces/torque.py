@@ -24,6 +24,7 @@ from engine_dyn.types import Floats
 
 __all__ = [
     "GasPressure",
+    "friction_of_cylinder",
     "friction_over_stroke",
     "gas_torque",
     "inertia_torque",
@@ -193,11 +194,11 @@ def friction_over_stroke(
     docs/method.md (32). `friction_torque` is its mean [N m]; see `friction.FrictionShape` for the
     parts of `friction`.
     """
-    varying = train.superpose(_friction_of_one(train, gas, friction), phi)
+    varying = train.superpose(friction_of_cylinder(train, gas, friction), phi)
     return friction_torque + piston_area(bore) * 0.5 * train.double_radius * varying
 
 
-def _friction_of_one(
+def friction_of_cylinder(
     train: CrankTrain, gas: GasPressure, friction: StrokeFriction
 ) -> Callable[[Any, Member], Any]:
     """Friction of a cylinder less its mean, over piston area and crank radius [Pa]."""
@@ -251,7 +252,7 @@ def torque_after_throw(
     friction torque, over its own stroke where `friction` is given. `train` needs its `by_count`.
     """
     assert train.by_count is not None
-    varying = None if friction is None else _friction_of_one(train, gas, friction)
+    varying = None if friction is None else friction_of_cylinder(train, gas, friction)
     sets = np.unique(np.asarray(train.cylinders)).astype(int)
     throws = max(len(along_shaft(train.by_count[int(number)])) for number in sets)
     lever = piston_area(bore) * 0.5 * train.double_radius

@@ -40,6 +40,7 @@ __all__ = [
     "TorqueOverSpeed",
     "constant_load",
     "cycles_of",
+    "harmonics_of_load",
     "load_over_angle",
     "motor_torque",
     "repeats_of",
@@ -65,6 +66,9 @@ KNOTS, KNOTS_OF_ORDER = 720, 480
 LARGEST = 1e12
 """Of torques and speeds of a table, far above those of any machine: what is computed with them must
 not overflow."""
+
+SAMPLES = 8192
+"""Of a revolution, for harmonics."""
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
@@ -542,6 +546,34 @@ def load_over_angle(
 ) -> Any:  # fmt: skip
     """Load torque at the crank at crank angles [N m], docs/method.md (42); see `constant_load`."""
     return load_scale * gear_ratio * over_angle(gear_ratio * crank_angle + load_phase)
+
+
+def harmonics_of_load(
+    over_angle: TorqueOverAngle, orders: Any, cycle: float, gear_ratio: Any = 1.0,
+    load_phase: Any = 0.0,
+) -> Any:  # fmt: skip
+    """Harmonics C of T(i phi + theta_0) = mean + sum of Re C_nu exp(i nu phi), at the load's shaft.
+
+    Order nu of the crank is harmonic nu period/(2 pi i) of the torque; where that is not whole,
+    there is nothing. Arguments as of `load_over_angle`, `cycle` that of the engine [rad], which a
+    load over its own angle repeats with; all broadcast with `orders`.
+
+    Examples
+    --------
+    >>> pump = torque_of_harmonics(30.0, {2: (10.0, 0.0)}, own_angle=True)
+    >>> harmonics_of_load(pump, np.array([0.5, 1.0]), 4.0 * math.pi, 0.5).round(9)
+    array([0. +0.j, 0.-10.j])
+    """
+    turns = round(over_angle.period / REVOLUTION)
+    samples = SAMPLES * turns
+    curve = over_angle(np.arange(samples) * (over_angle.period / samples))
+    of_torque = np.fft.rfft(curve) * (2.0 / samples)
+    exact = whole_ratio(over_angle, gear_ratio, cycle)
+    harmonic = np.asarray(orders) * turns / exact
+    whole = np.rint(harmonic)
+    there = (np.abs(harmonic - whole) < ALIKE * np.maximum(whole, 1.0)) & (whole < of_torque.size)
+    found = np.where(there, of_torque[np.where(there, whole, 0.0).astype(np.int64)], 0.0)
+    return found * np.exp(1j * whole * np.asarray(load_phase) / turns)
 
 
 def motor_torque(

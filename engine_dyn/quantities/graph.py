@@ -153,6 +153,8 @@ _DIMENSIONS = (
     Dimension(
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
     ),
+    Dimension("every_order", r"\nu", "1", "order that the vibration of a shaft is made of",
+              public=False),
     Dimension(
         "crossing", "", "1", "crossing of torque and load, counted along the crank angle",
         whole=True,

@@ -26,6 +26,8 @@ class Dimension:
         SI value of one file unit.
     whole : bool
         Whether its points are whole numbers.
+    public : bool
+        Whether quantities of archives have it; else it lies on the way to them.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Dimension:
     long_name: str
     si: float = 1.0
     whole: bool = False
+    public: bool = True
 
 
 @dataclass(frozen=True)

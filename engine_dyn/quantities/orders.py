@@ -8,18 +8,28 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.forces import harmonics, torque
+from engine_dyn.loads import driven_machine
+from engine_dyn.quantities.friction import gas_of, stroke_friction
 from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import DEGREE
 
-__all__ = ["NODES"]
+__all__ = ["EVERY", "NODES"]
 
 NOTES = "Rakopoulos notes"
 
 COMPLEX = 16
 """Bytes of a harmonic."""
 
-_MOTION = ("order", "crank_ratio", "offset_ratio")
+EVERY = "every_"
+"""What names of harmonics of all orders begin with, of which the vibration of a shaft is made."""
 
+
+def _motion(every: str = "") -> tuple[str, ...]:
+    return f"{every}order", "crank_ratio", "offset_ratio"
+
+
+_MOTION = _motion()
 
 _COUNTED = ("cylinder_set", "cylinders_by_count")
 
@@ -94,37 +104,38 @@ _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
 """Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
 
 
-def _of_equal(part: str) -> Node:
+def _of_equal(part: str, every: str = "") -> Node:
     """Harmonics of one of equal cylinders."""
     unit, text, more, made = _PARTS[part]
 
     def make(**needs: Any) -> Any:
         return made(needs).single(
-            needs["order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
+            needs[f"{every}order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
         )  # fmt: skip
 
-    return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make,
-                     threaded=part in _THREADED)  # fmt: skip
+    return _harmonic(f"{every}{part}_harmonics", unit, f"harmonics of {text}",
+                     (*_motion(every), *more), make, threaded=part in _THREADED)  # fmt: skip
 
 
-def _of_scope(scope: str, part: str) -> list[Node]:
+def _of_scope(scope: str, part: str, every: str = "") -> list[Node]:
     """Harmonics of a part of the torque: of equal cylinders from one, of others from each."""
     throws = scope == "first_mode_"
     unit, text, more, made = _PARTS[part]
     whose, dimension, vectors, add = _SCOPES[scope]
-    name, one = f"{scope or 'engine_'}{part}_sum", f"{part}_harmonics"
+    vectors = tuple(f"{every}{name}" for name in vectors)
+    name, one = f"{every}{scope or 'engine_'}{part}_sum", f"{every}{part}_harmonics"
 
     def of_one_cylinder(**needs: Any) -> Any:
         return needs[one] * needs[vectors[0]] if vectors else needs[one]
 
     def summed(**needs: Any) -> Any:
-        arguments = (*_MOTION, *_COUNTED, *dimension)
+        arguments = (*_motion(every), *_COUNTED, *dimension)
         return add(made(needs), *(needs[argument] for argument in arguments))
 
     text = f"harmonics of {text}, {whose}"
     return [
         _harmonic(name, unit, text, (one, *vectors), of_one_cylinder, when="equal", throws=throws),
-        _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
+        _harmonic(name, unit, text, (*_motion(every), *more, *_COUNTED, *dimension), summed,
                   when="unequal", threaded=part in _THREADED, throws=throws),
     ]  # fmt: skip
 
@@ -162,14 +173,66 @@ def _complex_torques(scope: str) -> list[Node]:
     ]  # fmt: skip
 
 
-SAMPLES = 8192
-"""Of a cycle, for the harmonics of auxiliaries."""
+def _of_auxiliaries(every: str = "") -> tuple[Node, Node]:
+    def make(*, driven: Any, period: Any, **order: Any) -> Any:
+        (nu,) = order.values()
+        return driven_machine.harmonics_of_load(driven.auxiliaries, nu, period)
+
+    name, text = f"{every}auxiliary_harmonics", "harmonics of the torque of auxiliaries"
+    return (
+        _harmonic(name, "N m", text, ("driven", "period", f"{every}order"), make,
+                  when="angle_auxiliaries"),
+        _harmonic(name, "N m", text, (), lambda: 0.0, when="steady_auxiliaries"),
+    )  # fmt: skip
 
 
-def _of_auxiliaries(*, driven: Any, period: Any, order: Any) -> Any:
-    angle = np.arange(SAMPLES) * (period / SAMPLES)
-    found = harmonics.of_curve(driven.auxiliaries(angle), angle, np.ravel(order))
-    return found.reshape(np.shape(order))
+def _throw_friction(
+    *, every_order: Any, crank_ratio: Any, offset_ratio: Any, cylinder_set: Any,
+    cylinders_by_count: Any, throw: Any, period: Any, **needs: Any,
+) -> Any:  # fmt: skip
+    part = harmonics.friction_part(gas_of(needs), stroke_friction(needs), period)
+    return harmonics.of_throws(
+        part, every_order, crank_ratio, offset_ratio, cylinder_set, cylinders_by_count, throw
+    )
+
+
+def _of_shaft() -> list[Node]:
+    """Harmonics of all orders, of everything that acts on a shaft."""
+    friction, load = (f"{EVERY}{what}" for what in ("throw_friction_sum", "load_harmonics"))
+    of_friction = "harmonics of the friction of each throw, over piston area and crank radius"
+    of_load = "harmonics of the load over angle, at the speed of the crank over the load's"
+    return [
+        _throw_vectors(EVERY),
+        *(_of_equal(part, EVERY) for part in _PARTS),
+        *(node for part in _PARTS for node in _of_scope("throw_", part, EVERY)),
+        *_of_auxiliaries(EVERY),
+        _harmonic(friction, "Pa", of_friction, (), lambda: 0.0, when="uniform_friction"),
+        _harmonic(
+            friction, "Pa", of_friction,
+            (*_motion(EVERY), *_COUNTED, "throw", "period", "family", "row", "pressure_scale",
+             "crankcase_pressure", *FRICTION_NAMES), _throw_friction, when="stroke_friction",
+        ),
+        _harmonic(load, "N m", of_load, (), lambda: 0.0, when="steady_load"),
+        _harmonic(
+            load, "N m", of_load, ("driven", "load_gear", "load_phase", "period", "every_order"),
+            lambda driven, load_gear, load_phase, period, every_order:
+            driven_machine.harmonics_of_load(
+                driven.over_angle, every_order, period, load_gear, load_phase
+            ), when="angle_load",
+        ),
+    ]  # fmt: skip
+
+
+def _throw_vectors(every: str = "") -> Node:
+    def make(**needs: Any) -> Any:
+        return harmonics.throw_phase_vectors(
+            *(needs[name] for name in (f"{every}order", *_COUNTED, "throw"))
+        )
+
+    return _harmonic(
+        f"{every}throw_phase_vectors", "1", "sum of the phase vectors on each throw",
+        (f"{every}order", *_COUNTED, "throw"), make,
+    )  # fmt: skip
 
 
 def _of_given_torque(*, torque: Any, crank_angle: Any, order: Any) -> Any:
@@ -196,13 +259,7 @@ _HARMONICS = (
         ),
         throws=True,
     ),
-    _harmonic(
-        "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
-        ("order", *_COUNTED, "throw"),
-        lambda order, cylinder_set, cylinders_by_count, throw: harmonics.throw_phase_vectors(
-            order, cylinder_set, cylinders_by_count, throw
-        ),
-    ),
+    _throw_vectors(),
     *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),
     *(node for scope in _SCOPES for node in _complex_torques(scope)),
     _harmonic(
@@ -210,14 +267,8 @@ _HARMONICS = (
         ("torque", "crank_angle", "order"), _of_given_torque, when="by_torque",
         removes=("crank_angle",),
     ),
-    _harmonic(
-        "auxiliary_harmonics", "N m", "harmonics of the torque of auxiliaries",
-        ("driven", "period", "order"), _of_auxiliaries, when="angle_auxiliaries",
-    ),
-    _harmonic(
-        "auxiliary_harmonics", "N m", "harmonics of the torque of auxiliaries", (), lambda: 0.0,
-        when="steady_auxiliaries",
-    ),
+    *_of_auxiliaries(),
+    *_of_shaft(),
     _gravity("", False),
     _gravity("cylinder_", True),
 )  # fmt: skip

@@ -124,7 +124,7 @@ PARAMETERS: tuple[Node, ...] = (
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_of_law",
         needs=("load_surplus", "load_slope"),
-        make=lambda load_surplus, load_slope: np.maximum(load_surplus * load_slope, 0.0),
+        make=lambda load_surplus, load_slope: load_surplus * load_slope,
     ),
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_by_factor",

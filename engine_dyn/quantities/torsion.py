@@ -7,7 +7,7 @@ Kernels are imported where they are called: importing the graph compiles and loa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
 from engine_dyn.torsion.shaft import Shaft
@@ -213,8 +214,10 @@ _RESULTS = {
 
 def _respond(
     *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, curve_period: float,
-    throw_gas_sum: Any, throw_speed_sum: Any, throw_inertia_sum: Any, pressure_scale: Any,
+    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, every_order: Any,
+    curve_period: float, every_throw_gas_sum: Any, every_throw_speed_sum: Any,
+    every_throw_inertia_sum: Any, every_throw_friction_sum: Any, every_load_harmonics: Any,
+    every_auxiliary_harmonics: Any, load_swing: Any, pressure_scale: Any,
     crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
@@ -229,19 +232,26 @@ def _respond(
         np.where(possible, damping, 0.0),
     )  # fmt: skip
     bad = bad | ~possible
-    throws = len(shaft.throws)
     # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
-    harmonics = throw_gas_sum, throw_speed_sum, throw_inertia_sum
-    factors = (
-        lever * pressure_scale, -lever * crankcase_pressure,
-        reciprocating_mass * (radius * speed) ** 2,
-    )  # fmt: skip
+    ratios = shaft.speed_ratios(values)
+    acting = [
+        (shaft.throws, every_throw_gas_sum, lever * pressure_scale),
+        (shaft.throws, every_throw_speed_sum, -lever * crankcase_pressure),
+        (shaft.throws, every_throw_inertia_sum, reciprocating_mass * (radius * speed) ** 2),
+        (shaft.throws, every_throw_friction_sum, -lever),
+        ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
+        ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
+    ]
+    acting = [part for part in acting if np.ndim(part[1])]  # what does not act is the number 0
+    acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
+    discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
+    orders = np.ravel(every_order)
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     found = forced_response(
-        system, np.ravel(order), speed, shaft.throws,
-        [np.asarray(part)[..., :throws, :] for part in harmonics], factors,
+        system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
+        [part[2] for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
         twist=pairs, speed_of=(shaft.flywheel,), period=curve_period, threads=threads,
         progress=progress,
@@ -270,6 +280,16 @@ def _respond(
             results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
         status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
     return {**results, "torsion_status": status.astype(float)}
+
+
+def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
+    """Harmonics of torques on some discs as those of torques on more, 0 on the others."""
+    given = np.asarray(harmonics)[..., : len(own), :]
+    if list(own) == discs:
+        return given
+    found = np.zeros((*given.shape[:-2], len(discs), given.shape[-1]), dtype=np.complex128)
+    found[..., [discs.index(disc) for disc in own], :] = given
+    return found
 
 
 def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any) -> Any:
@@ -340,13 +360,17 @@ def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: floa
     return _joined([np.atleast_1d(value) for value in shaft.along(what, values, default)])
 
 
-def _mean_torques(*, shaft_system: Shaft, throw_torque_mean: Any, **values: Any) -> Any:
+def _mean_torques(
+    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, **values: Any
+) -> Any:
     """Mean torque in each shaft; what is given has the axis of throws last."""
     own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
     each = np.asarray(throw_torque_mean)
     torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
     for number, disc in enumerate(shaft_system.throws):
         torque[..., disc] += each[..., number]
+    at = shaft_system.auxiliaries
+    torque[..., at] -= auxiliary_mean / shaft_system.speed_ratios(own)[at]
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
@@ -412,6 +436,11 @@ _SHAFT_TORQUE = "vibratory torque in each shaft"
 
 NODES: tuple[Node, ...] = (
     *_LOAD_SLOPES,
+    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank", (),
+           lambda: 0.0, when="steady_load"),
+    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
+           ("load_gear", "load_table_factor"),
+           lambda load_gear, load_table_factor: load_gear * load_table_factor, when="angle_load"),
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
@@ -569,8 +598,10 @@ NODES: tuple[Node, ...] = (
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
         of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=OF_RESPONSE,
-        needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "curve_period",
-               "throw_gas_sum", "throw_speed_sum", "throw_inertia_sum", "pressure_scale",
+        needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
+               *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
+               f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing",
+               "pressure_scale",
                "crankcase_pressure", "bore", "reciprocating_mass", "double_radius"),
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
@@ -601,13 +632,16 @@ NODES: tuple[Node, ...] = (
     _result("torsion_status", r"\chi_T", "1", "outcome of the torsional vibration",
             meanings=MEANINGS),
     hidden(
-        "throw_torque_mean", "N m", "mean torque on each throw, less its share of the friction",
+        "throw_torque_mean", "N m",
+        "mean torque on each throw, less its share of the friction without auxiliaries over angle",
         ("pressure_scale", "bore", "double_radius", "crank_ratio", "offset_ratio", "row", "family",
-         "friction_torque", "cylinder_set", "cylinders_by_count", "throw"),
+         "friction_torque", "auxiliary_mean", "cylinder_set", "cylinders_by_count", "throw"),
         lambda pressure_scale, bore, double_radius, crank_ratio, offset_ratio, row, family,
-        friction_torque, cylinder_set, cylinders_by_count, throw: mean_torques_of_throws(
+        friction_torque, auxiliary_mean, cylinder_set, cylinders_by_count, throw:
+        mean_torques_of_throws(
             pressure_scale * piston_area(bore) * 0.5 * double_radius, crank_ratio, offset_ratio,
-            row, family, friction_torque, cylinder_set, cylinders_by_count, throw,
+            row, family, friction_torque - auxiliary_mean, cylinder_set, cylinders_by_count,
+            throw,
         ),
     ),
     Node(
@@ -615,7 +649,7 @@ NODES: tuple[Node, ...] = (
         "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
         "drives the second", WILSON,
         adds=("shaft",), removes=("throw",),
-        needs=("shaft_system", "throw_torque_mean"), make=_mean_torques,
+        needs=("shaft_system", "throw_torque_mean", "auxiliary_mean"), make=_mean_torques,
         of_shaft=("shaft_gear_ratio",),
     ),
     Node(

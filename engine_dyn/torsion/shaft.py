@@ -7,7 +7,7 @@ they and a `Shaft` make a `ShaftSystem`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -48,7 +48,7 @@ class Shaft:
         Discs in mesh.
     throws : tuple of int
         Disc of each throw of the engine, in the order along the shaft.
-    flywheel, load : int
+    flywheel, load, auxiliaries : int
         Discs on which they are.
     dampers, pendulums : int
         Their numbers.
@@ -67,6 +67,7 @@ class Shaft:
     throws: tuple[int, ...]
     flywheel: int
     load: int
+    auxiliaries: int
     dampers: int
     pendulums: int
     includes_reciprocating: bool
@@ -87,6 +88,18 @@ class Shaft:
     def first_pendulum(self) -> int:
         """Number of the shaft that holds the first pendulum, or the number of shafts."""
         return len(self.shafts) - self.pendulums
+
+    @property
+    def free_end(self) -> int:
+        """Disc at the end of the crankshaft that is neither that of the flywheel nor the load's."""
+        own = [pair for pair in self.shafts if max(pair) < self.own_discs]
+        links = [*own, *self.gears]
+        from_flywheel = _paths(self.flywheel, links)
+        last = max(self.throws, key=lambda throw: len(from_flywheel[throw]))
+        paths = _paths(last, links)
+        taken = {disc for end in (self.flywheel, self.load) for disc in paths[end][1:]}
+        free = _paths(last, [pair for pair in own if taken.isdisjoint(pair)])
+        return max(sorted(free), key=lambda disc: len(free[disc]))
 
     def key_of(self, what: str, place: int) -> str:
         """Key of a number of a disc or shaft: `shaft_stiffness_2`, or `damper_stiffness_1`.
@@ -231,6 +244,19 @@ class Shaft:
             meshes=self.gears, ratios=stacked(self.ratios(values)) if self.gears else 1.0,
             crank=self.throws[0], loose=True,
         )  # fmt: skip
+
+
+def _paths(start: int, links: Sequence[tuple[int, int]]) -> dict[int, list[int]]:
+    """Discs on the way from one to each that links of two join to it, both ends included."""
+    found = {start: [start]}
+    reached = [start]
+    for disc in reached:  # which grows
+        for first, second in links:
+            other = second if first == disc else first if second == disc else None
+            if other is not None and other not in found:
+                found[other] = [*found[disc], other]
+                reached.append(other)
+    return found
 
 
 def stacked(values: list[Any]) -> Floats:

@@ -111,7 +111,8 @@ def shaft_system(
     speed_stiffness : array_like
         Stiffness over the square of the crank's speed [kg m2]: see `dampers.pendulum`.
     disc_damping : array_like
-        Viscous, from each disc to the frame [N m s/rad].
+        Viscous, from each disc to the frame [N m s/rad]; below 0 where what acts there drives the
+        more, or brakes the less, the faster the disc turns.
     ground_stiffness : array_like
         Spring from each disc to the frame [N m/rad]: the synchronising torque of an alternator.
     meshes : sequence of (int, int)
@@ -146,10 +147,10 @@ def shaft_system(
         raise ValueError(f"crank = {crank}: must be a disc, from 0 to {count - 1}")
     size = len(joined)
     discs = {
-        name: _values(name, value, count, "disc")
-        for name, value in (
-            ("inertia", of_discs), ("disc_damping", disc_damping),
-            ("ground_stiffness", ground_stiffness),
+        name: _values(name, value, count, "disc", low=low)
+        for name, value, low in (
+            ("inertia", of_discs, 0.0), ("disc_damping", disc_damping, -np.inf),
+            ("ground_stiffness", ground_stiffness, 0.0),
         )
     }  # fmt: skip
     between = {
@@ -207,14 +208,16 @@ def _pairs(name: str, pairs: Sequence[tuple[int, int]], discs: int) -> list[tupl
     return [(int(first), int(second)) for first, second in pairs]
 
 
-def _values(name: str, value: Any, size: int, kind: str, *, signed: bool = False) -> Floats:
-    """Values with one for each along the last axis, none below 0 or, signed, none of 0."""
+def _values(
+    name: str, value: Any, size: int, kind: str, *, signed: bool = False, low: float = 0.0
+) -> Floats:
+    """Values with one for each along the last axis, none below `low` or, signed, none of 0."""
     values = given_array(name, value, finite=True)
     if values.ndim == 0:
         values = np.full(size, float(values))
     if values.shape[-1] != size:
         raise ValueError(f"{name}: {values.shape[-1]} values: must be {size}, one for each {kind}")
-    wrong = values == 0.0 if signed else values < 0.0
+    wrong = values == 0.0 if signed else values < low
     if wrong.any():
         place = np.argwhere(wrong)[0]
         allowed = "not be 0" if signed else "not be below 0"

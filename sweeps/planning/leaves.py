@@ -51,6 +51,10 @@ LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
 none is is refused before it runs."""
 
+RESOLVED = 90.0
+"""Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period are
+what diagrams resolve."""
+
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
 
@@ -70,6 +74,8 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     cycles = cycles * _cycles_of_load(scene)
     mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
     orders = math.floor(scene.highest_order * turns + 1e-9)
+    finest = round(period / math.tau) * cycles
+    every = round(max(scene.highest_order, RESOLVED) * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
         "bay": np.arange(1, throws + 1, dtype=np.int32),
@@ -80,6 +86,7 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "mount": np.arange(1, mounts + 1, dtype=np.int32),
         # A quotient of whole numbers is the same number whatever it was reduced from.
         "order": np.arange(1, orders + 1) / turns,
+        "every_order": np.arange(1, every + 1) / finest,
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),

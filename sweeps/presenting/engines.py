@@ -44,7 +44,7 @@ def engine_text(engine: Engine) -> str:
     if engine.mounts is not None:
         lines.append(f"  {len(engine.mounts.lateral)} mounts")
     if engine.shaft is not None:
-        lines += ["", *shaft_lines(engine.shaft, engine.values)]
+        lines += ["", *shaft_lines(engine.shaft, engine.values, engine.auxiliaries is not None)]
     if engine.torque is not None:
         lines += ["", "diagram", f"  of the engine: {engine.torque}"]
     else:

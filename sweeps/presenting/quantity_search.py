@@ -63,7 +63,9 @@ MEANS = "root mean squares and means of curves over the cycle"
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
 """Subject of those, which are listed only where words lead to them."""
 
-AXES: Mapping[str, Node] = {name: NODES[name][0] for name in DIMENSIONS}
+AXES: Mapping[str, Node] = {
+    name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
+}
 """Axes that quantities have beside those of a scene."""
 
 ALL_NODES: Mapping[str, Node] = {**ALL_QUANTITIES, **AXES}

@@ -39,7 +39,10 @@ def scene_text(scene: Scene, name: str) -> str:
     lines += ["", "engine" if len(scene.engines) == 1 else "engines", *_engine_lines(scene)]
     if scene.engine.shaft is not None:
         values = {**scene.engine.values, **scene.settings}
-        lines += ["", *shaft_lines(scene.engine.shaft, values)]
+        lines += [
+            "",
+            *shaft_lines(scene.engine.shaft, values, scene.engine.auxiliaries is not None),
+        ]
     if scene.settings:
         lines += ["", "set"]
         for key, value in scene.settings.items():

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 __all__ = ["shaft_lines"]
 
 
-def shaft_lines(shaft: Shaft, values: Mapping[str, float]) -> list[str]:
+def shaft_lines(
+    shaft: Shaft, values: Mapping[str, float], auxiliaries: bool = False
+) -> list[str]:  # fmt: skip
     """Discs, shafts and gears with the numbers of their keys; rings of dampers come last.
 
     Parameters
@@ -23,6 +25,8 @@ def shaft_lines(shaft: Shaft, values: Mapping[str, float]) -> list[str]:
         Its names and what joins what.
     values : mapping
         Values of parameters, in the units of files.
+    auxiliaries : bool
+        Whether the engine has [[auxiliaries]], whose disc is told then.
     """
     masses = "include" if shaft.includes_reciprocating else "are without"
     lines = [
@@ -31,7 +35,8 @@ def shaft_lines(shaft: Shaft, values: Mapping[str, float]) -> list[str]:
     ]
     for place, name in enumerate(shaft.discs):
         roles = [f"throw {n + 1}" for n, disc in enumerate(shaft.throws) if disc == place]
-        roles += [f"{role} on it" for role in ("flywheel", "load") if getattr(shaft, role) == place]
+        parts = ("flywheel", "load", *(("auxiliaries",) if auxiliaries else ()))
+        roles += [f"{part} on it" for part in parts if getattr(shaft, part) == place]
         lines.append(_line(place, name, [*roles, *_numbers(shaft, "disc", place, values)]))
     for place, name in enumerate(shaft.shaft_names):
         between = " - ".join(shaft.discs[disc] for disc in shaft.shafts[place])

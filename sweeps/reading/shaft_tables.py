@@ -7,7 +7,7 @@ dampers, in the order of the lists, are those of the parameters: `disc_inertia_3
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -151,6 +151,11 @@ class ShaftTable(Strict):
     )
     load: str | None = Field(
         default=None, description="the name of a disc: that of the load; default: the last disc"
+    )
+    auxiliaries: str | None = Field(
+        default=None,
+        description="the name of a disc: that of [[auxiliaries]]; default: the free end of the "
+        "crankshaft",
     )
     reciprocating: Literal["included", "added"] = Field(
         description="'included' where the inertias of the throws' discs include the mean of the "
@@ -318,6 +323,9 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         throws=_throws(given, where),
         flywheel=_place(given.flywheel, names, f"{where} flywheel"),
         load=len(names) - 1 if given.load is None else _place(given.load, names, f"{where} load"),
+        auxiliaries=0
+        if given.auxiliaries is None
+        else _place(given.auxiliaries, names, f"{where} auxiliaries"),
         dampers=len(rings),
         pendulums=len(hung),
         includes_reciprocating=given.reciprocating == "included",
@@ -326,6 +334,8 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     )
     _check_joined(shaft, where)
     _check_different(called, where)
+    if given.auxiliaries is None:
+        shaft = replace(shaft, auxiliaries=shaft.free_end)
     return GivenShaft(shaft, values.found)
 
 
