@@ -462,7 +462,20 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
 )  # fmt: skip
 """Ranges of indicator diagrams."""
 
+_STEEL = (
+    "judgement: rules for ships' shafts (IACS UR M68) allow some 30 to 90 in service, twice "
+    "as much in passing; steel of crankshafts is fatigued by 200 to 300"
+)
+
 RESULT_CHECKS: tuple[Check, ...] = (
+    _own("shaft_stress_half_range", "vibratory shear stress in a shaft", "MPa", 0.0, 300.0, _STEEL,
+         si=MPA),
+    _own("crankshaft_twist_half_range", "vibratory twist between disc 1 and flywheel", "degree",
+         0.0, 5.0, "judgement: crankshafts fail at some 2 degrees; a damper's or pulley's rubber "
+         "may twist more", si=DEGREE),
+    _own("shaft_twist_half_range", "vibratory twist of a shaft", "degree", 0.0, 60.0,
+         "judgement: arc springs of dual-mass flywheels reach their stops at 30 to 70, rubber "
+         "couplings at 5 to 15", si=DEGREE),
     _own("grid_resonance_nearness", "resonance_band over the distance of an excited order from the "
          "natural order against the grid", "", 0.0, 1.0,
          "definition: an excited order lies within the band where it is above 1"),

@@ -20,7 +20,12 @@ from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
 from engine_dyn.torsion.shaft import Shaft
-from engine_dyn.torsion.stress import propulsion_shaft_limits, shear_stress
+from engine_dyn.torsion.stress import (
+    ALLOY_STEEL,
+    CARBON_STEEL,
+    propulsion_shaft_limits,
+    shear_stress,
+)
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, MPA, RPM
@@ -120,13 +125,18 @@ def _system(
     shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
     load_damping: Any = 0.0,
 ) -> tuple[ShaftSystem, Any]:  # fmt: skip
-    """The system, and where the excess leaves no flywheel: there without the excess."""
-    bad: Any = np.asarray(False)
+    """The system, and where it is not known: the excess leaves no flywheel, a table ends.
+
+    There it is one without the excess, or with another stiffness.
+    """
+    unknown = np.asarray(of_tables) == 0.0
+    bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
+    of_tables = np.where(unknown, 1.0, of_tables)
     if np.any(excess):
         own = shaft.inertias(values, reciprocating)[shaft.flywheel]
         ratio = shaft.speed_ratios(values)[shaft.flywheel]
         possible = own + np.asarray(excess) / ratio**2 > 0.0
-        excess, bad = np.where(possible, excess, 0.0), ~possible
+        excess, bad = np.where(possible, excess, 0.0), bad | ~possible
     return shaft.system(values, reciprocating, excess, load_damping, of_tables), bad
 
 
@@ -346,10 +356,14 @@ def _propulsion_limit(which: int) -> Any:
         diameter, strength, factor = (
             _of_shafts(shaft_system, f"shaft_{what}", values, default)
             for what, default in (
-                ("diameter", np.nan), ("tensile_strength", np.nan), ("shape_factor", 1.0)
+                ("diameter", np.nan), ("tensile_strength", np.nan), ("shape_factor", np.nan)
             )
         )  # fmt: skip
-        limits = propulsion_shaft_limits(speed / rated_speed, diameter, strength, factor)
+        most = np.where(
+            [place in shaft_system.alloy for place in range(len(shaft_system.shafts))],
+            ALLOY_STEEL, CARBON_STEEL,
+        )  # fmt: skip
+        limits = propulsion_shaft_limits(speed / rated_speed, diameter, strength, factor, most)
         return limits[which] + 0.0 * shaft
 
     return make
@@ -705,6 +719,14 @@ NODES: tuple[Node, ...] = (
             ("limit_passing", r"\tau_T",
              "in ranges that are passed quickly, up to 0.8 of the rated speed"),
         ))
+    ),
+    Node(
+        "propulsion_stress_over_limit", r"\hat\tau/\tau_C", "1",
+        "half range of the nominal shear stress over its limit in continuous service, above 1 "
+        "where it is exceeded", "IACS UR M68",
+        needs=("shaft_stress_half_range", "propulsion_stress_limit"),
+        make=lambda shaft_stress_half_range, propulsion_stress_limit: shaft_stress_half_range
+        / propulsion_stress_limit,
     ),
     Node(
         "pendulum_swing_half_range", r"\hat\psi", "degree",

@@ -56,6 +56,8 @@ class Shaft:
         Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
     keys : tuple of str
         Parameters that give its numbers, as `engine_dyn.quantities.shaft_numbers` has them.
+    alloy : frozenset of int
+        Shafts of alloy steel, others are of carbon steel.
     tables : mapping of Table
         Stiffness of couplings that have it over their mean torque, by the number of the shaft.
     """
@@ -72,6 +74,7 @@ class Shaft:
     pendulums: int
     includes_reciprocating: bool
     keys: tuple[str, ...]
+    alloy: frozenset[int] = frozenset()
     tables: Mapping[int, Table] = field(default_factory=dict)
 
     @property
@@ -122,12 +125,12 @@ class Shaft:
     def of_tables(self, mean_torque: Any) -> Floats:
         """Stiffness of couplings by their tables, shape (..., S); NaN of all other shafts.
 
-        Beyond a table's ends, that of the end. `mean_torque` has the shape (..., S).
+        Beyond the torques of a table it is unknown: 0. `mean_torque` has the shape (..., S).
         """
         size = np.abs(np.asarray(mean_torque, dtype=float))
         found = np.full(size.shape, np.nan)
         for place, table in self.tables.items():
-            found[..., place] = np.interp(size[..., place], *table)
+            found[..., place] = np.interp(size[..., place], *table, left=0.0, right=0.0)
         return found
 
     def stiffnesses(self, values: Mapping[str, Any], of_tables: Any = np.nan) -> list[Any]:

@@ -8,7 +8,13 @@ import numpy as np
 
 from engine_dyn.units import MPA
 
-__all__ = ["propulsion_shaft_limits", "shaft_stiffness", "shear_stress"]
+__all__ = [
+    "ALLOY_STEEL",
+    "CARBON_STEEL",
+    "propulsion_shaft_limits",
+    "shaft_stiffness",
+    "shear_stress",
+]
 
 
 def shaft_stiffness(shear_modulus: Any, length: Any, diameter: Any, bore: Any = 0.0) -> Any:
@@ -25,9 +31,14 @@ def shear_stress(torque: Any, diameter: Any, bore: Any = 0.0) -> Any:
     return 16.0 * torque * diameter / (np.pi * (diameter**4 - bore**4))
 
 
+CARBON_STEEL, ALLOY_STEEL = 600.0 * MPA, 800.0 * MPA
+"""Most tensile strength that IACS UR M68 counts for vibratory stresses [Pa]."""
+
+
 def propulsion_shaft_limits(
-    speed_ratio: Any, diameter: Any, tensile_strength: Any, shape_factor: Any = 1.0
-) -> tuple[Any, Any]:
+    speed_ratio: Any, diameter: Any, tensile_strength: Any, shape_factor: Any,
+    most_strength: Any = CARBON_STEEL,
+) -> tuple[Any, Any]:  # fmt: skip
     """Permissible vibratory stresses [Pa] of ships' propulsion shafts: continuous, and in passing.
 
     tau_C = (sigma_B + 160)/18 c_K c_D (3 - 2 lambda^2) below a speed ratio lambda of 0.9, and
@@ -43,11 +54,13 @@ def propulsion_shaft_limits(
     diameter : array_like
         Of the shaft [m].
     tensile_strength : array_like
-        Specified minimum [Pa]; the rule counts at most 600 MPa, and 800 MPa of intermediate
-        shafts of alloy steel: that is left to the caller.
+        Specified minimum [Pa].
     shape_factor : array_like
         c_K [1]: 1 for integral flanges and shrink fits, 0.6 for a keyway in a taper, 0.45 in a
         cylinder, 0.5 at a radial hole.
+    most_strength : array_like
+        What counts of the strength at most [Pa]: 600 MPa of carbon and carbon-manganese steel and
+        of propeller shafts, 800 MPa of other shafts of alloy steel.
 
     Notes
     -----
@@ -58,7 +71,8 @@ def propulsion_shaft_limits(
     """
     ratio = np.asarray(speed_ratio, dtype=float)
     size = 0.35 + 0.93 * (1000.0 * np.asarray(diameter)) ** -0.2
-    base = (np.asarray(tensile_strength) / MPA + 160.0) / 18.0 * shape_factor * size * MPA
+    strength = np.minimum(tensile_strength, most_strength)
+    base = (strength / MPA + 160.0) / 18.0 * shape_factor * size * MPA
     bracket = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
     continuous = base * np.where((ratio > 0.0) & (ratio < 1.05), bracket, np.nan)
     passing = np.where(ratio <= 0.8, 1.7 * continuous / np.sqrt(shape_factor), np.nan)

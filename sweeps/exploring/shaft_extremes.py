@@ -14,10 +14,15 @@ from sweeps.errors import SceneError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BarredSpeeds", "Worst", "barred_speeds", "worst_of_shaft"]
+__all__ = ["OVER_LIMITS", "BarredSpeeds", "Worst", "barred_speeds", "worst_of_shaft"]
 
 PLACES = ("disc", "shaft")
 """Dimensions that tell the parts of a shaft apart."""
+
+OVER_LIMITS = (
+    "shaft_stress_over_limit", "shaft_torque_over_limit", "propulsion_stress_over_limit",
+)  # fmt: skip
+"""Quantities that are above 1 where speeds are barred."""
 
 LEAST = ("shaft_torque_min",)
 """Quantities whose lowest value is the worst."""
@@ -127,12 +132,9 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
         If the archive has no axis of speed, or nothing over a limit was asked for.
     """
     check_dataset(archive)
-    names = [n for n in ("shaft_stress_over_limit", "shaft_torque_over_limit") if n in archive]
+    names = [name for name in OVER_LIMITS if name in archive]
     if not names:
-        raise SceneError(
-            "archive: has neither shaft_stress_over_limit nor shaft_torque_over_limit; ask for "
-            "one in [output]"
-        )
+        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
     found = []
     for name in names:
         data = archive[name]

@@ -71,6 +71,11 @@ class ShaftPiece(Strict):
     torque_limit: float | None = Field(default=None, description="a number in N m")
     tensile_strength: float | None = Field(default=None, description="a number in MPa")
     shape_factor: float | None = Field(default=None, description="a number, at most 1")
+    steel: Literal["carbon", "alloy"] | None = Field(
+        default=None,
+        description="'carbon' or 'alloy', of which more of the tensile_strength counts; default: "
+        "'carbon', as for propeller shafts of any steel",
+    )
 
 
 class Gear(Strict):
@@ -275,7 +280,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     for i, piece in enumerate(given.shafts, start=1):
         at = f"{where} shafts number {i}"
         pairs.append(_ends(piece.between, i, names, at))
-        values.take(piece, "shaft", i, at, ("name", "between", "stiffness_over_torque"))
+        values.take(piece, "shaft", i, at, ("name", "between", "stiffness_over_torque", "steel"))
         if piece.stiffness_over_torque is not None:
             tables[i - 1] = _table(piece, at)
         for name in ("loss_factor", "shear_modulus"):
@@ -330,6 +335,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         pendulums=len(hung),
         includes_reciprocating=given.reciprocating == "included",
         keys=tuple(key for key in values.found if not key.startswith("load_")),
+        alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
         tables=tables,
     )
     _check_joined(shaft, where)

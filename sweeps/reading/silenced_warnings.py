@@ -15,6 +15,7 @@ __all__ = [
     "KNOWN",
     "RECIPROCATING_SHARE",
     "RIGID_SHAFT",
+    "SHAFT_SECTION",
     "SILENCED",
     "STATED_UNIT",
     "read_silenced",
@@ -38,6 +39,9 @@ RIGID_SHAFT = "rigid_shaft"
 RECIPROCATING_SHARE = "reciprocating_share"
 """Name of the warning that a shaft's reciprocating masses vary its inertia much."""
 
+SHAFT_SECTION = "shaft_section"
+"""Name of the warning that stiffness and section of a shaft are not those of one of steel."""
+
 KNOWN = (
     *NAMES,
     *RECORDING_CHECKS,
@@ -46,6 +50,7 @@ KNOWN = (
     DIAGRAM_SPEEDS,
     RIGID_SHAFT,
     RECIPROCATING_SHARE,
+    SHAFT_SECTION,
     ALL,
 )
 """Names of checks of what is given, of results, and of recorded pressure."""

@@ -158,7 +158,7 @@ def test_a_pulsating_load_twists_the_coupling() -> None:
     """
     discs = [("pulley", 0.05), ("throw 1", 0.1), ("flywheel", 1.5), ("generator", 2.0)]
     stiffness, damping = [2e5, 4e5, 1.2e4], [20.0, 20.0, 15.0]
-    shaft = {
+    shaft: dict[str, Any] = {
         "reciprocating": "included", "load_damping": 3.0,
         "discs": [{"name": name, "inertia": inertia} for name, inertia in discs],
         "shafts": [{"stiffness": k, "damping": c} for k, c in zip(stiffness, damping, strict=True)],

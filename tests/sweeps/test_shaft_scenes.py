@@ -301,12 +301,13 @@ def test_limits_are_given_or_those_of_propulsion_shafts() -> None:
     """IACS UR M68 at a speed ratio of 0.5: 600 MPa, 100 mm, c_K = 1 allow 76.0 MPa."""
     changes: dict[str, Any] = {
         "shafts__1__stress_limit": 30.0, "shafts__1__torque_limit": 2e3,
-        "shafts__2__diameter": 0.1, "shafts__2__tensile_strength": 600.0,
+        "shafts__2__diameter": 0.1, "shafts__2__tensile_strength": 700.0,
+        "shafts__2__shape_factor": 1.0,
     }  # fmt: skip
     found = run(
         ["shaft_stress_limit", "shaft_stress_half_range", "shaft_stress_over_limit",
          "shaft_torque_over_limit", "shaft_torque_half_range", "propulsion_stress_limit",
-         "propulsion_stress_limit_passing"],
+         "propulsion_stress_limit_passing", "propulsion_stress_over_limit"],
         changed(**changes), set={"speed": 1000, "rated_speed": 2000},
     )  # fmt: skip
     assert found.shaft_stress_limit.values[1] == 30.0
@@ -317,6 +318,53 @@ def test_limits_are_given_or_those_of_propulsion_shafts() -> None:
     assert float(found.propulsion_stress_limit[2]) == pytest.approx(76.0, abs=0.06)
     assert float(found.propulsion_stress_limit_passing[2]) == pytest.approx(1.7 * 76.0, abs=0.1)
     assert np.isnan(found.propulsion_stress_limit.values[[0, 1]]).all()
+    over = found.propulsion_stress_over_limit[2]
+    assert float(over) == pytest.approx(float(found.shaft_stress_half_range[2]) / 76.0, rel=1e-3)
+    alloy = run(
+        ["propulsion_stress_limit"], changed(**changes, shafts__2__steel="alloy"),
+        set={"speed": 1000, "rated_speed": 2000},
+    )  # fmt: skip
+    limit = float(alloy.propulsion_stress_limit[2])
+    assert limit == pytest.approx(76.0 * 860.0 / 760.0, abs=0.06)
+
+
+def test_a_coupling_is_unknown_beyond_its_table() -> None:
+    """24 N m beyond 5: neither the stiffness of the end, nor a word of a converged design."""
+    names = ["shaft_torque_half_range", "natural_frequency", "delta", "shaft_torque_mean"]
+
+    def of(last: float) -> xr.Dataset:
+        table = {"torque": [0.0, last], "stiffness": [1e4, 3e4]}
+        shaft = changed(shafts__6__stiffness=None, shafts__6__stiffness_over_torque=table)
+        return run(names, shaft)
+
+    mean = abs(float(of(5e3).shaft_torque_mean[6]))
+    inside, outside = of(1.01 * mean), of(0.99 * mean)
+    assert int(inside.torsion_status) == 0
+    assert int(outside.torsion_status) == 4 and np.isfinite(float(outside.delta))
+    for name in names[:2]:
+        assert np.isfinite(inside[name]).all() and np.isnan(outside[name]).all(), name
+
+
+def test_values_that_no_shaft_has_are_warned_of() -> None:
+    def said(shaft: Any, **tables: Any) -> str:
+        scene = {"engine": ENGINE, "shaft": shaft, "set": {"speed": 1500},
+                 "output": {"quantities": ["shaft_stress_half_range"]}, **tables}  # fmt: skip
+        return "\n".join(plausibility_warnings(sweeps.plan(scene)))
+
+    assert said(GEARED) == "" and said(ENGINE) == ""
+    line = said(changed(shafts__1__stiffness=1250.0))
+    assert line.startswith("shaft_section: shaft 2, 'throw 2 - throw 3' of 1250 N m/rad")
+    assert said(changed(shafts__1__stiffness=1250.0), silenced_warnings=["shaft_section"]) == ""
+    light = changed(**{f"discs__{i}__inertia": 0.004 for i in range(6)}, reciprocating="included")
+    assert "152% of the inertia of a throw's disc, which is said to hold their mean" in said(light)
+    # A shaft of 20 mm: more than 1000 MPa, which a report must not call usual.
+    thin = changed(**{f"shafts__{i}__diameter": 0.02 for i in range(5)})
+    found = sweeps.run(
+        engine=ENGINE, shaft=thin, silenced_warnings=["shaft_section"], set={"speed": 1500},
+        output={"quantities": ["shaft_stress_half_range"]},
+    )  # fmt: skip
+    assert float(found.shaft_stress_half_range.max()) > 1000.0
+    assert "shaft_stress_half_range" in str(found.attrs["warnings"])
 
 
 def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
@@ -603,6 +651,11 @@ def test_info_shows_the_shaft(tmp_path: Path) -> None:
         (changed(load="water"), "load = 'water': no such disc"),
         (changed(reciprocating=None), "reciprocating: missing; must be 'included'"),
         (changed(reciprocating="half"), "reciprocating = 'half': must be 'included'"),
+        (changed(shafts__2__stress_limit=30e6), r"stress_limit = 30000000: .* below 3000 \[MPa\]"),
+        (changed(shafts__2__tensile_strength=600e6), r"tensile_strength = 6.* 3000 \[MPa\]"),
+        (changed(shafts__5__shear_modulus=80e9), r"shear_modulus = 8.* below 1000 \[GPa\]"),
+        (changed(shafts__2__tensile_strength=600.0), "needs shaft_shape_factor_3, shape_factor"),
+        (changed(shafts__2__steel="brass"), "steel = 'brass': must be 'carbon' or 'alloy'"),
         (changed(loss_factor=-1,
                  shafts=[{**piece, "loss_factor": 0.1} for piece in GEARED["shafts"]]),
          r"\[shaft\] loss_factor = -1: must be"),

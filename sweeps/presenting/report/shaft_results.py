@@ -9,7 +9,7 @@ import numpy as np
 
 from sweeps.errors import one_line
 from sweeps.exploring.attributes import members_of
-from sweeps.exploring.shaft_extremes import Worst, barred_speeds, worst_of_shaft
+from sweeps.exploring.shaft_extremes import OVER_LIMITS, Worst, barred_speeds, worst_of_shaft
 from sweeps.presenting.report.html import paragraph, table
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def _verdict(one: Worst) -> str:
 
 
 def _barred(archive: xr.Dataset) -> Iterator[str]:
-    names = {"shaft_stress_over_limit", "shaft_torque_over_limit"} & set(archive.data_vars)
+    names = set(OVER_LIMITS) & set(archive.data_vars)
     if not names or any(SPEED not in archive[name].dims for name in names):
         return
     found = barred_speeds(archive)

@@ -39,6 +39,7 @@ def check_shaft(scene: Scene, name: str) -> None:
     for key in given:
         _check_key(scene, shaft, key, f"{name}: [{scene.table_of(key)}] {key}")
     _check_bores(scene, name)
+    _check_shapes(scene, name)
     _check_throws(scene, shaft, name)
 
 
@@ -83,6 +84,20 @@ def _check_bores(scene: Scene, name: str) -> None:
             raise SceneError(
                 f"{name}: [{scene.table_of(key)}] {key} = {largest:g}: must be below the smallest "
                 f"{diameter}, {smallest:g} m"
+            )
+
+
+def _check_shapes(scene: Scene, name: str) -> None:
+    """Check that what the limit of a propulsion shaft follows from is complete."""
+    for key in scene.shaft_keys:
+        if not key.startswith("shaft_tensile_strength_"):
+            continue
+        factor = key.replace("tensile_strength", "shape_factor")
+        if factor not in scene.shaft_keys:
+            raise SceneError(
+                f"{name}: {key}: needs {factor}, shape_factor of the shaft: c_K of IACS UR M68, 1 "
+                "for an integral flange or a shrink fit, 0.6 for a keyway in a taper, 0.5 at a "
+                "radial hole, 0.45 for a keyway in a cylinder"
             )
 
 

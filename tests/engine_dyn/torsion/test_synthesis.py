@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.stress import propulsion_shaft_limits, shaft_stiffness, shear_stress
+from engine_dyn.torsion.stress import (
+    ALLOY_STEEL,
+    propulsion_shaft_limits,
+    shaft_stiffness,
+    shear_stress,
+)
 from engine_dyn.torsion.synthesis import least_torque
 from engine_dyn.torsion.system import shaft_system
 
@@ -72,13 +77,20 @@ def test_round_shafts() -> None:
 def test_limits_of_propulsion_shafts(diameter: float, values: tuple[float, ...]) -> None:
     """IACS UR M68 evaluated by another program for 600 MPa, integral flanges [N/mm2]."""
     ratio = np.array([0.3, 0.5, 0.8, 0.9, 1.0, 1.05])
-    continuous, passing = propulsion_shaft_limits(ratio, diameter, 600e6)
+    continuous, passing = propulsion_shaft_limits(ratio, diameter, 600e6, 1.0)
     np.testing.assert_allclose(
         continuous[[0, 1, 2, 3, 4]] / 1e6, [*values[:4], values[3]], atol=0.051
     )
     assert np.isnan(continuous[5])
     assert passing[2] / 1e6 == pytest.approx(values[4], abs=0.051)
     assert np.isnan(passing[3:]).all()
+    # M68.3: more strength counts nothing, of carbon steel above 600 MPa, of alloy steel above 800.
+    np.testing.assert_array_equal(
+        propulsion_shaft_limits(ratio, diameter, 900e6, 1.0)[0], continuous
+    )
+    alloy = propulsion_shaft_limits(ratio, diameter, [[700e6], [900e6]], 1.0, ALLOY_STEEL)[0]
+    np.testing.assert_allclose(alloy[0], continuous * 860.0 / 760.0)
+    np.testing.assert_allclose(alloy[1], continuous * 960.0 / 760.0)
     keyed = propulsion_shaft_limits(0.5, diameter, 600e6, 0.6)
     assert keyed[0] == pytest.approx(0.6 * continuous[1])
     assert keyed[1] == pytest.approx(1.7 * keyed[0] / np.sqrt(0.6))
