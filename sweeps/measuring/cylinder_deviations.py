@@ -30,7 +30,8 @@ from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
 from sweeps.measuring.labelled import labelled_dataset, of_recordings
-from sweeps.measuring.measured import computed_speeds, design_of, far_speed_remark
+from sweeps.measuring.measured import computed_speeds, design_of
+from sweeps.measuring.measured_doubts import far_speed_remark
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import OneEngine, engine_of, values_of
 from sweeps.one_thread import linear_algebra_on_one_thread

@@ -26,13 +26,14 @@ from engine_dyn.recordings.tooth_errors import (
 from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.status import MEANINGS
 from engine_dyn.types import Booleans, Floats, Integers
-from engine_dyn.units import DEGREE, RPM
+from engine_dyn.units import DEGREE
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.measuring.labelled import labelled_dataset, of_intervals, of_recordings
 from sweeps.measuring.measured_doubts import (
     INERTIA_STEP,
     even_firing_doubt,
+    far_speed_remark,
     gap_doubts,
     likeness_doubts,
     of_heavier_engine,
@@ -52,19 +53,13 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDERS", "computed_speeds", "design_of", "far_speed_remark", "measured"]
+__all__ = ["ORDERS", "computed_speeds", "design_of", "measured"]
 
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders of the crank's turn that are compared."""
 
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
-
-FAR_SPEED = 0.01
-"""Relative difference of the mean speeds from which a remark says that they differ."""
-
-WRONG_UNIT = 50.0
-"""Ratio of the mean speeds from which on the unit of the times seems wrong."""
 
 POINT = 1e-9
 """Width [rad] of a sample that is no mean over an interval."""
@@ -522,33 +517,6 @@ def _coordinates(
                     picked = coordinate.values[np.asarray(values, dtype=int)]
                     found[str(column)] = ("recording", picked, dict(coordinate.attrs))
     return found
-
-
-def _whole_ratio(ratio: float) -> str:
-    """Text of a ratio near 2, 3, 4 or one over them; "" for any other."""
-    for number in (2, 3, 4):
-        for one, text in ((float(number), f"{number}"), (1.0 / number, f"1/{number}")):
-            if abs(ratio / one - 1.0) <= FAR_SPEED:
-                return text
-    return ""
-
-
-def far_speed_remark(label: str, measured: float, computed: float, changing: str) -> list[str]:
-    """Return a remark where mean speeds [rad/s] differ by more than FAR_SPEED, else nothing."""
-    ratio = measured / computed
-    if abs(ratio - 1.0) <= FAR_SPEED:
-        return []
-    return [
-        f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
-        f"{changing} with the square of the speed; "
-        + (
-            "is the unit of the times right (unit = 'us', say)?"
-            if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT
-            else f"is the wheel's pattern a whole turn? The ratio is {_whole_ratio(ratio)}"
-            if _whole_ratio(ratio)
-            else "use the measured speed in the scene"
-        )
-    ]
 
 
 def _attributes(

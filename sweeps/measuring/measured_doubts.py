@@ -9,7 +9,7 @@ import numpy as np
 from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
 from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
-from engine_dyn.units import DEGREE
+from engine_dyn.units import DEGREE, RPM
 
 __all__ = [
     "CLEARLY",
@@ -18,6 +18,7 @@ __all__ = [
     "LEAST_LIKENESS",
     "SMALLEST_TURN",
     "even_firing_doubt",
+    "far_speed_remark",
     "gap_doubts",
     "likeness_doubts",
     "of_heavier_engine",
@@ -39,6 +40,13 @@ taken to repeat every turn."""
 
 INERTIA_STEP = 0.01
 """Relative change of the inertia for the dependence of delta on it."""
+
+
+FAR_SPEED = 0.01
+"""Relative difference of the mean speeds from which a remark says that they differ."""
+
+WRONG_UNIT = 50.0
+"""Ratio of the mean speeds from which on the unit of the times seems wrong."""
 
 
 def gap_doubts(
@@ -173,3 +181,30 @@ def _likeness(found: GapAngle) -> float:
 def _clearly_more(one: float, other: float) -> bool:
     """Whether a correlation leaves clearly less unexplained than another one."""
     return one > max(other, 0.0) and 1.0 - one**2 < CLEARLY * (1.0 - max(other, 0.0) ** 2)
+
+
+def _whole_ratio(ratio: float) -> str:
+    """Text of a ratio near 2, 3, 4 or one over them; "" for any other."""
+    for number in (2, 3, 4):
+        for one, text in ((float(number), f"{number}"), (1.0 / number, f"1/{number}")):
+            if abs(ratio / one - 1.0) <= FAR_SPEED:
+                return text
+    return ""
+
+
+def far_speed_remark(label: str, measured: float, computed: float, changing: str) -> list[str]:
+    """Return a remark where mean speeds [rad/s] differ by more than FAR_SPEED, else nothing."""
+    ratio = measured / computed
+    if abs(ratio - 1.0) <= FAR_SPEED:
+        return []
+    return [
+        f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
+        f"{changing} with the square of the speed; "
+        + (
+            "is the unit of the times right (unit = 'us', say)?"
+            if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT
+            else f"is the wheel's pattern a whole turn? The ratio is {_whole_ratio(ratio)}"
+            if _whole_ratio(ratio)
+            else "use the measured speed in the scene"
+        )
+    ]

@@ -18,16 +18,30 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.laboratory.cycles_of_signals import SAME, unwrapped
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import Recording, read_recording
-from sweeps.reading.laboratory.units import SECONDS, is_time_name, stated_unit
+from sweeps.reading.laboratory.units import ANGLES, SECONDS, is_time_name, stated_unit
 from sweeps.scene.measured import Measured, MeasuredTable
 
 __all__ = ["SpeedRecord", "records_of"]
 
-ANGLE = {"": DEGREE, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE,
-         "°ca": DEGREE, "degca": DEGREE, "deg ca": DEGREE, "ca": DEGREE, "rad": 1.0}  # fmt: skip
+ANGLE = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
          "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
          "deg/s": DEGREE}  # fmt: skip
+
+OF_ANGLE = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
+OF_SPEED = (
+    "speed",
+    "rpm",
+    "omega",
+    "drehzahl",
+    "转速",
+    "轉速",
+    "回転",
+    "оборот",
+    "скорость",
+    "частота",
+)
+"""Parts of names of columns."""
 
 TURNING_BACK = 0.3
 """Share of steps that do not ascend from which on times of teeth are certainly intervals; where it
@@ -449,11 +463,8 @@ def _speed_over_angle(
     recording: Recording, table: MeasuredTable, period: float
 ) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Cycles of speed on uniform angles from -period/2; angles may run on over many cycles."""
-    angle_name = _column(
-        recording, table.angle_column, "angle_column", ("angle", "crank", "°", "deg", "winkel")
-    )
-    column = _column(recording, table.column, "column", ("speed", "rpm", "omega", "drehzahl"),
-                     (angle_name,))  # fmt: skip
+    angle_name = _column(recording, table.angle_column, "angle_column", OF_ANGLE)
+    column = _column(recording, table.column, "column", OF_SPEED, (angle_name,))
     angle = _flat(recording, angle_name)
     angle = angle * _factor(recording, angle_name, (), None, ANGLE, "angle")
     angle = angle + table.angle_shift * DEGREE

@@ -16,6 +16,7 @@ from sweeps.reading.libraries import library
 from sweeps.reading.unit_registry import unit_registry
 
 __all__ = [
+    "ANGLES",
     "SECONDS",
     "PressureUnit",
     "angle_factor",
@@ -31,7 +32,7 @@ __all__ = [
 
 _ALLOWED = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
 
-_ANGLES = {
+ANGLES = {
     "°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0, "grad": 1.0, "°ca": 1.0, "degca": 1.0,
     "deg ca": 1.0, "deg_ca": 1.0, "ca": 1.0, "cad": 1.0, "°kw": 1.0, "kw°": 1.0, "degcrk": 1.0,
     "°crk": 1.0, "°crank": 1.0, "ca deg": 1.0, "ca°": 1.0, "degc a": 1.0,
@@ -120,7 +121,7 @@ def _angle(text: str) -> float | None:
     """Degrees of a unit of angles such as "deg" or "deg ATDC"; below 0 for "deg BTDC"."""
     found = _OF_DEAD_CENTRE.fullmatch(text.strip())
     plain, before = (text.strip(), None) if found is None else (found["plain"], found["before"])
-    size = _ANGLES.get(plain.lower())
+    size = ANGLES.get(plain.lower())
     return -size if size is not None and before else size
 
 
@@ -194,7 +195,7 @@ def unit_of_name(name: str, label: str) -> str:
     if found is None:
         return ""
     last = found[1]
-    if last.lower() in _ANGLES or last.lower() in ("bar", "kpa", "mpa", "psi", "pa", "mbar", "hpa"):
+    if last.lower() in ANGLES or last.lower() in ("bar", "kpa", "mpa", "psi", "pa", "mbar", "hpa"):
         return last
     return ""
 
