@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from sweeps.planning.leaves import leaves_of, points_of
+from sweeps.planning.plan import make_plan
 from sweeps.reading.exclusive_keys import replaced_by
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, written
@@ -29,26 +29,25 @@ MORE = {
 }  # fmt: skip
 """What belongs to a key."""
 NOT_OF_ENGINES = {"wanted_delta"}
-NEEDS_A_TORQUE = {"largest_speed", "smallest_speed"}
-"""Of engines without a diagram of pressure, which `test_torque_of_engine` has."""
+OF_TORQUE = {"largest_speed", "smallest_speed"}
+"""Of engines whose torque is given."""
+TORQUE = '\n[[diagram]]\nkind = "torque"\nmean = 90\nharmonics = [{ order = 2, sine = 400 }]\n'
 PAIRS = [
-    (key, old)
-    for key in PARAMETERS
-    for old in sorted(replaced_by([key]) - NOT_OF_ENGINES)
-    if not {key, old} & NEEDS_A_TORQUE
+    (key, old) for key in PARAMETERS for old in sorted(replaced_by([key]) - NOT_OF_ENGINES)
 ] + [("reciprocating_mass", "piston_mass")]
 
 
 def engine_with(folder: Path, more: dict[str, float], without: set[str]) -> Path:
     folder.mkdir(exist_ok=True)
     lines = [line for line in VALUES.splitlines() if line.split(" ")[0] not in {*more, *without}]
-    return written(folder, "\n".join([*lines, *(f"{k} = {v}" for k, v in more.items()), POINTS]))
+    diagram = TORQUE if OF_TORQUE & {*more, *without} else POINTS
+    return written(folder, "\n".join([*lines, *(f"{k} = {v}" for k, v in more.items()), diagram]))
 
 
 def enters(engine: Path, given: dict[str, float]) -> dict[str, bytes]:
     """Everything that stages can take, as bytes."""
     scene = read_scene(asking(["mean_piston_speed"], engine=str(engine), set=given))
-    leaves = leaves_of(scene, points_of(scene))
+    leaves = make_plan(scene).leaves
     taken = {name: leaf.data for name, leaf in leaves.items() if name != "variant_of"}
     return {name: pickle.dumps(data) for name, data in {**taken, "words": scene.words}.items()}
 
@@ -86,7 +85,12 @@ def test_counterweights_that_a_scene_replaces_turn_nowhere(
     given: dict[str, float], tmp_path: Path
 ) -> None:
     """Every quantity of balance, bearings and bending, beside an engine without the table."""
-    text = VALUES.replace("cylinders = 2", "cylinders = 4\ncylinder_spacing = 0.16") + POINTS
+    text = (
+        VALUES.replace(
+            "cylinders = 2", "cylinders = 4\ncylinder_spacing = 0.16\nbank_offset = 0.02"
+        )
+        + POINTS
+    )
     text = text.replace("reciprocating_mass = 6.67", "reciprocating_mass = 2\nrod_mass = 1\n"
                         "rod_centre_of_gravity = 0.1\ncrank_mass = 3")  # fmt: skip
     made = ", ".join(f"{key} = {toml(value)}" for key, value in SPLIT_PINS.items())
