@@ -119,7 +119,7 @@ def _state(system: ShaftSystem, speed: Any) -> _State:
 
 def _form(vectors: Floats, weight: Floats) -> Floats:
     """Sum of weight times products of vectors."""
-    return np.asarray((vectors * weight[..., None, :]) @ np.swapaxes(vectors, -1, -2))
+    return np.asarray(np.einsum("...in,...n,...jn->...ij", vectors, weight, vectors))
 
 
 def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:

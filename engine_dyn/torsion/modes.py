@@ -161,6 +161,9 @@ def free_parts(system: ShaftSystem, speed: Any) -> Integers:
 
 def _fromelastic_modes(values: Floats, free: Integers) -> Floats:
     """Modes (the axis behind those of the designs) from the first elastic one on, then NaN."""
+    least = int(free.min())
+    if least == free.max():
+        return values[(*(slice(None),) * free.ndim, slice(least, None))]
     count = values.shape[free.ndim]
     place = free[..., None] + np.arange(count)
     index = np.minimum(place, count - 1).reshape(*place.shape, *(1,) * (values.ndim - place.ndim))
@@ -227,9 +230,9 @@ def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats
     discs = _first_discs(system)
     angle = modes.shape[..., discs] / system.ratio[..., None, discs]
     stiffness = system.stiffness_at(speed) * system.loss_factor
-    lost = np.matmul(modes.twist**2, stiffness[..., None])[..., 0]
-    viscous = np.matmul(modes.twist**2, system.damping[..., None])[..., 0]
-    viscous = viscous + np.matmul(angle**2, system.disc_damping[..., None])[..., 0]
+    lost = np.einsum("...mn,...n->...m", modes.twist**2, stiffness)
+    viscous = np.einsum("...mn,...n->...m", modes.twist**2, system.damping)
+    viscous = viscous + np.einsum("...mn,...n->...m", angle**2, system.disc_damping)
     with np.errstate(divide="ignore", invalid="ignore"):  # a mode that does not move disc 1
         return np.asarray(
             0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)

@@ -128,3 +128,25 @@ def test_modes_need_a_shaft() -> None:
     del scene["shaft"]
     with pytest.raises(sweeps.SceneError, match="modes: has no effect: the scene has no shaft"):
         sweeps.plan(copy.deepcopy(scene))
+
+
+def test_a_mode_in_which_no_throw_moves_is_not_excited() -> None:
+    """Of three equal branches behind the flywheel, two modes leave the rest at rest."""
+    shaft: dict[str, Any] = {
+        "reciprocating": "included", "flywheel": "flywheel", "load": "flywheel",
+        "discs": [
+            {"name": "throw", "throw": 1, "inertia": 0.05}, {"name": "flywheel", "inertia": 1.0},
+            *({"name": f"branch {i}", "inertia": 0.02} for i in range(3)),
+        ],
+        "shafts": [
+            {"stiffness": 1e5},
+            *({"between": ["flywheel", f"branch {i}"], "stiffness": 3e3} for i in range(3)),
+        ],
+    }  # fmt: skip
+    found = run(["mode_shape", "mode_vector_sum", "modal_inertia", "natural_frequency"], shaft)
+    alone = np.isclose(found.natural_frequency, np.sqrt(3e3 / 0.02) / (2.0 * np.pi), rtol=1e-9)
+    assert alone.sum() == 2
+    assert (found.mode_vector_sum[alone] == 0.0).all()
+    assert (found.mode_vector_sum[~alone] > 1e-3).all()
+    assert np.isfinite(found.modal_inertia).all()
+    assert_allclose(np.abs(found.mode_shape).max("disc"), 1.0, rtol=1e-9)
