@@ -99,6 +99,7 @@ def test_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert "compression ratio 18 of the engine" in (tmp_path / "pressure.csv").read_text("utf-8")
     for line in [*scene_of_own, "engine-dyn run my_scene.toml -o own.nc"]:
         run_line(line)
+    assert "diagram_speeds" not in invoke("plan", "my_scene.toml").stderr
     # The load of the only diagram is the engine's own; what a file lacks, the scene gives.
     own_values, mark, diagram_of_it = filled.partition("[[diagram]]")
     unknown = r"(?m)^(load|load_\w+|friction_\w+|crankcase_pressure) = .*\n"
