@@ -171,9 +171,7 @@ def sensitivities(
     settings = {"num_resamples": resamples, "conf_level": confidence, "seed": seed}
     found: dict[str, Any] = {}
     methods: dict[str, str] = {}
-    with progress_bar(
-        total=len(names), unit=" quantities", delay=1.0, leave=False, disable=not progress
-    ) as bar:
+    with progress_bar(total=len(names), unit=" quantities", disable=not progress) as bar:
         for name in names:
             bar.set_description(name)
             variables, methods[name] = _of_quantity(archive, name, study, settings)

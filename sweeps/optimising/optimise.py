@@ -198,7 +198,7 @@ class _Search:
             return
         seeds = np.random.SeedSequence(self.task.seed).generate_state(2 * self.restarts)
         with progress_bar(
-            total=self.restarts * self.generations, unit=" generations", delay=1.0, leave=False,
+            total=self.restarts * self.generations, unit=" generations",
             disable=not progress,
         ) as bar:  # fmt: skip
             for restart in range(self.restarts):

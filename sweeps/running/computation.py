@@ -57,8 +57,9 @@ class Computation:
         What is computed.
     lengths : mapping
         How the plan is divided into blocks: see `sweeps.planning.blocks`.
-    progress : bool
-        Show a progress bar.
+    progress : bool or callable
+        Show a progress bar; or what to call with the numbers of designs done, where one stage
+        solves all designs of the plan.
     threads : int, optional
         As many as the machine has processors, unless given.
     device : str
@@ -68,14 +69,15 @@ class Computation:
     """
 
     def __init__(
-        self, plan: Plan, lengths: Mapping[str, int], *, progress: bool = False,
-        threads: int | None = None, device: str = "cpu", all_in_each: bool = False,
+        self, plan: Plan, lengths: Mapping[str, int], *,
+        progress: bool | Callable[[int], None] = False, threads: int | None = None,
+        device: str = "cpu", all_in_each: bool = False,
     ) -> None:  # fmt: skip
         self.plan = plan
         self.threads = threads
         self.device = device
         self.all_in_each = all_in_each
-        self.bars = _Bars(progress)
+        self.bars = _Bars(progress, plan.designs)
         rest, of_periods = by_cycles(plan)
         self.of_periods = None if of_periods is None else Computation(
             of_periods, lengths, progress=progress, threads=threads, device=device,
@@ -285,8 +287,9 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
 class _Bars:
     """Progress bars over the designs of the kernels; nothing when not asked for."""
 
-    def __init__(self, show: bool) -> None:
-        self.show = show
+    def __init__(self, show: bool | Callable[[int], None], designs: int) -> None:
+        self.show, self.designs = show, designs
+        self.counted = ""
         self.bars: dict[str, Any] = {}
 
     def of(self, stage: Stage) -> Callable[[int], None] | None:
@@ -294,12 +297,13 @@ class _Bars:
         if not self.show:
             return None
         name = stage.node.name
+        if callable(self.show):
+            self.counted = self.counted or (name if stage.size == self.designs else "")
+            return self.show if name == self.counted else None
         if name not in self.bars:
-            # `delay`: runs of less than a second show nothing.
             self.bars[name] = progress_bar(
-                total=stage.size, unit=" designs", unit_scale=True, delay=1.0, leave=False,
-                desc=name, file=sys.stderr,
-            )  # fmt: skip
+                total=stage.size, unit=" designs", unit_scale=True, desc=name, file=sys.stderr
+            )
         update: Callable[[int], None] = self.bars[name].update
         return update
 

@@ -334,8 +334,8 @@ class _Run:
         """Have blocks computed and written by workers."""
         designs = {number: self._designs(block) for number, block in missing.items()}
         with progress_bar(
-            total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
-            leave=False, file=sys.stderr, disable=not self.options.progress,
+            total=sum(designs.values()), unit=" designs", unit_scale=True,
+            file=sys.stderr, disable=not self.options.progress,
         ) as bar:  # fmt: skip
 
             def show(number: int) -> None:

@@ -2,17 +2,60 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
 import warnings
 from typing import Any
 
 __all__ = ["progress_bar"]
 
+FIRST, BEAT = 2.0, 1.0
+"""Seconds until a bar is shown, and from one look to the next where nothing was added."""
+
+WIDTH = 79
+"""Characters of a bar on a terminal that does not know its width."""
+
 
 def progress_bar(**options: Any) -> Any:
-    """Return a bar of tqdm: a widget in a notebook that has ipywidgets, otherwise text."""
+    """Return a bar of tqdm: a widget in a notebook that has ipywidgets, otherwise text.
+
+    It shows after `FIRST` seconds, and its time goes on where what it counts takes long.
+    """
     with warnings.catch_warnings():
         # tqdm warns where ipywidgets is missing; text does as well.
         warnings.filterwarnings("ignore", message="IProgress not found")
         from tqdm.auto import tqdm
 
-        return tqdm(**options)
+    class Bar(tqdm):
+        """One that a thread of its own keeps going."""
+
+        beats: threading.Event | None = None
+        shown = False
+
+        def close(self) -> None:
+            if self.beats is not None:
+                self.beats.set()
+                if self.shown:  # or tqdm would leave it on the terminal
+                    self.last_print_t = self._time()
+            super().close()
+
+        def beat(self, ended: threading.Event, wait: float) -> None:
+            while not ended.wait(wait):
+                wait, self.shown = BEAT, True
+                self.refresh()
+
+    bar = Bar(delay=FIRST, leave=False, ncols=_width(options.get("file")), **options)
+    if not bar.disable:
+        bar.beats = threading.Event()
+        threading.Thread(target=bar.beat, args=(bar.beats, FIRST), daemon=True).start()
+    return bar
+
+
+def _width(file: Any) -> int | None:
+    """Characters of a bar where the terminal tells 0; None where tqdm finds out."""
+    try:
+        columns = os.get_terminal_size((file or sys.stderr).fileno()).columns
+    except (OSError, ValueError, AttributeError):
+        return None
+    return None if columns else WIDTH

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from sweeps.archive.labels import Labels
@@ -55,29 +55,38 @@ class Units:
     def states(self, numbers: list[int]) -> Iterator[tuple[int, State]]:
         """Reduce units; yields each with its number."""
         with progress_bar(
-            total=self.plan.designs, unit=" designs", unit_scale=True, delay=1.0, leave=False,
+            total=self.plan.designs, unit=" designs", unit_scale=True,
             disable=not self.progress, file=sys.stderr,
         ) as bar:  # fmt: skip
             for number in numbers:
                 found = self.empty()
-                for done in self._add(found, number):
-                    bar.update(done)
+                self._add(found, number, bar.update)
                 yield number, found.state()
 
-    def _add(self, found: Reduction, number: int) -> Iterator[int]:
-        """Add the blocks of a unit; yields the designs of each."""
+    def _add(self, found: Reduction, number: int, show: Callable[[int], object]) -> None:
+        """Add the blocks of a unit; the designs that are done are shown, within blocks too."""
+        left = 0
+
+        def show_some(done: int) -> None:
+            nonlocal left
+            done = min(done, left)
+            left -= done
+            show(done)
+
         many = len(self)
         begin, end = (self.pieces * n // many for n in (number, number + 1))
         portions = self.plan.portions[begin // self.each : -(-end // self.each)]
         piece = begin // self.each * self.each
         for first, plan in self.portions.plans(portions):
             with Computation(
-                plan, self.lengths, threads=self.threads, device=self.device, all_in_each=True
-            ) as computation:
+                plan, self.lengths, progress=show_some if self.progress else False,
+                threads=self.threads, device=self.device, all_in_each=True,
+            ) as computation:  # fmt: skip
                 for block in blocks(plan, self.lengths):
                     if begin <= piece < end:
+                        left = math.prod(shape_in(plan, plan.scene.dimensions, block))
                         found.add(plan, first, block, computation.results(block))
-                        yield math.prod(shape_in(plan, plan.scene.dimensions, block))
+                        show(left)
                     piece += 1
 
 
