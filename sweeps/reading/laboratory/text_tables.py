@@ -9,7 +9,7 @@ import csv
 import io
 import re
 from collections.abc import Sequence
-from itertools import takewhile
+from itertools import product, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,6 +54,7 @@ class _Form(NamedTuple):
 
     `first` is the row (from 0) of the first numbers, `width` the number of columns, and `fields`
     what a row has with the empty ones after a separator at its end, and with notes beside it.
+    `thousands` is the mark between groups of three digits, if there is one.
     """
 
     separator: str
@@ -61,6 +62,7 @@ class _Form(NamedTuple):
     first: int
     width: int
     fields: int
+    thousands: str | None = None
 
 
 def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
@@ -141,9 +143,11 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
     found: list[tuple[int, bool, _Form]] = []
     for separator in separators:
         rows = [_fields(line, separator) for line in head]
-        for decimal in decimals:
-            if separator == decimal:
+        plain = rows
+        for decimal, thousands in product(decimals, (None, ".", ",", "'")):
+            if separator in (decimal, thousands) or decimal == thousands:
                 continue
+            rows = plain if thousands is None else _ungrouped(plain, decimal, thousands)
             start = start_of_numbers(rows, decimal)
             if start is None:
                 continue
@@ -151,12 +155,28 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
             parts = _seem_parts(rows[:first], rows[first:])
-            form = _Form(separator, decimal, first, width, _most_fields(rows[first:], width))
+            fields = _most_fields(rows[first:], width)
+            form = _Form(separator, decimal, first, width, fields, thousands)
             found.append((numbers - 2 * texts, parts, form))
     # What seems to stand behind decimal commas does, where that makes numbers too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
     good = [one for one in found if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
+
+
+def _ungrouped(rows: list[list[str]], decimal: str, mark: str) -> list[list[str]]:
+    """Rows without the marks between groups of digits; none where marks stand otherwise."""
+    number = re.compile(rf"[+-]?\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+(?:{re.escape(decimal)}\d*)?")
+    fields = [text.strip() for row in rows for text in row if mark in text]
+    grouped = {text for text in fields if number.fullmatch(text)}
+    other = any(re.fullmatch(r"[-+.,'\d]+", text) for text in fields if text not in grouped)
+    told = any(decimal in text or text.count(mark) > 1 for text in grouped)
+    if other or not told:
+        return []
+    return [
+        [text.replace(mark, "") if text.strip() in grouped else text for text in row]
+        for row in rows
+    ]
 
 
 def _most_fields(rows: Sequence[Sequence[str]], width: int) -> int:
@@ -189,12 +209,22 @@ def _columns(
     import pandas as pd
 
     check_size(float(data.count(b"\n") + 1) * form.width, form.width, label)
+    if form.thousands is not None:
+        said.append(f"'{form.thousands}' taken as the mark between groups of three digits")
+        body = "\n".join(data.decode(encoding, "replace").splitlines()[form.first :])
+        mark = re.escape(form.thousands)
+        if wrong := re.search(rf"\d*{mark}(?:\d{{1,2}}(?!\d)|\d{{4}})", body):
+            raise SceneError(
+                f"{label}: '{form.thousands}' stands between groups of three digits, but not in "
+                f"'{one_line(wrong[0], 40)}'; write numbers without such marks"
+            )
     try:
         frame = pd.read_csv(
             io.BytesIO(data), sep=form.separator, decimal=form.decimal, skiprows=form.first,
             header=None, names=range(form.fields),
             encoding=encoding, encoding_errors="replace", engine="c", skip_blank_lines=False,
             low_memory=False, skipinitialspace=True, on_bad_lines="error",
+            thousands=form.thousands,
         )  # fmt: skip
     except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))

@@ -53,6 +53,12 @@ LAYOUTS = {
         f"{i + 1} {line}" for i, line in enumerate(lines(" ")))],
     "gauge in brackets": ["angle (deg),p (bar g)", *lines()],
     "signs of typesetting": ["angle_deg,p_bar", *(line.replace("-", "\u2212") for line in lines())],
+    "groups of digits": ["Winkel [°KW];p_cyl [mbar]", *(
+        f"{a:.1f}".replace(".", ",") + ";" + f"{1e3 * p:,.2f}".translate({44: 46, 46: 44})
+        for a, p in zip(ANGLE, PRESSURE, strict=True))],
+    "groups by apostrophes": ["angle [deg];p_cyl [mbar]", *(
+        f"{a:.1f};" + f"{1e3 * p:,.2f}".replace(",", "'")
+        for a, p in zip(ANGLE, PRESSURE, strict=True))],
     "units in words": ["угол ПКВ;давление", "град.;МПа", *(
         f"{a:g};{0.1 * p:.4f}" for a, p in zip(ANGLE, PRESSURE, strict=True))],
 }  # fmt: skip
@@ -66,7 +72,7 @@ def test_no_sample_is_lost_whatever_stands_beside_it(layout: str, tmp_path: Path
     (unit,) = signals.units.values()
     assert signals.angle is not None
     assert np.array_equal(signals.angle, ANGLE)
-    assert np.allclose(pressure * {"MPa": 10.0}.get(unit, 1.0), PRESSURE, rtol=1e-12)
+    assert np.allclose(pressure * {"MPa": 10.0, "mbar": 1e-3}.get(unit, 1.0), PRESSURE, rtol=1e-12)
     assert unit or next(iter(signals.pressures)).endswith("bar")
 
 
@@ -269,3 +275,11 @@ def test_numbers_for_missing_values_are_refused(number: int, tmp_path: Path) -> 
     table[100:300] = [f"{line.split(',')[0]},{number}" for line in table[100:300]]
     (tmp_path / "a.csv").write_text("\n".join(["angle_deg,level", *table]))
     assert len(read_recording(tmp_path / "a.csv").numbers("level")) == 720
+
+
+def test_a_mark_of_groups_is_not_a_decimal_mark_further_down(tmp_path: Path) -> None:
+    rows = [f"{a:.1f}".replace(".", ",") + ";1.234.567,8" for a in ANGLE]
+    rows[650] = "290,0;1.5"
+    (tmp_path / "a.csv").write_text("\n".join(["Winkel [deg];p [Pa]", *rows]))
+    with pytest.raises(sweeps.SceneError, match=r"'1\.5'"):
+        read_recording(tmp_path / "a.csv")
