@@ -41,7 +41,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.fourier import coefficients_of_rows
 from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
-__all__ = ["gas_harmonics", "inertia_harmonics", "velocity_harmonics"]
+__all__ = ["gas_harmonics", "inertia_harmonics", "over_cycles", "velocity_harmonics"]
 
 MOST = 1024
 """Highest order of smooth curves with an offset."""
@@ -182,7 +182,7 @@ def gas_harmonics(
     if isinstance(pressure_factor, tuple):
         one = partial(gas_harmonics, orders, crank_ratio, offset, row, family, period,
                       threads=threads)  # fmt: skip
-        return _over_cycles(one, np.asarray(orders, dtype=float), pressure_factor, period)
+        return over_cycles(one, np.asarray(orders, dtype=float), pressure_factor, period)
     slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
     nu, shape, columns = _designs(orders, crank_ratio, offset, row)
     result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
@@ -197,7 +197,7 @@ def gas_harmonics(
     return _along_orders(result, orders, shape)
 
 
-def _over_cycles(
+def over_cycles(
     of: Callable[[float], Complexes], orders: Floats, factors: tuple[float, ...], period: float
 ) -> Complexes:
     """Harmonics over several cycles [Pa], from those over one cycle with each factor.

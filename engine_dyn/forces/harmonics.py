@@ -12,6 +12,7 @@ Source: Rakopoulos notes, harmonics of the tangential force.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from engine_dyn.forces import torque
 from engine_dyn.forces.cylinder_harmonics import (
     gas_harmonics,
     inertia_harmonics,
+    over_cycles,
     velocity_harmonics,
 )
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
@@ -197,9 +199,23 @@ def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Co
 
 def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -> Part:
     """Return the part of the gas; parameters as `gas_harmonics`."""
+    of_cycles: dict[tuple[Any, ...], Complexes] = {}
+
+    def of_cycle(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Complexes:
+        """Harmonics over one cycle, which the patterns of an engine have in common."""
+        columns = (np.asarray(one, dtype=float) for one in (nu, crank_ratio, offset))
+        key = (factor, *((one.shape, one.tobytes()) for one in columns))
+        if key not in of_cycles:
+            of_cycles[key] = gas_harmonics(
+                nu, crank_ratio, offset, row, family, period, factor, threads
+            )
+        return of_cycles[key]
 
     def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
         def of(some: Floats) -> Complexes:
+            if isinstance(factor, tuple):
+                one = partial(of_cycle, some, crank_ratio, offset)
+                return over_cycles(one, np.asarray(some, dtype=float), factor, period)
             return gas_harmonics(some, crank_ratio, offset, row, family, period, factor, threads)
 
         cycles = len(factor) if isinstance(factor, tuple) else 1

@@ -152,7 +152,11 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
     twice = next((order for order in orders if orders.count(order) > 1), None)
     if twice is not None:
         raise ValueError(f"order = {twice:g}: given twice; must be given once")
-    return torque_of_harmonics(mean, {o.order: (o.sine, o.cosine) for o in given}, own_angle)
+    made = torque_of_harmonics(mean, {o.order: (o.sine, o.cosine) for o in given}, own_angle)
+    for one in given:
+        if not {"sine", "cosine"} & one.model_fields_set:
+            raise ValueError(f"order = {one.order:g}: sine, cosine: missing; must have one or both")
+    return made
 
 
 def torque_warnings(tables: Sequence[Mapping[str, Any]], name: str) -> tuple[str, ...]:

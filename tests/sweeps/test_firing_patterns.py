@@ -121,6 +121,26 @@ def test_search_by_an_order() -> None:
     assert found.ranked_by.values.tolist() == sorted(amplitude.values.tolist())
 
 
+def test_search_among_patterns_that_repeat_together_after_very_many_cycles() -> None:
+    """After 210, of which no pattern needs more than 7: each has its own orders alone."""
+    scene = {
+        "engine": "ntua", "set": FOUR, "output": {"quantities": ["delta"], "highest_order": 2}
+    }  # fmt: skip
+    found = sweeps.firing_patterns(
+        scene, "1/2", longest=14, by="torque_order", order=0.5, keep_torque=False
+    )
+    assert found.sizes["firing_pattern"] == 358
+    assert found.sizes["order"] == 840
+    last = found.isel(firing_pattern=-1)
+    alone = computed(
+        ["torque_order", "delta"], set={**FOUR, "firing_pattern": str(last.firings.values)},
+        output={"highest_order": 2},
+    )  # fmt: skip
+    assert float(alone.delta) == float(last.delta)
+    assert (alone.torque_order == last.torque_order.sel(order=alone.order)).all()
+    assert float(alone.torque_order.sel(order=0.5)) == float(last.ranked_by) > 0.0
+
+
 def test_all_patterns_once() -> None:
     """Against all words, and their classes by turning them."""
     for length in range(2, 11):
