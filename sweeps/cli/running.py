@@ -391,9 +391,10 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     if plan.modes:
         tell(plan.modes)
     if done.outcomes:
-        from sweeps.presenting.archives import of_all_designs
+        from sweeps.presenting.archives import explained, of_all_designs
 
-        tell("outcomes: " + _listed(of_all_designs(done.outcomes, plan.designs)))
+        counts = of_all_designs(done.outcomes, plan.designs)
+        tell("outcomes: " + ", ".join(f"{one} {n}{explained(one)}" for one, n in counts.items()))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:
         tell(
             "stalled: the wanted delta is so large that the engine would stall first; no inertia "

@@ -10,20 +10,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
-from engine_dyn.status import MEANINGS
+from engine_dyn.status import MEANINGS, PASSES_DONE
 from sweeps.dimensions import REDUCTION, STATE
 from sweeps.errors import as_name, counted, one_line, size_text
 from sweeps.exploring.attributes import axes_of, count_of_designs, of_designs
 from sweeps.presenting.key_texts import unit_text, with_word
 from sweeps.presenting.readable_units import asked_of_archive, factor
 from sweeps.presenting.reductions import outcomes_of_all, reduction_lines
-from sweeps.presenting.tables import aligned, number_text
+from sweeps.presenting.tables import aligned, number_text, without_rounding
 from sweeps.reducing.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["archive_text", "of_all_designs", "outcome_counts", "recorded_cycle_lines"]
+__all__ = [
+    "PASSES",
+    "archive_text",
+    "explained",
+    "of_all_designs",
+    "outcome_counts",
+    "recorded_cycle_lines",
+]
+
+PASSES = "result after the requested number of cycles, not a steady state"
+"""Said of designs that were solved for a number of cycles, as [solver] `passes` asks."""
 
 COUNTED_AT_ONCE = 1_000_000
 """Outcomes that are read and counted at a time."""
@@ -77,7 +87,11 @@ def archive_text(
     lines += [f"  {line}" for line in head if line]
     counts = outcome_counts(dataset)
     if counts:
-        lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
+        lines += [
+            "",
+            "outcomes",
+            *(f"  {outcome}: {n}{explained(outcome)}" for outcome, n in counts.items()),
+        ]
     warned = str(dataset.attrs.get("warnings", "")).splitlines()
     if warned:
         lines += ["", "warnings", *(f"  {one_line(line, LONGEST_LINE)}" for line in warned)]
@@ -148,7 +162,7 @@ def _extent_text(data: xr.DataArray, wanted: str | None) -> str:
     unit = "" if units == "1" else f" {units}"
     if _is_long(data):
         return f"not read{unit and f' [{units}]'}"
-    values = data.values
+    values = without_rounding(data.values, str(units))
     if np.isnan(values).all():
         return "no value"
     low, high = times * float(np.nanmin(values)), times * float(np.nanmax(values))
@@ -213,6 +227,11 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
     found = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
     return of_all_designs(found, count_of_designs(dataset))
+
+
+def explained(outcome: str) -> str:
+    """What an outcome is whose name does not tell it, in brackets."""
+    return f" ({PASSES})" if outcome == MEANINGS[PASSES_DONE] else ""
 
 
 def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:

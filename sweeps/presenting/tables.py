@@ -16,7 +16,18 @@ from sweeps.errors import counted, one_line
 from sweeps.exploring.rows import Rows
 from sweeps.presenting.readable_units import converted, unit_choices
 
-__all__ = ["OF_BANDS", "aligned", "meaning", "number_cells", "number_text", "rows_text"]
+__all__ = [
+    "OF_BANDS",
+    "aligned",
+    "meaning",
+    "number_cells",
+    "number_text",
+    "rows_text",
+    "without_rounding",
+]
+
+ROUNDING = 1e-12
+"""Of results, relative to the largest of them: sums that should be 0 end so."""
 
 DIGITS = 4
 """Significant digits: a table is for reading; `export` writes all of them."""
@@ -50,6 +61,16 @@ def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:{sign}.{places}f}"
     return text.rstrip("0").rstrip(".") if value == round(value) and places else text
+
+
+def without_rounding(values: npt.NDArray[Any], unit: str) -> npt.NDArray[Any]:
+    """Results with 0 for what is rounding beside the largest of them, or beside 1 of their unit.
+
+    Numbers without a unit, such as relative errors, may all be small.
+    """
+    sizes = np.abs(values.astype(float))
+    largest = sizes.max(initial=0.0 if unit in ("", "1") else 1.0, where=np.isfinite(sizes))
+    return np.where(sizes < ROUNDING * largest, 0.0, values)
 
 
 def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str]:
@@ -185,6 +206,8 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
     factor, unit = converted(rows.units[name], wanted)
     digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
     values = rows.table[name]
+    if name not in rows.given and name not in rows.changes:
+        values = without_rounding(values, rows.units[name])
     cells = [number_text(float(value) * factor, digits, sign) for value in values]
     if name in rows.bands:
         cells = [

@@ -14,7 +14,7 @@ from sweeps.errors import SceneError
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.nearest_values import nearest_notes
 from sweeps.presenting.readable_units import factor
-from sweeps.presenting.tables import number_text, rows_text
+from sweeps.presenting.tables import number_cells, number_text, rows_text
 from sweeps.reducing import ranges as reading
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
@@ -335,3 +335,19 @@ def test_units_of_tables_and_descriptions(grid: Path, tmp_path: Path) -> None:
     wrong = ("export", grid, "-o", tmp_path / "x.csv", "--units", "power=kg")
     assert "unit 'kg': cannot be used for a quantity in W" in refused(*wrong)
     assert not (tmp_path / "x.csv").exists()
+
+
+def test_rounding_beside_larger_numbers_is_shown_as_zero() -> None:
+    archive = xr.Dataset(
+        {
+            "torque_order": ("speed", [312.0, 1.7e-14, 0.0], {"units": "N m"}),
+            "shaking_force_max": ("speed", [1.7e-14, 0.0, -3e-15], {"units": "N"}),
+            "delta_error": ("speed", [1e-13, 2e-14, 0.0], {"units": "1"}),
+        },
+        {"speed": ("speed", [1.0, 2.0, 3e-14], {"units": "rpm"})},
+    )
+    found = rows(archive)
+    assert number_cells(found, "torque_order", None)[0] == ("312", "0", "0")
+    assert number_cells(found, "shaking_force_max", None)[0] == ("0", "0", "0")
+    assert number_cells(found, "delta_error", None)[0] == ("1e-13", "2e-14", "0")
+    assert number_cells(found, "speed", None)[0][2] == "3e-14"  # as it was given

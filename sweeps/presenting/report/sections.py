@@ -19,7 +19,7 @@ from sweeps.exploring.attributes import (
     members_of,
     of_designs,
 )
-from sweeps.presenting.archives import outcome_counts
+from sweeps.presenting.archives import PASSES, outcome_counts
 from sweeps.presenting.key_texts import with_word
 from sweeps.presenting.readable_units import converted
 from sweeps.presenting.report.failures import failures
@@ -49,7 +49,7 @@ OUTCOMES: Mapping[str, str] = {
     "not_converged": "no solution was found",
     "invalid_input": "the input values do not describe a possible engine",
     "tolerance_not_met": "result found, but less accurate than requested",
-    "passes_done": "result after the requested number of cycles, not a steady state",
+    "passes_done": PASSES,
 }
 """What an outcome means."""
 
