@@ -54,6 +54,8 @@ def test_designs_are_chosen(found: Any) -> None:
     many = archive(axes={"speed": [1500, 2200], "reciprocating_mass": [2.0, 2.521]})
     one = excitation(many, NODES, speed=2200, reciprocating_mass=2.5)
     assert one.complexes == pytest.approx(excitation(found, NODES).complexes, rel=1e-12)
+    old = excitation(found.rename(throw="cylinder"), NODES)  # as archives of 0.2 have them
+    np.testing.assert_array_equal(old.amplitude, excitation(found, NODES).amplitude)
     for arguments, message in (
         ({"speed": 2200}, "more than one design along reciprocating_mass"),
         ({"load": 100}, "load: not an axis of the archive. Allowed: speed, reciprocating_mass"),
