@@ -111,11 +111,13 @@ def extremes(curve: Any, slope: Any, step: float) -> tuple[Floats, Floats]:
 def cycle_ranges(curve: Any, slope: Any, step: float, cycles: int) -> Floats:
     """Range of a curve within each of the cycles of its period, shape (..., cycles).
 
-    Parameters as of `extremes`; each cycle has equally many points.
+    Parameters as of `extremes`; each cycle has equally many points, and its end belongs to it.
     """
     shape = *np.shape(curve)[:-1], cycles, -1
     low, high = -_tops(-np.asarray(curve), -np.asarray(slope), step), _tops(curve, slope, step)
-    return np.asarray(high.reshape(shape).max(axis=-1) - low.reshape(shape).min(axis=-1))
+    end = np.roll(np.reshape(curve, shape)[..., 0], -1, axis=-1)
+    most = np.maximum(high.reshape(shape).max(axis=-1), end)
+    return np.asarray(most - np.minimum(low.reshape(shape).min(axis=-1), end))
 
 
 def _tops(curve: Any, slope: Any, step: float) -> Floats:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from engine_dyn.forces import torque
 from engine_dyn.forces.balance.lines import lines_of
-from engine_dyn.forces.bearings import EXTREMES, SAMPLE
+from engine_dyn.forces.bearings import EXTREMES
+from engine_dyn.forces.samples import largest, sample_angles
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
@@ -151,23 +152,33 @@ def master_loads(
     return MasterLoads(thrust.real, load)
 
 
-def crank_pin_extremes(train: CrankTrain, *given: Any) -> npt.NDArray[Any]:
+def crank_pin_extremes(
+    period: float, train: CrankTrain, bore: Any, gas: torque.GasPressure, *masses: Any
+) -> npt.NDArray[Any]:
     """Extremes of the load of the first crank pin, as `bearings.extremes`.
 
-    `given` as of `master_loads`; all arrays have a last axis of length 1, which the result has not.
+    `period` [rad] is that of the curve, the others are of `master_loads`; all arrays have a last
+    axis of length 1, which the result has not.
     """
-    samples = round(train.period / SAMPLE)
-    phi = -0.5 * train.period + np.arange(samples) * (train.period / samples)
-    size = np.abs(master_loads(phi, train, *given).crank_pin)
-    best = np.argmax(size, axis=-1)[..., None]
-    before, top, after = (
-        np.take_along_axis(size, (best + step) % samples, axis=-1)[..., 0] ** 2
-        for step in (-1, 0, 1)
+    parts = np.broadcast_arrays(
+        train.crank_ratio, train.double_radius, train.cylinders, train.offset, bore, gas.row,
+        gas.scale, gas.crankcase, *masses,
+    )  # fmt: skip
+    columns = [part.reshape(-1, 1) for part in parts]
+
+    def load(which: Any, phi: Any) -> Any:
+        ratio, radius, sets, offset, width, row, scale, crankcase, *rest = (
+            column[which] for column in columns
+        )
+        own = train._replace(crank_ratio=ratio, double_radius=radius, cylinders=sets, offset=offset)
+        pressure = gas._replace(row=row, scale=scale, crankcase=crankcase)
+        return np.abs(master_loads(phi, own, width, pressure, *rest).crank_pin)
+
+    phi = sample_angles(period, gas.family)
+    size = load(slice(None), phi)
+    found = np.empty(len(size), dtype=EXTREMES)
+    found["peak"], found["angle"] = largest(
+        size, phi, lambda which, angle: load(which, angle[:, None])[:, 0]
     )
-    bend = np.minimum(before - 2.0 * top + after, -1e-300)
-    move = 0.5 * (before - after) / bend
-    found = np.empty(size.shape[:-1], dtype=EXTREMES)
-    found["peak"] = np.sqrt(top - 0.25 * (before - after) * move)
-    found["angle"] = phi[0] + (best[..., 0] + move) * (train.period / samples)
     found["mean"], found["rms"] = size.mean(axis=-1), np.sqrt((size**2).mean(axis=-1))
-    return found
+    return found.reshape(parts[0].shape[:-1])

@@ -1,4 +1,4 @@
-"""Largest, mean and root mean square bearing loads of many designs, by a kernel: see `bearings`.
+"""Samples of the bearing loads of many designs, by a kernel: means, and crests (see `samples`).
 
 Each design is sampled by itself: its loads are those of `bearings`, formula by formula, of
 pressures that are tabulated at the samples for each row of the diagrams. The loads of a throw serve
@@ -21,7 +21,10 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["CRANK_PIN", "INPUTS", "MAIN_JOURNAL", "PISTON_PIN", "Sampled", "extremes_of_loads"]
+__all__ = [
+    "COUNT", "CRANK_PIN", "CRESTS", "FIRST", "INPUTS", "MAIN_JOURNAL", "MEAN", "PISTON_PIN", "RMS",
+    "Sampled", "fill_crests_of_loads",
+]  # fmt: skip
 
 CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
 """Which load."""
@@ -39,9 +42,12 @@ SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE, SIDE = range(6)
 and cosine of its direction from upright; its share in its throw; its factor on the offset."""
 
 
-SAME = 1.0 + 1e-12
-"""Squares of a load up to this ratio are equal but for rounding. Of equal peaks, such as those that
-two throws give the journal between them, the first counts: the last bits do not decide."""
+CRESTS = 8
+"""Most crests that are told of a design, those that reach highest."""
+
+MEAN, RMS, COUNT, FIRST = range(4)
+"""Rows of what is found: mean and root mean square of the load, number of crests, and of each of
+them the place in samples and the squares of the load before it, at it and behind it."""
 
 
 class Sampled(NamedTuple):
@@ -98,11 +104,11 @@ class Sampled(NamedTuple):
 
 
 @kernel
-def extremes_of_loads(
+def fill_crests_of_loads(
     begin: int, end: int, load: int, inputs: Floats, rows: Integers, numbers: Integers,
     sampled: Sampled, found: Floats,
 ) -> None:  # fmt: skip
-    """Peak, mean, place of the peak (in samples) and root mean square of a load of some designs.
+    """Means and crests of a load of some designs.
 
     Parameters
     ----------
@@ -118,7 +124,7 @@ def extremes_of_loads(
         Main journals, from 1.
     sampled : Sampled
         The engine of all of them.
-    found : ndarray, shape (4, D)
+    found : ndarray, shape (FIRST + 4 * CRESTS, D)
         Gets the results.
     """
     samples = sampled.turn.shape[2]
@@ -155,7 +161,7 @@ def extremes_of_loads(
             sine, cosine = sampled.turn[0, 0, i], sampled.turn[0, 1, i]
             across, along = x[i] + up * sine + side * cosine, y[i] + up * cosine - side * sine
             square[i] = across * across + along * along
-        _extremes_of_square(square, found[:, design])
+        _crests_of_square(square, found[:, design])
 
 
 @inlined
@@ -220,26 +226,35 @@ def _load_of_throw(
 
 
 @inlined
-def _extremes_of_square(square: Floats, found: Floats) -> None:
-    """Largest root, mean root, place of the largest and root mean of samples of a cycle.
-
-    A parabola through the three largest refines the largest.
-    """
+def _crests_of_square(square: Floats, found: Floats) -> None:
+    """Fill in what the squares of a load over a cycle give: see `MEAN`."""
     samples = square.size
-    total = squares = 0.0
+    total = squares = highest = 0.0
     for i in range(samples):
         total += math.sqrt(square[i])
         squares += square[i]
-    best = 0
+        highest = max(highest, square[i])
+    found[MEAN], found[RMS] = total / samples, math.sqrt(squares / samples)
+    count = 0
     for i in range(samples):
-        if square[i] > SAME * square[best]:
-            best = i
-    before, top = square[best - 1 if best > 0 else samples - 1], square[best]
-    after = square[best + 1 if best < samples - 1 else 0]
-    bend = before - 2.0 * top + after
-    move = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-    known = total == total
-    found[0] = math.sqrt(top - 0.25 * (before - after) * move) if known else math.nan
-    found[1] = total / samples
-    found[2] = best + move if known else math.nan
-    found[3] = math.sqrt(squares / samples)
+        before, here = square[i - 1 if i > 0 else samples - 1], square[i]
+        after = square[i + 1 if i < samples - 1 else 0]
+        reach = 3.0 * here - before - after
+        if here < before or here < after or reach < highest:
+            continue
+        if count == CRESTS:  # in place of the lowest one
+            lowest, least = -1, reach
+            for k in range(CRESTS):
+                at = FIRST + 4 * k
+                told = 3.0 * found[at + 2] - found[at + 1] - found[at + 3]
+                if told < least:
+                    lowest, least = k, told
+            if lowest < 0:
+                continue
+            for row in range(FIRST + 4 * lowest, FIRST + 4 * (CRESTS - 1)):
+                found[row] = found[row + 4]
+            count -= 1
+        at = FIRST + 4 * count
+        found[at], found[at + 1], found[at + 2], found[at + 3] = i, before, here, after
+        count += 1
+    found[COUNT] = count if total == total else 0.0

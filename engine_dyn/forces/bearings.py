@@ -49,12 +49,18 @@ import numpy.typing as npt
 
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.forces.bearing_extremes import (
+    COUNT,
     CRANK_PIN,
+    CRESTS,
+    FIRST,
     MAIN_JOURNAL,
+    MEAN,
     PISTON_PIN,
+    RMS,
     Sampled,
-    extremes_of_loads,
+    fill_crests_of_loads,
 )
+from engine_dyn.forces.samples import sample_angles, tops
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
@@ -96,9 +102,6 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
 
 PARTS = 5
 """Gas pressure, crankcase pressure, reciprocating and rotating masses, throws."""
-
-SAMPLE = np.pi / 360.0
-"""Half a degree: spacing of the angles at which peaks are looked for; a parabola refines them."""
 
 DESIGNS_AT_ONCE = 65536
 BYTES_OF_TABLE = 32e6
@@ -331,15 +334,41 @@ def _curves(
         engine = by_count[int(count)]
         if not _exist(load, engine, np.array(number)):
             continue
-        parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
-        for i in (0, 1):
-            whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors[:PARTS]))
-            if load == "main_journal":
-                up, side = factors.web_up, factors.web_side
-                ahead, behind = ((side, up), (up, -np.asarray(side)))[i]
-                whole = whole + ahead * np.cos(phi) + behind * np.sin(phi)
-            sums[i] = np.where(counts == count, whole, sums[i])
+        whole = _components(load, phi, engine, crank_ratio, offset, family, row, factors, number)
+        sums = [np.where(counts == count, part, s) for part, s in zip(whole, sums, strict=True)]
     return sums[0], sums[1]
+
+
+def _components(
+    load: str, phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    factors: Factors, number: int,
+) -> list[Any]:  # fmt: skip
+    """Both components of a load of one engine [N]."""
+    parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
+    found = []
+    for i in (0, 1):
+        whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors[:PARTS]))
+        if load == "main_journal":
+            up, side = factors.web_up, factors.web_side
+            ahead, behind = ((side, up), (up, -np.asarray(side)))[i]
+            whole = whole + ahead * np.cos(phi) + behind * np.sin(phi)
+        found.append(whole)
+    return found
+
+
+def _squares(
+    load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats
+) -> Floats:  # fmt: skip
+    """Square of a load of some designs, each at an angle of its own; `columns` as `_of_engine`."""
+    found = np.empty(phi.size)
+    for number in np.unique(columns[4]).astype(int).tolist():
+        here = columns[4] == number
+        ratio, offset, row, _, _, *factors = columns[:, here, None]
+        x, y = _components(
+            load, phi[here, None], engine, ratio, offset, family, row, Factors(*factors), number
+        )
+        found[here] = (x * x + y * y)[:, 0]
+    return found
 
 
 def extremes(
@@ -377,17 +406,15 @@ def extremes(
 
     Notes
     -----
-    Sampled at half a degree, the peak refined by a parabola through the squares of the three
-    largest samples: its error is of the fourth order for a smooth peak. Memory does not grow with
-    the number of designs: they are taken in pieces, in the order of their diagrams.
+    Sampled at half a degree; the peak is found between samples (`samples`). Memory does not grow
+    with the number of designs: they are taken in pieces, in the order of their diagrams.
     """
     inputs = (crank_ratio, offset, row, cylinders, numbers, *factors)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
     shape = columns[0].shape
     columns = np.atleast_1d(*columns)
     result = np.full(columns[0].size, np.nan, dtype=EXTREMES)
-    samples = round(period / SAMPLE)
-    phi: Floats = np.asarray(-0.5 * period + np.arange(samples) * (period / samples))
+    phi = sample_angles(period, family)
     for begin in range(0, result.size, DESIGNS_AT_ONCE):
         index = np.arange(begin, min(begin + DESIGNS_AT_ONCE, result.size))
         place = np.unravel_index(index, columns[0].shape)
@@ -397,10 +424,7 @@ def extremes(
             mine = mine[_exist(load, by_count[count], here[4, mine])]
             engine, columns_of = by_count[count], here[:, mine]
             for some, found in _of_engine(load, engine, family, columns_of, phi, threads):
-                rows = index[mine[some]]
-                result["peak"][rows], result["mean"][rows] = found[0], found[1]
-                result["angle"][rows] = -0.5 * period + found[2] * (period / samples)
-                result["rms"][rows] = found[3]
+                result[index[mine[some]]] = found
     return result.reshape(shape)
 
 
@@ -444,8 +468,8 @@ def of_all_journals(
 
 def _of_engine(
     load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats, threads: int | None
-) -> Iterator[tuple[Integers, Floats]]:
-    """Extremes of the designs of one engine: which ones; peak, mean, place in samples and rms.
+) -> Iterator[tuple[Integers, npt.NDArray[Any]]]:
+    """Extremes of the designs of one engine: which ones, and theirs.
 
     `columns` are crank ratio, offset, row, engine, number of the main journal and the factors.
     """
@@ -461,13 +485,25 @@ def _of_engine(
         rows = np.unique(places)
         inputs = np.concatenate([here[:2], weight[None], here[5:]])
         places, numbers = np.searchsorted(rows, places), here[4].astype(np.int64)
-        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty((4, some.size))
+        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty(some.size, EXTREMES)
+        told = np.empty((FIRST + 4 * CRESTS, some.size))
 
         def work(
             begin: int, end: int, inputs: Floats = inputs, places: Integers = places,
-            numbers: Integers = numbers, sampled: Sampled = sampled, found: Floats = found,
+            numbers: Integers = numbers, sampled: Sampled = sampled, here: Floats = here,
+            told: Floats = told, found: npt.NDArray[Any] = found,
         ) -> None:  # fmt: skip
-            extremes_of_loads(begin, end, KINDS[load], inputs, places, numbers, sampled, found)
+            fill_crests_of_loads(begin, end, KINDS[load], inputs, places, numbers, sampled, told)
+            mine, own = told[:, begin:end], here[:, begin:end]
+            which, crest = np.nonzero(np.arange(CRESTS) < mine[COUNT][:, None])
+            place, *around = (mine[FIRST + 4 * crest + k, which] for k in range(4))
+            step = phi[1] - phi[0]
+            square, angle = tops(
+                end - begin, which, phi[0] + step * place, np.stack(around), step,
+                lambda w, at: _squares(load, engine, family, own[:, w], at),
+            )  # fmt: skip
+            found["peak"][begin:end], found["angle"][begin:end] = np.sqrt(square), angle
+            found["mean"][begin:end], found["rms"][begin:end] = mine[MEAN], mine[RMS]
 
         on_threads(some.size, work, threads or os.cpu_count() or 1, FEWEST)
         yield some, found

@@ -21,17 +21,13 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import kernel
 from engine_dyn.forces import torque
-from engine_dyn.forces.samples import largest_of_cycle
+from engine_dyn.forces.samples import largest, sample_angles
 from engine_dyn.geometry import slider_crank
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
-from engine_dyn.types import Floats
-from engine_dyn.units import DEGREE
+from engine_dyn.types import Floats, Integers
 
-__all__ = ["EXTREMES", "SAMPLE", "rod_load_extremes"]
-
-SAMPLE = 0.5 * DEGREE
-"""Between two samples of a load."""
+__all__ = ["EXTREMES", "rod_load_extremes"]
 
 VALUES_AT_ONCE = 1 << 21
 """Values of the loads that are held at once, 16 MB."""
@@ -68,16 +64,15 @@ def rod_load_extremes(
     Returns
     -------
     ndarray of dtype EXTREMES
-        Shape of all numbers broadcast. Of samples half a degree apart, with a parabola about the
-        largest one, and a straight line where the load changes its direction.
+        Shape of all numbers broadcast. Largest loads are found between samples (`samples`); where
+        the load changes its direction, it is a straight line between them.
     """
     columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
     shape = columns["cylinder_set"].shape
     flat = {name: column.reshape(-1) for name, column in columns.items()}
     result = np.empty(flat["cylinder_set"].size, dtype=EXTREMES)
-    samples = round(period / SAMPLE)
-    phi: Floats = np.asarray(np.arange(samples) * (period / samples))
-    at_once = max(1, VALUES_AT_ONCE // samples)
+    phi = sample_angles(period, family)
+    at_once = max(1, VALUES_AT_ONCE // phi.size)
     for number in np.unique(flat["cylinder_set"]).astype(int).tolist():
         mine = np.flatnonzero(flat["cylinder_set"] == number)
         for begin in range(0, mine.size, at_once):
@@ -95,29 +90,42 @@ def _worst(
     """Extremes of designs along the first axis, in the order of `EXTREMES`."""
     found = []
     for member in dict.fromkeys(member._replace(phase=0.0) for member in engine.members):
-        gas = torque.pressure(
-            phi, family, one["row"], one["pressure_scale"], member.pressure_factor
-        )
-        gas = (gas - one["crankcase_pressure"]) * torque.piston_area(one["bore"])
-        own = member.own(one["crank_ratio"], one["offset_ratio"])
-        moved = one["piston_mass"] * member.mass_factor * member.radius_factor
-        inertia = moved * 0.5 * one["double_radius"] * one["speed"] ** 2
-        load = gas - inertia * slider_crank.acceleration(phi, *own)
+        gas = _load(one, phi, member, family, 0.0)
+        load = _load(one, phi, member, family, 1.0)
         reversed_for = np.empty(len(load))
         _fill_reversals(load, reversed_for)
-        ends = [_either_way(force) for force in (gas, load)]
-        largest = np.maximum(*ends[1])
-        ratio = np.minimum(*ends[1]) / np.where(largest > 0.0, largest, 1.0)
-        found.append((*ends[0], *ends[1], reversed_for * period / phi.size, ratio))
+        ends = []
+        for values, moved in ((gas, 0.0), (load, 1.0)):
+
+            def curve(
+                which: Integers, angle: Floats, moved: float = moved, member: Member = member
+            ) -> Floats:
+                some = {name: column[which] for name, column in one.items()}
+                return _load(some, angle[:, None], member, family, moved)[:, 0]
+
+            for sign in (1.0, -1.0):  # of compression and of tension; 0 where there is none
+                ends.append(np.maximum(largest(values, phi, curve, sign)[0], 0.0))
+        highest = np.maximum(*ends[2:])
+        ratio = np.minimum(*ends[2:]) / np.where(highest > 0.0, highest, 1.0)
+        found.append((*ends, reversed_for * period / phi.size, ratio))
     return [
         (np.min if name in ("reversal", "ratio") else np.max)(values, axis=0)
         for name, values in zip(EXTREMES.names or (), zip(*found, strict=True), strict=True)
     ]
 
 
-def _either_way(force: Floats) -> tuple[Floats, Floats]:
-    """Largest compression and tension along the last axis; 0 where there is none."""
-    return np.maximum(largest_of_cycle(force), 0.0), np.maximum(largest_of_cycle(-force), 0.0)
+def _load(
+    one: Mapping[str, Any], phi: Floats, member: Member, family: Family, moved: float
+) -> Floats:
+    """Load of a cylinder of designs along the first axis [N], with a part of its inertia."""
+    gas = torque.pressure(phi, family, one["row"], one["pressure_scale"], member.pressure_factor)
+    gas = (gas - one["crankcase_pressure"]) * torque.piston_area(one["bore"])
+    if moved == 0.0:
+        return np.asarray(gas)
+    own = member.own(one["crank_ratio"], one["offset_ratio"])
+    mass = one["piston_mass"] * member.mass_factor * member.radius_factor
+    inertia = mass * 0.5 * one["double_radius"] * one["speed"] ** 2
+    return np.asarray(gas - inertia * slider_crank.acceleration(phi, *own))
 
 
 @kernel

@@ -1,32 +1,187 @@
-"""The largest value of a curve between its samples."""
+"""The largest value of a curve over a cycle, between its samples too.
+
+A sample beside which the largest value may stand is a *crest*: neither neighbour is above it, and
+with its second difference, by which neither a smooth curve nor a kink between samples rises
+further, it reaches the largest sample. Beside each crest the curve itself is evaluated, at the top
+of the parabola through three points, or in the middle of the wider gap, until nothing is left to
+rise. So the result is not below any point of the curve, wherever the samples are.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["largest_of_cycle"]
+from engine_dyn.compilation import kernel
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.family import Family
+from engine_dyn.types import Booleans, Floats, Integers
+
+__all__ = ["CurveOfDesigns", "crests", "largest", "sample_angles", "tops"]
+
+WIDEST, NARROWEST = np.pi / 360.0, np.pi / 5760.0
+"""Half a degree, which smooth curves need, and 1/32 degree."""
+
+CurveOfDesigns = Callable[[Integers, Floats], Floats]
+"""Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""
+
+LEFT_TO_RISE = 1e-11
+"""Of a curve's largest size, what may be left to rise."""
+
+EQUAL = 1e-9
+"""Of the same: crests that differ by less are equal, and the first one's angle counts."""
+
+MOST_STEPS, SMOOTH = 80, 6
+"""Evaluations beside a crest at most, and how many a smooth one takes; a kink takes about forty."""
 
 
-def largest_of_cycle(curve: Any) -> Any:
-    """Largest value of curves whose points are equal steps of one cycle, along the last axis.
+def sample_angles(period: float, family: Family | None = None) -> Floats:
+    """Equal steps of a period from minus half of it on [rad], no wider than the gaps of diagrams.
 
-    A parabola through the largest point and its neighbours refines it.
+    A curve may turn in each gap between the points of a noisy recording.
+    """
+    gap = WIDEST
+    if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
+        gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), NARROWEST)
+    count = int(np.ceil(period / gap - 1e-6))
+    return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
+
+
+def largest(
+    values: Floats, phi: Floats, curve: CurveOfDesigns, sign: float = 1.0
+) -> tuple[Floats, Floats]:
+    """Largest value of periodic curves times `sign`, and its angle.
+
+    Parameters
+    ----------
+    values : ndarray, shape (D, A)
+        Samples of one period.
+    phi : ndarray, shape (A,)
+        Their angles [rad], equal steps.
+    curve : callable
+        The curves themselves.
+
+    Returns
+    -------
+    value, angle : ndarray, shape (D,)
+        NaN where a sample is.
 
     Examples
     --------
-    >>> angle = np.arange(0.0, 2.0 * np.pi, np.pi / 180.0)
-    >>> round(float(largest_of_cycle(np.cos(angle - 0.1234))), 7)
-    1.0
+    >>> phi = np.arange(0.0, 2.0 * np.pi, np.pi / 20.0)
+    >>> found = largest(np.cos(phi - 0.1234)[None], phi, lambda which, at: np.cos(at - 0.1234))
+    >>> [round(float(one[0]), 6) for one in found]
+    [1.0, 0.1234]
     """
-    values = np.asarray(curve, dtype=float)
-    top = np.argmax(values, axis=-1)[..., None]
-    before, here, after = (
-        np.take_along_axis(values, (top + step) % values.shape[-1], axis=-1)[..., 0]
-        for step in (-1, 0, 1)
-    )
-    bend = before - 2.0 * here + after
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rise = np.square(before - after) / (8.0 * bend)
-    return here - np.where(bend < 0.0, rise, 0.0)
+    which, place, around = crests(values, sign)
+    return tops(
+        len(values), which, phi[place], around, phi[1] - phi[0],
+        lambda designs, angle: sign * curve(designs, angle),
+    )  # fmt: skip
+
+
+def crests(values: Floats, sign: float = 1.0) -> tuple[Integers, Integers, Floats]:
+    """Crests of curves times `sign`: rows, places, and values before, at and behind each.
+
+    `values` has a curve in each row, shape (D, A); one with NaN has none.
+    """
+    marked = np.zeros(values.shape, dtype=np.bool_)
+    _mark_crests(values, sign, marked)
+    which, place = np.nonzero(marked)
+    count = values.shape[1]
+    return which, place, np.stack([sign * values[which, (place + k) % count] for k in (-1, 0, 1)])
+
+
+def reach(around: Floats) -> Floats:
+    """What a curve is not above beside its crests."""
+    return np.asarray(3.0 * around[1] - around[0] - around[2])
+
+
+@kernel
+def _mark_crests(values: Floats, sign: float, marked: Booleans) -> None:
+    designs, count = values.shape
+    for design in range(designs):
+        curve, total = values[design], 0.0
+        highest = sign * curve[0]
+        for i in range(count):
+            highest = max(highest, sign * curve[i])
+            total += curve[i]
+        if total != total:
+            continue
+        for i in range(count):
+            here, before = sign * curve[i], sign * curve[i - 1 if i > 0 else count - 1]
+            after = sign * curve[i + 1 if i < count - 1 else 0]
+            if here >= before and here >= after and 3.0 * here - before - after >= highest:
+                marked[design, i] = True
+
+
+def tops(
+    designs: int, which: Integers, angle: Floats, around: Floats, step: float,
+    curve: CurveOfDesigns,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Largest value of each design, and its angle, from its crests; NaN for one without.
+
+    Parameters
+    ----------
+    designs : int
+        How many there are.
+    which, angle : ndarray, shape (N,)
+        Design and angle [rad] of each crest, those of a design in the order of their angles.
+    around : ndarray, shape (3, N)
+        Values a step before the crest, at it, and behind it.
+    step : float
+        [rad].
+    curve : callable
+        The curves.
+    """
+    value, place = np.full(designs, np.nan), np.full(designs, np.nan)
+    top, moved = _risen(which, angle, around, step, curve)
+    np.fmax.at(value, which, top)
+    size = EQUAL * np.abs(value)
+    first = np.flatnonzero(top >= (value - size)[which])[::-1]  # the last one written counts
+    place[which[first]] = angle[first] + step * moved[first]
+    return value, place
+
+
+def _risen(
+    which: Integers, angle: Floats, around: Floats, step: float, curve: CurveOfDesigns
+) -> tuple[Floats, Floats]:
+    """Value at the top beside each crest, and how far it is from it, in steps."""
+    left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
+    before, top, after = around.copy()
+    least = LEFT_TO_RISE * np.abs(around).max(axis=0)
+    calm = np.zeros(which.size, dtype=np.int64)
+    alive = np.arange(which.size)
+    for number in range(MOST_STEPS):
+        a, m, b = left[alive], here[alive], right[alive]
+        up = (top[alive] - before[alive]) / (m - a)
+        bend = ((after[alive] - top[alive]) / (b - m) - up) / (b - a)
+        slope = up + bend * (m - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            vertex = m - 0.5 * slope / bend
+            rise = np.where(bend < 0.0, -0.25 * slope * slope / bend, 0.0)
+        calm[alive] = np.where(rise > least[alive], 0, calm[alive] + 1)
+        wider = np.where(m - a > b - m, 0.5 * (a + m), 0.5 * (m + b))
+        near = np.abs(vertex - m) < 1e-3 * (b - a)
+        by_gap = near | (calm[alive] > 0) | ~np.isfinite(vertex)
+        by_gap |= number % 3 == 2 if number < SMOOTH else number % 4 != 0
+        tried = np.where(by_gap, wider, vertex)
+        go = (calm[alive] < 2) & (b - a > 1e-12)
+        if not go.any():
+            break
+        alive, tried, m = alive[go], tried[go], m[go]
+        # Never one point alone, which may be computed on another way, with other bits.
+        two = np.resize(np.arange(alive.size), max(alive.size, 2))
+        found = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
+        higher, behind = found > top[alive], tried > m
+        # What the new point or the old top becomes: the end of the gap on its side.
+        end, value = np.where(higher, m, tried), np.where(higher, top[alive], found)
+        to_left = higher == behind
+        left[alive] = np.where(to_left, end, left[alive])
+        before[alive] = np.where(to_left, value, before[alive])
+        right[alive] = np.where(to_left, right[alive], end)
+        after[alive] = np.where(to_left, after[alive], value)
+        here[alive] = np.where(higher, tried, m)
+        top[alive] = np.where(higher, found, top[alive])
+    return top, here

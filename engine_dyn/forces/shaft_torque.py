@@ -15,16 +15,14 @@ import numpy.typing as npt
 
 from engine_dyn.forces import torque
 from engine_dyn.forces.harmonics import first_mode_weights
+from engine_dyn.forces.samples import CurveOfDesigns, crests, largest, reach, sample_angles
 from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry.cylinders import CylindersByCount
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 
-__all__ = ["EXTREMES", "SAMPLE", "shaft_torque_extremes"]
-
-SAMPLE = np.pi / 360.0
-"""Half a degree: spacing of the angles at which the torque is looked at."""
+__all__ = ["EXTREMES", "shaft_torque_extremes"]
 
 VALUES_AT_ONCE = 2_000_000
 """Values of the curves that are held at once, 16 MB."""
@@ -61,34 +59,45 @@ def shaft_torque_extremes(
     Notes
     -----
     The torque T_j after throw j is the sum of those of throw j and all behind it. Its range is
-    taken of samples half a degree apart. The first mode takes up sum_j beta_j (T_j - T_(j+1)),
-    with the amplitudes beta_j of `harmonics.first_mode_weights`.
+    found between samples half a degree apart (`samples`). The first mode takes up
+    sum_j beta_j (T_j - T_(j+1)), with the amplitudes beta_j of `harmonics.first_mode_weights`.
     """
     columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
     shape = columns["cylinder_set"].shape
     flat = {name: column.reshape(-1) for name, column in columns.items()}
     result = np.full(flat["cylinder_set"].size, np.nan, dtype=EXTREMES)
-    samples = round(period / SAMPLE)
-    phi: Floats = np.asarray(-0.5 * period + np.arange(samples) * (period / samples))
+    phi = sample_angles(period, family)
     for number in np.unique(flat["cylinder_set"]).astype(int).tolist():
         mine = np.flatnonzero(flat["cylinder_set"] == number)
         engine = by_count[number]
         weights = first_mode_weights(engine)
         steps = np.diff(weights, prepend=0.0)[:, None]
-        at_once = max(1, VALUES_AT_ONCE // (samples * len(along_shaft(engine))))
+        at_once = max(1, VALUES_AT_ONCE // (phi.size * len(along_shaft(engine))))
         for begin in range(0, mine.size, at_once):
             some = mine[begin : begin + at_once]
             one = {name: column[some][:, None] for name, column in flat.items()}
-            curves = _curves(one, phi, number, family, {number: engine}, period)
+            friction: dict[tuple[Any, ...], Floats] = {}
+            curves = _curves(one, phi, number, family, {number: engine}, period, friction)
             curves = curves[:, : weights.size]  # those past the last throw are missing
-            result["range"][some] = np.ptp(curves, axis=-1).max(axis=-1)
+
+            def of_throws(
+                which: Integers, angle: Floats, one: Mapping[str, Any] = one, number: int = number,
+                friction: dict[tuple[Any, ...], Floats] = friction, throws: int = weights.size,
+            ) -> Floats:  # fmt: skip
+                design, throw = np.divmod(which, throws)
+                chosen = {name: column[design] for name, column in one.items()}
+                known = {key: mean[:, design] for key, mean in friction.items()}
+                found = _curves(chosen, angle[:, None], number, family, by_count, period, known)
+                return np.asarray(found[np.arange(which.size), throw, 0])
+
+            result["range"][some] = _largest_ranges(curves, phi, of_throws)
             result["rms"][some] = (steps * curves).sum(axis=-2).std(axis=-1)
     return result.reshape(shape)
 
 
 def _curves(
     one: Mapping[str, Any], phi: Floats, number: int, family: Family, by_count: CylindersByCount,
-    period: float,
+    period: float, weights: dict[tuple[Any, ...], Floats],
 ) -> Floats:  # fmt: skip
     """Torque after each throw of some designs of one engine, shape (design, throw, angle)."""
     friction = StrokeFriction._make(one[f"friction_{i}"] for i in range(5))
@@ -99,6 +108,24 @@ def _curves(
     )
     curves: Floats = torque.torque_after_throw(
         phi, train, one["bore"], gas, one["reciprocating_mass"], one["speed"],
-        one["friction_torque"], None if uniform else friction,
+        one["friction_torque"], None if uniform else friction, weights,
     )  # fmt: skip
     return curves
+
+
+def _largest_ranges(curves: Floats, phi: Floats, curve: CurveOfDesigns) -> Floats:
+    """Largest range of the curves of each design, between samples too; shape (design,)."""
+    ranges, rows = np.ptp(curves, axis=-1), curves.reshape(-1, phi.size)
+    reached = np.zeros(ranges.shape)
+    for sign in (1.0, -1.0):
+        which, _, around = crests(rows, sign)
+        most = np.full(len(rows), np.nan)
+        np.fmax.at(most, which, reach(around))
+        reached += most.reshape(ranges.shape)
+    may_be = reached >= ranges.max(axis=-1, keepdims=True)  # the largest of the design
+    throws = np.flatnonzero(may_be)
+    ranges[may_be] = sum(
+        largest(rows[throws], phi, lambda which, angle: curve(throws[which], angle), sign)[0]
+        for sign in (1.0, -1.0)
+    )
+    return np.asarray(ranges.max(axis=-1))

@@ -7,7 +7,7 @@ last dimension. Torque is positive in the sense of rotation and is the whole eng
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.diagram import values_of_each
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import over_cycles, pressures_of_rows, row_with_factor
 from engine_dyn.types import Floats
@@ -72,22 +73,14 @@ def pressure(
         share = weight.reshape(-1, 1)
         result = (1.0 - share) * table[at] + share * table[after]
         return result.reshape(np.broadcast_shapes(angle.shape, place.shape)) * scale
-    angle, place, first, weight = np.broadcast_arrays(angle, place, first, weight)
-    result = np.empty(angle.shape)
-    # Places of each row follow each other once they are sorted.
-    order = np.argsort(first, axis=None, kind="stable")
-    ends = np.searchsorted(first.reshape(-1)[order], rows, side="right")
-    known = {index: row_with_factor(family, index, factor) for index in rows.tolist()}
-    begin = 0
-    for index, end in zip(rows.tolist(), ends.tolist(), strict=True):
-        here = np.unravel_index(order[begin:end], angle.shape)
-        begin = end
-        share = weight[here]
-        curve = (1.0 - share) * known[index](angle[here])
-        if (share > 0.0).any():
-            curve += share * known[index + 1](angle[here])
-        result[here] = curve
-    return result * scale
+    angle, at, weight = np.broadcast_arrays(angle, np.searchsorted(rows, first), weight)
+    known = [row_with_factor(family, index, factor) for index in rows.tolist()]
+    result = (1.0 - weight) * values_of_each(known, at, angle)
+    between = weight > 0.0
+    if between.any():
+        share = weight[between]
+        result[between] += share * values_of_each(known, at[between] + 1, angle[between])
+    return np.asarray(result * scale)
 
 
 def pressure_of_first(
@@ -199,10 +192,11 @@ def friction_over_stroke(
 
 
 def friction_of_cylinder(
-    train: CrankTrain, gas: GasPressure, friction: StrokeFriction
-) -> Callable[[Any, Member], Any]:
+    train: CrankTrain, gas: GasPressure, friction: StrokeFriction,
+    known: dict[tuple[Any, ...], Floats] | None = None,
+) -> Callable[[Any, Member], Any]:  # fmt: skip
     """Friction of a cylinder less its mean, over piston area and crank radius [Pa]."""
-    weights: dict[tuple[Any, ...], Floats] = {}
+    weights = {} if known is None else known
     inputs = (train.crank_ratio, gas.row, gas.scale, gas.crankcase, friction.ring, train.offset)
 
     def parts(angle: Any, member: Member, inputs: Any) -> Floats:
@@ -243,6 +237,7 @@ def friction_of_cylinder(
 def torque_after_throw(
     phi: Any, train: CrankTrain, bore: Any, gas: GasPressure, mass: Any, speed: Any,
     friction_torque: Any, friction: StrokeFriction | None = None,
+    weights: dict[tuple[Any, ...], Floats] | None = None,
 ) -> Any:  # fmt: skip
     """Torque in the shaft after each throw, from the last throw to the take-off at the first.
 
@@ -250,14 +245,16 @@ def torque_after_throw(
     (..., cylinder, crank angle); throw i along the shaft, with all cylinders on it, is entry i - 1,
     and entries past an engine's own throws hold NaN. Each cylinder bears an equal part of the mean
     friction torque, over its own stroke where `friction` is given. `train` needs its `by_count`.
+    `weights` keeps what the friction's means over the cycle give, for further calls.
     """
     assert train.by_count is not None
-    varying = None if friction is None else friction_of_cylinder(train, gas, friction)
+    varying = None if friction is None else friction_of_cylinder(train, gas, friction, weights)
     sets = np.unique(np.asarray(train.cylinders)).astype(int)
     throws = max(len(along_shaft(train.by_count[int(number)])) for number in sets)
     lever = piston_area(bore) * 0.5 * train.double_radius
     moment = mass * (0.5 * train.double_radius * speed) ** 2
 
+    @cache  # each counts for all throws before it
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]

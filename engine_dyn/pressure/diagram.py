@@ -24,7 +24,13 @@ from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["Diagram", "diagram_from_points", "never_burns", "table_angles", "values_at"]
+__all__ = [
+    "Diagram", "diagram_from_points", "largest_of_blends", "never_burns", "table_angles",
+    "values_at", "values_of_each",
+]  # fmt: skip
+
+SMOOTH = 1e-6
+"""Of the pressure's range, what cubics through every other knot may miss where all are smooth."""
 
 AT_ONCE = 65536
 """Values of several diagrams that are computed together, which fit in a processor's cache."""
@@ -122,6 +128,25 @@ class Diagram:
             if here > value:
                 best, value = where, here
         return best
+
+    @property
+    def widest_gap(self) -> float:
+        """Gap [rad] that samples of the curve may have at most to show each of its crests.
+
+        Of equal steps, the widest whose knots predict those between them, by cubics; else the
+        narrowest gap of the knots.
+        """
+        gaps, pressure = np.diff(self.angle), self.pressure
+        gap = float(gaps.min())
+        if not np.allclose(gaps, gap, rtol=1e-6):
+            return gap
+        while pressure.size % 2 == 0 and pressure.size > 8:
+            near, between = pressure[::2], pressure[1::2]
+            predicted = 9.0 * (near + np.roll(near, -1)) - np.roll(near, 1) - np.roll(near, -2)
+            if np.abs(between - predicted / 16.0).max() > SMOOTH * np.ptp(self.pressure):
+                break
+            gap, pressure = 2.0 * gap, near
+        return gap
 
     @property
     def lowest(self) -> float:
@@ -240,6 +265,56 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
         pressure, slope = (np.stack([getattr(d, n) for d in some]) for n in ("pressure", "slope"))
         out[first : first + len(some)] = formula(pressure, slope, at)
         first += len(some)
+
+
+def values_of_each(diagrams: Sequence[Diagram], which: Integers, phi: Floats) -> Floats:
+    """Pressure [Pa] of one of some diagrams at each angle [rad], with the bits of their calls."""
+    angle = diagrams[0].angle
+    if not all(_same(one.angle, angle) for one in diagrams):
+        found = np.empty(phi.shape)
+        for number, one in enumerate(diagrams):
+            here = which == number
+            found[here] = one(phi[here])
+        return found
+    pressure, slope = (np.concatenate([getattr(d, n) for d in diagrams])
+                       for n in ("pressure", "slope"))  # fmt: skip
+    at, first = diagrams[0]._pieces(phi), which * angle.size
+    at = at._replace(left=at.left % angle.size + first, right=at.right + first)
+    return _pressure_of(pressure, slope, at)
+
+
+def largest_of_blends(first: Diagram, second: Diagram, fraction: Floats) -> Floats:
+    """Largest pressure [Pa] of blends of two diagrams with the same knots, between knots too.
+
+    Shape of `fraction` (N,), the part of the way from the first to the second. A blend is nowhere
+    above the blend of what each interval reaches in both, so that few intervals count: not those
+    that are below, in both diagrams, what these have at the knot where one of them is largest.
+    """
+    step = np.diff(first.angle, append=first.angle[0] + first.period)
+    ends = [
+        np.stack([d.pressure, np.roll(d.pressure, -1), d.slope, np.roll(d.slope, -1)])
+        for d in (first, second)
+    ]
+    reach = [_tops(one, step) for one in ends]
+    counts = np.ones(step.size, dtype=np.bool_)
+    for top in (np.argmax(first.pressure), np.argmax(second.pressure)):
+        counts &= (reach[0] >= first.pressure[top]) | (reach[1] >= second.pressure[top])
+    share, each = fraction[:, None], np.tile(step[counts], (fraction.size, 1))
+    blended = [
+        (1.0 - share) * one[counts] + share * other[counts]
+        for one, other in zip(*ends, strict=True)
+    ]
+    return np.asarray(_tops(np.stack(blended), each).max(axis=1))
+
+
+def _tops(ends: Floats, step: Floats) -> Floats:
+    """Largest value of cubics from two pressures and two slopes, the ends included."""
+    flat = [one.reshape(-1) for one in (*ends, step)]
+    places = _stationary(*flat)
+    knots = np.arange(places.shape[0])[:, None]
+    at = _Pieces(knots, knots + places.shape[0], flat[4][:, None], np.nan_to_num(places))
+    inside = _pressure_of(np.concatenate(flat[:2]), np.concatenate(flat[2:4]), at)
+    return np.asarray(np.maximum(inside.max(axis=1), flat[1]).reshape(step.shape))
 
 
 def _same(one: Floats, other: Floats) -> bool:

@@ -24,7 +24,7 @@ from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.pressure import compressor
 from engine_dyn.pressure.compressor import CompressorCycle, refusals, tabulate
-from engine_dyn.pressure.diagram import Diagram, never_burns
+from engine_dyn.pressure.diagram import Diagram, largest_of_blends, never_burns
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
@@ -72,9 +72,15 @@ class DoubleActingDiagram(Diagram):
     rod_share: float
 
     @property
-    def largest(self) -> float:
+    def peak_of_ends(self) -> float:
         """Largest tabulated pressure of both ends [Pa]."""
         return max(self.head_end.peak, self.crank_end.peak)
+
+    @property
+    def largest(self) -> float:
+        """Largest pressure of both ends [Pa], between the knots too."""
+        each = (largest_of_blends(end, end, np.zeros(1)) for end in (self.head_end, self.crank_end))
+        return max(float(one[0]) for one in each)
 
 
 def ends_of(family: Family | FamilyGrid) -> DoubleActingDiagram | None:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.given_numbers import given_array
 from engine_dyn.periodic_spline import periodic_spline_slopes
-from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.diagram import Diagram, largest_of_blends
 from engine_dyn.pressure.point_checks import PEAK_TO, degrees
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
@@ -32,6 +32,7 @@ __all__ = [
     "flat_family",
     "morph",
     "on_common_knots",
+    "largest_between",
     "peaks_between",
 ]
 
@@ -429,6 +430,27 @@ def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Flo
     for knot in range(1, most):
         np.maximum(peaks, rest * low[here, knot] + fraction * high[here, knot], out=peaks)
     return peaks.reshape(wanted.shape)
+
+
+def largest_between(place: ArrayLike, diagram_of: Callable[[int], Diagram]) -> Floats:
+    """Return the largest pressure at each place in a table of rows, between their knots too.
+
+    Parameters as of `peaks_between`; `diagram_of` gives the diagram of a row, the rows have their
+    knots in common.
+    """
+    wanted = np.asarray(place, dtype=np.float64)
+    flat = wanted.reshape(-1)
+    below = np.floor(flat)
+    fraction = flat - below
+    found = np.empty(flat.size)
+    order = np.argsort(below, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(below[order])) + 1):
+        if here.size:
+            row, shares = int(below[here[0]]), fraction[here]
+            first = diagram_of(row)
+            second = diagram_of(row + 1) if shares.any() else first
+            found[here] = largest_of_blends(first, second, shares)
+    return found.reshape(wanted.shape)
 
 
 def _filled(parts: Floats, count: int) -> Floats:

@@ -42,11 +42,12 @@ from engine_dyn.pressure.diagram import (
     in_compression,
     values_at,
 )
-from engine_dyn.pressure.family import Family, peaks_between
+from engine_dyn.pressure.family import Family, largest_between, peaks_between
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
 __all__ = [
+    "largest_with_factor",
     "motored",
     "over_cycles",
     "peak_of_cylinders",
@@ -205,9 +206,14 @@ def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Flo
     return peaks_between(place, lambda row: row_with_factor(family, row, factor).pressure)
 
 
+def largest_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Floats:
+    """Largest pressure [Pa] at each place for a cylinder with this factor, between knots too."""
+    return largest_between(place, lambda row: row_with_factor(family, row, factor))
+
+
 def peak_of_cylinders(
     place: npt.ArrayLike, family: Family, cylinder_set: Any, by_count: CylindersByCount,
-    reduced: Callable[..., Any],
+    reduced: Callable[..., Any], peak: Callable[[npt.ArrayLike, Family, float], Floats],
 ) -> Any:  # fmt: skip
     """Largest or mean p_max [Pa] of the cylinders of each design.
 
@@ -221,6 +227,8 @@ def peak_of_cylinders(
         As of `cylinder_means.value_of_sets`.
     reduced : callable
         `np.max` or `np.mean`, over the cylinders and cycles.
+    peak : callable
+        `largest_with_factor` or `peak_with_factor`.
     """
     each: dict[float, Floats] = {}
 
@@ -228,7 +236,7 @@ def peak_of_cylinders(
         factors = engine.all_pressure_factors.reshape(-1).tolist()
         for factor in factors:
             if factor not in each:
-                each[factor] = peak_with_factor(place, family, factor)
+                each[factor] = peak(place, family, factor)
         return reduced([each[factor] for factor in factors], axis=0)
 
     return value_of_sets(cylinder_set, by_count, of_engine)

@@ -174,9 +174,10 @@ def _turning_force(
 
 def _scalar(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
-    of: Callable[[balance.RunningGear], Any],
+    of: Callable[[balance.RunningGear], Any], extreme_of: tuple[str, str] | None = None,
 ) -> Node:  # fmt: skip
-    return Node(name, symbol, unit, long_name, source, needs=needs, make=_number(of), throws=True)
+    return Node(name, symbol, unit, long_name, source, needs=needs, make=_number(of), throws=True,
+                extreme_of=extreme_of)  # fmt: skip
 
 
 def _ellipses(
@@ -420,7 +421,7 @@ NODES = (
     *_ellipses("moment", "M", "N m", MOMENT, lambda gear, order: gear.moment_ellipse(order)),
     _scalar(
         "shaking_force_max", "F_{max}", "N", "largest shaking force of a revolution, exact",
-        "Asgari section 2", FORCE, lambda gear: gear.force_max(),
+        "Asgari section 2", FORCE, lambda gear: gear.force_max(), ("shaking_force", "size"),
     ),
     _scalar(
         "shaking_force_rms", "F_{rms}", "N", "root mean square of the shaking force",
@@ -429,6 +430,7 @@ NODES = (
     _scalar(
         "shaking_moment_max", "M_{F,max}", "N m", "largest shaking moment of a revolution, exact",
         "Power units, lecture 18", MOMENT, lambda gear: gear.moment_max(),
+        ("shaking_moment", "size"),
     ),
     _scalar(
         "shaking_moment_rms", "M_{F,rms}", "N m", "root mean square of the shaking moment",

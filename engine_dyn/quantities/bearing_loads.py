@@ -153,7 +153,8 @@ def _load_nodes(
         Node(f"{load}_load", letter, "N", text, NOTES, kind="curve", needs=(whole,),
              make=lambda **needs: np.abs(needs[whole])),
         Node(f"{load}_load_max", rf"{letter[:-1]},max}}", "N", f"largest {text}", NOTES,
-             needs=(extreme,), make=lambda **needs: needs[extreme]["peak"]),
+             extreme_of=(f"{load}_load", "largest"), needs=(extreme,),
+             make=lambda **needs: needs[extreme]["peak"]),
         Node(f"{load}_load_mean", rf"\bar {letter}", "N",
              f"cycle mean of the magnitude of the {text}", NOTES, needs=(extreme,),
              make=lambda **needs: needs[extreme]["mean"]),
@@ -214,8 +215,8 @@ def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _bending_of_cycle(**needs: Any) -> Any:
-    each, samples = _with_last_axis(needs), round(needs["period"] / DEGREE)
-    phi = np.arange(samples) * (needs["period"] / samples)
+    each, samples = _with_last_axis(needs), round(needs["curve_period"] / DEGREE)
+    phi = np.arange(samples) * (needs["curve_period"] / samples)
     factors = _journal_factors(each)
     return web_weights.largest_of_cycle(
         crankshaft(each), each["bay"], each["speed"], phi,
@@ -231,7 +232,7 @@ def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
     shaft, square = crankshaft(each), each["speed"] ** 2
     return bearings.of_all_journals(
         needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-        _journal_factors(needs), *_engines(needs), needs["period"], threads,
+        _journal_factors(needs), *_engines(needs), needs["curve_period"], threads,
         lambda journals: web_weights.on_journals(shaft, journals) * square,
     )  # fmt: skip
 
@@ -249,6 +250,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
+         extreme_of=("main_journal_load", "largest"),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
     Node("bay_bending_moment_cycle_max", r"M_{b,cyc}", "N m",
          "largest bending moment of the shaft between the main bearings beside each throw over the "

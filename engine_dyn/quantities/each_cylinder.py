@@ -161,8 +161,11 @@ _MASTER = (
         kind="curve", throws=True, when="articulated_rods", width=160,
     ),
     hidden(
-        "crank_pin_extremes", "N", "extremes of the load of the first crank pin", _LOADED,
-        lambda **needs: articulated.crank_pin_extremes(*_of_master(needs, (None,))),
+        "crank_pin_extremes", "N", "extremes of the load of the first crank pin",
+        (*_LOADED, "curve_period"),
+        lambda *, curve_period, **needs: articulated.crank_pin_extremes(
+            curve_period, *_of_master(needs, (None,))
+        ),
         throws=True, when="articulated_rods", width=250_000,
     ),
 )  # fmt: skip

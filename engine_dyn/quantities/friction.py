@@ -73,14 +73,9 @@ def _friction_over_stroke(
 
 NODES: tuple[Node, ...] = (
     Node(
-        "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",
-        public=False, when="chen_flynn equal", needs=(*_RUBBING, "peak_pressure"),
-        make=lambda peak_pressure, **needs: _rubbing(peak_pressure, **needs),
-    ),
-    Node(
         "rubbing", "", "Pa",
         "friction mean effective pressure without the auxiliaries, averaged over the cylinders",
-        public=False, when="chen_flynn unequal", needs=(*_RUBBING, "mean_peak_pressure"),
+        public=False, when="chen_flynn", needs=(*_RUBBING, "mean_peak_pressure"),
         make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
     ),
     Node(

@@ -127,8 +127,10 @@ _DEVIATIONS = (
         kind="curve",
     ),
     _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme(1),
+               extreme_of=("angle_deviation", "largest"),
                removes=("crank_angle",)),
     _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme(0),
+               extreme_of=("angle_deviation", "smallest"),
                removes=("crank_angle",)),
     _deviation(
         "_largest", r"\theta_{largest}", f"largest {_TEXT}, to either side",
@@ -179,7 +181,8 @@ def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: s
         Node(f"{what}_half_range", rf"\hat{{{symbol}}}", unit,
              f"{text}, half of its range over the cycle", SWING,
              needs=(of, "order", "curve_period"),
-             removes=("order",), si=si, make=_half_range(of), width=OF_SUM),
+             removes=("order",), si=si, make=_half_range(of), width=OF_SUM,
+             extreme_of=(what, "half_range")),
     ]  # fmt: skip
 
 

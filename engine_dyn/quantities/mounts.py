@@ -9,7 +9,6 @@ import numpy as np
 from engine_dyn.forces import web_weights
 from engine_dyn.forces.balance import acceleration_harmonics
 from engine_dyn.forces.mechanism import banks_of
-from engine_dyn.forces.samples import largest_of_cycle
 from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, Member
@@ -19,6 +18,9 @@ from engine_dyn.quantities.node import Node, hidden
 __all__ = ["NODES"]
 
 SOURCE = "this project"
+
+OF_SAMPLES = 100_000
+"""Bytes of the samples of a force, with what they are made from."""
 
 _OFFSET = (
     "crank_ratio", "offset_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
@@ -97,11 +99,11 @@ def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: An
     return mounts.forces(mount, roll_moment_harmonics, (up, side), pitch)
 
 
-def _of_cycle(name: str, symbol: str, size: str, sign: float) -> Node:
+def _of_cycle(name: str, symbol: str, size: str) -> Node:
     return Node(
         name, symbol, "N", f"{size} vertical force on each mount over the cycle, positive upwards",
-        SOURCE, needs=("mount_force",), removes=("crank_angle",),
-        make=lambda mount_force: sign * largest_of_cycle(sign * mount_force),
+        SOURCE, needs=("mount_force",), removes=("crank_angle",), throws=True, width=OF_SAMPLES,
+        extreme_of=("mount_force", size),
     )  # fmt: skip
 
 
@@ -152,8 +154,8 @@ NODES: tuple[Node, ...] = (
             ),
         )
     ),
-    _of_cycle("mount_force_max", "F_{M,max}", "largest", 1.0),
-    _of_cycle("mount_force_min", "F_{M,min}", "smallest", -1.0),
+    _of_cycle("mount_force_max", "F_{M,max}", "largest"),
+    _of_cycle("mount_force_min", "F_{M,min}", "smallest"),
     Node(
         "mount_force_order", r"F_{M,\nu}", "N",
         "amplitude of the orders of the vertical force on each mount", SOURCE,

@@ -11,7 +11,23 @@ from typing import Any
 
 from engine_dyn.quantities.variants import check_words
 
-__all__ = ["Dimension", "Node", "check_needs", "hidden", "parameter"]
+__all__ = ["EXTREMES", "Dimension", "Node", "check_needs", "hidden", "parameter"]
+
+
+EXTREMES = {
+    "largest": "the largest value",
+    "smallest": "the smallest value",
+    "above": "the largest value, at least 0",
+    "below": "the size of the smallest value, 0 where none is below 0",
+    "size": "the largest size, of a vector with components in a right angle",
+    "range": "the difference of the largest and the smallest value",
+    "half_range": "half of the range",
+    "over_mean": "the range over the mean",
+    "over_middle": "the range over the mean of the largest and the smallest value",
+    "of_cycles": "the range of each cycle over the mean of the curve",
+    "reversal": "the smaller over the larger one of the sizes to either side of 0",
+}
+"""What a quantity can be of a curve (see `Node.extreme_of`)."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +114,9 @@ class Node:
     beside : tuple of str
         Quantities that archives also hold where this node is computed, because results of theirs
         are warned of.
+    extreme_of : tuple of (str, str), optional
+        The curve of which this is an extreme, and which one: see `EXTREMES`. It is found between
+        the points of the curve, and does not depend on their distance.
 
     Raises
     ------
@@ -135,9 +154,12 @@ class Node:
     on_card: bool = False
     of_shaft: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
+    extreme_of: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)
+        if self.extreme_of is not None and self.extreme_of[1] not in EXTREMES:
+            raise ValueError(f"node {self.name!r}: no extreme is called {self.extreme_of[1]!r}")
 
 
 def parameter(

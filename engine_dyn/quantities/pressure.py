@@ -9,11 +9,14 @@ import numpy as np
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.double_acting import DoubleActingDiagram
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import peak_of_cylinders
+from engine_dyn.pressure.motored import (
+    largest_with_factor,
+    peak_of_cylinders,
+    peak_with_factor,
+)
 from engine_dyn.quantities.arithmetic import balance_of, quotient
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import BAR, RPM
 
 __all__ = ["NODES"]
@@ -92,20 +95,15 @@ def _mean_gas_of_unequal_throws(
     )
 
 
-def _largest(double_acting: DoubleActingDiagram) -> Any:
-    return np.float64(double_acting.largest)
-
-
 _OF_BOTH_ENDS = (
-    *(
-        Node(
-            name, symbol, "bar" if public else "Pa", "largest tabulated pressure of both ends",
-            "this project" if public else "", si=BAR if public else 1.0, public=public,
-            when="double_acting", needs=("double_acting",), make=_largest,
-        )
-        for name, symbol, public in (
-            ("peak_pressure", "p_{max}", True), ("mean_peak_pressure", "", False)
-        )
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest absolute pressure of both ends", "this project",
+        si=BAR, when="double_acting", needs=("double_acting",), extreme_of=("pressure", "largest"),
+        make=lambda double_acting: np.float64(double_acting.largest),
+    ),
+    hidden(
+        "mean_peak_pressure", "Pa", "largest tabulated pressure of both ends", ("double_acting",),
+        lambda double_acting: np.float64(double_acting.peak_of_ends), when="double_acting",
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in the head end of cylinder 1", "this project",
@@ -192,24 +190,37 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
-        "mean_peak_pressure", "", "Pa",
-        "largest pressure, averaged over the cylinders", public=False, when="single_acting",
-        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
-        peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.mean) * pressure_scale,
-    ),
-    Node(
-        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, when="single_acting equal",
-        needs=("row", "family", "pressure_scale"),
+        "mean_peak_pressure", "", "Pa", "largest tabulated pressure", public=False,
+        when="single_acting equal", needs=("row", "family", "pressure_scale"),
         make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
     ),
     Node(
-        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, when="single_acting unequal",
+        "mean_peak_pressure", "", "Pa", "largest tabulated pressure, averaged over the cylinders",
+        public=False, when="single_acting unequal",
         needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
-        peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.max) * pressure_scale,
+        pressure_scale * peak_of_cylinders(
+            row, family, cylinder_set, cylinders_by_count, np.mean, peak_with_factor
+        ),
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
+        when="single_acting equal",
+        needs=("row", "family", "pressure_scale"),
+        make=lambda row, family, pressure_scale: pressure_scale * largest_with_factor(
+            row, family, 1.0
+        ),
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
+        when="single_acting unequal",
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
+        pressure_scale * peak_of_cylinders(
+            row, family, cylinder_set, cylinders_by_count, np.max, largest_with_factor
+        ),
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,

@@ -19,11 +19,11 @@ _OF_CYLINDERS = (
 """What the extremes of the loads need that broadcasts."""
 
 
-def _extremes(*, family: Any, cylinders_by_count: Any, period: Any, **needs: Any) -> Any:
+def _extremes(*, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.forces.rod_loads import rod_load_extremes
 
-    return rod_load_extremes(needs, family, cylinders_by_count, period)
+    return rod_load_extremes(needs, family, cylinders_by_count, curve_period)
 
 
 def _inertia(
@@ -35,11 +35,13 @@ def _inertia(
 
 
 def _extreme(
-    name: str, symbol: str, of: str, long_name: str, unit: str = "N", si: float = 1.0
+    name: str, symbol: str, of: str, long_name: str, extreme_of: tuple[str, str] | None,
+    unit: str = "N", si: float = 1.0,
 ) -> Node:  # fmt: skip
     return Node(
         name, symbol, unit, f"{long_name}, the worst of all cylinders", API, si=si,
-        needs=("rod_load_extremes",), make=lambda rod_load_extremes: rod_load_extremes[of],
+        extreme_of=extreme_of, needs=("rod_load_extremes",),
+        make=lambda rod_load_extremes: rod_load_extremes[of],
     )  # fmt: skip
 
 
@@ -68,19 +70,22 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "rod_load_extremes", "N", "extremes and reversal of the rod loads",
-        (*_OF_CYLINDERS, "family", "cylinders_by_count", "period"), _extremes, width=48,
+        (*_OF_CYLINDERS, "family", "cylinders_by_count", "curve_period"), _extremes, width=48,
     ),
     _extreme("gas_load_compression", "P_{g,+}", "gas_compression",
-             "largest gas load that compresses the piston rod"),
+             "largest gas load that compresses the piston rod", ("gas_force", "above")),
     _extreme("gas_load_tension", "P_{g,-}", "gas_tension",
-             "largest gas load that pulls at the piston rod"),
+             "largest gas load that pulls at the piston rod", ("gas_force", "below")),
     _extreme("combined_rod_load_compression", "P_{c,+}", "compression",
-             "largest compression of the combined rod load at the crosshead pin"),
+             "largest compression of the combined rod load at the crosshead pin",
+             ("combined_rod_load", "above")),
     _extreme("combined_rod_load_tension", "P_{c,-}", "tension",
-             "largest tension of the combined rod load at the crosshead pin"),
+             "largest tension of the combined rod load at the crosshead pin",
+             ("combined_rod_load", "below")),
     _extreme("rod_load_reversal", r"\varphi_r", "reversal",
              "crank angle of the reversal of the combined rod load: the shorter of the longest "
-             "stretches in compression and in tension", "degree", DEGREE),
+             "stretches in compression and in tension", None, "degree", DEGREE),
     _extreme("rod_load_reversal_ratio", r"P_{c,small}/P_{c,large}", "ratio",
-             "largest reversed over largest opposite combined rod load", "1"),
+             "largest reversed over largest opposite combined rod load",
+             ("combined_rod_load", "reversal"), "1"),
 )  # fmt: skip

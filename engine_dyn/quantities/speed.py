@@ -220,6 +220,11 @@ def _result(name: str, symbol: str, unit: str, long_name: str, source: str, **mo
     return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
 
 
+_EXTREMES = {
+    "omega_max": ("omega", "largest"), "omega_min": ("omega", "smallest"),
+    "delta": ("omega", "over_mean"), "delta_midrange": ("omega", "over_middle"),
+}  # fmt: skip
+
 _SOLUTIONS = tuple(
     _solution(law, angle, by_torque)
     for law in _LAWS for angle in _ANGLES for by_torque in (False, True)
@@ -238,7 +243,7 @@ NODES: tuple[Node, ...] = (
         "speed_found", "", "rad s-1", "nominal speed that an extreme belongs to", public=False,
         needs=("speed_search",),
     ),
-    *(_result(*row) for row in RESULTS),
+    *(_result(*row, extreme_of=_EXTREMES.get(row.name)) for row in RESULTS),
     *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
     _result(
         AT_START, r"\omega(\varphi_1)", "rad s-1",
@@ -249,6 +254,7 @@ NODES: tuple[Node, ...] = (
         "range of the speed within each cycle over its mean over all of them",
         "this project", kind="value", adds=("firing_cycle",),
         removes=("crank_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
+        extreme_of=("omega", "of_cycles"),
         needs=("omega", "angular_acceleration", "omega_mean", "period", "curve_period"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),

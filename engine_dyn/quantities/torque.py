@@ -57,7 +57,12 @@ def _indicated_solution(**needs: Any) -> Any:
 
 
 def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: str) -> Node:
-    return Node(name, symbol, unit, long_name, source, needs=("torque_solution",))
+    extremes = {
+        "torque_max": ("torque", "largest"), "torque_min": ("torque", "smallest"),
+        "energy_swing": ("excess_energy", "range"),
+    }  # fmt: skip
+    return Node(name, symbol, unit, long_name, source, needs=("torque_solution",),
+                extreme_of=extremes[name])  # fmt: skip
 
 
 def _gas_torque(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
@@ -245,6 +250,7 @@ NODES: tuple[Node, ...] = (
         "torque_after_throw_range", r"\Delta T_{i,max}", "N m",
         "largest range of the torque along the shaft, after any throw",
         "after Kakaitsas section 5.4", needs=("shaft_torque_extremes",),
+        extreme_of=("torque_after_throw", "range"),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["range"],
     ),
     Node(

@@ -17,6 +17,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.quantities.curve_extremes import is_of_curve, of_curve
 from engine_dyn.quantities.graph import Variants, variants_of
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
@@ -241,6 +242,8 @@ class Scene(GivenValues):
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
         found = self.variants[name]
+        if is_of_curve(found):
+            return of_curve(found, self.node)
         if not found.of_shaft:
             return found
         of_shaft = [key for key in self.shaft_keys if self._enters(key, found)]

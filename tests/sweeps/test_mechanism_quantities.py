@@ -349,7 +349,8 @@ def found(request: pytest.FixtureRequest) -> xr.Dataset:
 def test_range_and_journals_are_those_of_the_curves(found: xr.Dataset) -> None:
     curves = found["torque_after_throw"]
     ranges = curves.max("crank_angle") - curves.min("crank_angle")
-    assert_allclose(found["torque_after_throw_range"], ranges.max("throw"), rtol=1e-12)
+    ratio = found["torque_after_throw_range"] / ranges.max("throw")  # between points too
+    assert float(ratio.min()) >= 1.0 - 1e-12 and float(ratio.max()) < 1.0 + 2e-3
     curves = found["main_journal_load"]
     squares = (curves**2).mean("crank_angle")
     # The curves stand at the angles at which the kernel samples.
