@@ -250,8 +250,8 @@ def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results
 def _repeat_missed(sweep: Sweep) -> Integers:
     """Solve designs that miss the tolerance again with more nodes; return their places.
 
-    More nodes help where the tolerance is missed; they are tried once where nothing converged.
-    Repeating cycles has an error of its own, which more nodes do not reduce.
+    More nodes help where the tolerance is missed and where nothing converged; there, the last
+    number of nodes is where cycles are followed in time. Repeating cycles has an error of its own, which more nodes do not reduce.
     """
     if sweep.finer > 1:
         return np.zeros(0, dtype=np.int64)
@@ -261,7 +261,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     for finer in (FINER, FINEST):
         if missed.size:
             list(replace(sweep, finer=finer, general=True, alone=True).solve_at(missed))
-        missed = missed[status[missed] == TOLERANCE_NOT_MET]
+        missed = missed[np.isin(status[missed], (TOLERANCE_NOT_MET, NOT_CONVERGED))]
     return all_missed
 
 

@@ -25,6 +25,10 @@ from engine_dyn.types import Integers
 
 __all__ = ["solve_one_by_one"]
 
+DOUBTFUL = 0.01
+"""How far below 0 the smallest (omega/omega_n)^2 must be for a stall that more nodes cannot
+disprove: means over the nodes do not resolve a closure that is singular at 0."""
+
 CERTAIN = 0.01
 """Margin by which the mean of docs/method.md (94) over nodes must exceed 1, because it stands for
 an integral."""
@@ -43,7 +47,7 @@ def solve_one_by_one(
     """
     task, columns, designs, results = map(plain, (task, columns, designs, results))
     motion = make_motion(columns.fine.shape[1])
-    solve_designs(chosen, task, columns, designs, motion, results)
+    solve_designs(chosen, task, columns, designs, motion, results, last)
     outcomes = followed(task, last)
     left = chosen[np.isin(results.status[designs.target[chosen]], outcomes)]
     # Compiled only where there are such designs.
@@ -66,22 +70,29 @@ def followed(task: Task, last: bool) -> tuple[int, ...]:
 @kernel
 def solve_designs(
     chosen: Integers, task: Task, columns: Columns, designs: Designs, motion: Motion,
-    results: Results,
+    results: Results, last: bool,
 ) -> None:  # fmt: skip
-    """Solve the designs `chosen` by Newton's method; `motion` is scratch."""
+    """Solve the designs `chosen` by Newton's method; `motion` is scratch.
+
+    Stalls that more nodes may disprove are not converged, unless these are the `last`.
+    """
     width = columns.width
     for which in chosen:
         design, code = begin_design(which, task, columns, designs, motion)
-        mu, steps = 1.0, 0
+        mu, steps, doubted = 1.0, 0, False
         if code == status.CONVERGED:
             with_mean = task.closure == POWER_MEAN and is_power(design.law)
             if with_mean and _must_stall(width, design, motion):
                 code = status.STALLED
             else:
                 steps, mu, smallest = newton(task.closure, width, design, motion)
+                # With a given cycle time, the load may be less than that of the first tries.
+                timed = task.closure != POWER_MEAN
                 if steps < 0:
-                    code = status.NOT_CONVERGED if smallest > FLOOR else status.STALLED
-        _write(which, code, mu, 0.0, steps, width, task, design, designs, motion, results)
+                    code = status.NOT_CONVERGED if timed or smallest > FLOOR else status.STALLED
+                else:
+                    doubted = smallest > (FLOOR if last else -DOUBTFUL)
+        _write(which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results)
 
 
 @kernel
@@ -109,7 +120,9 @@ def follow_designs(
         if missed_tolerance and code != status.CONVERGED:
             continue
         missed = max(missed, 1e-15)
-        _write(which, code, mu, missed, cycles, width, task, design, designs, motion, results)
+        _write(
+            which, code, mu, missed, cycles, width, False, task, design, designs, motion, results
+        )
 
 
 @inlined
@@ -132,10 +145,13 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
 
 @inlined
 def _write(
-    which: int, code: int, mu: float, missed: float, steps: int, width: float, task: Task,
-    design: Design, designs: Designs, motion: Motion, results: Results,
+    which: int, code: int, mu: float, missed: float, steps: int, width: float, doubted: bool,
+    task: Task, design: Design, designs: Designs, motion: Motion, results: Results,
 ) -> None:  # fmt: skip
-    """Judge a solution, docs/method.md section 13.3, and write its results."""
+    """Judge a solution, docs/method.md section 13.3, and write its results.
+
+    Where it is `doubted`, more nodes may disprove a stall.
+    """
     high = low = mean = span = error = math.nan
     holds = opposes(design.slope, design)
     if code == status.CONVERGED:
@@ -144,7 +160,7 @@ def _write(
         for j in range(len(motion.q)):
             slope += motion.first[j] / motion.tau[j]
         if not (low > 0.0):
-            code = status.STALLED
+            code = status.NOT_CONVERGED if doubted else status.STALLED
         elif not covers(gear * high, gear * low, task.form):
             code = status.INVALID_INPUT if holds else status.NO_STEADY_STATE
         elif not opposes(slope, design):  # small deviations grow, docs/method.md (93)

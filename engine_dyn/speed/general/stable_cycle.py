@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR
+from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.radau import interval_of, pass_interval
 from engine_dyn.speed.methods import CYCLE_TIME
@@ -27,6 +27,9 @@ HIGHEST = 1e8
 MOST_STARTS = 14
 """Largest number of starts between standstill and running away."""
 
+PROBABLY = -1.0
+"""What is said to be missed where not all starts could be followed."""
+
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
 
@@ -38,6 +41,9 @@ CLOSED_COARSE, CLOSED_FINE = 1e-5, 1e-12
 
 MOST_MU, TIMED = 80, 1e-11
 """Largest number of values of mu that are tried for the cycle's time, and its relative error."""
+
+NEARLY_TIMED = 1e-6
+"""The same where no two values of mu lie closer; it counts as missed."""
 
 
 @inlined
@@ -107,24 +113,36 @@ def _follow(
 def _found(
     start: float, above: float, mu: float, width: float, design: Design, motion: Motion
 ) -> tuple[int, float, float, int]:
-    """The stable cycle for one mu: from `start`, or from a start higher or lower than that."""
+    """The stable cycle for one mu: from `start`, or from a start higher or lower than that.
+
+    A start may be so high that its load is too strong to be followed; then a lower one is tried. A
+    load that grows with a power of the speed lets no design run away.
+    """
     low, high, e = 0.0, above, start
-    runs_away, fate, cycles = False, LOST, 0
+    bounded = is_power(design.law) and design.kappa > 0.0
+    too_high, runs_away, fate, cycles = False, False, LOST, 0
     for _ in range(MOST_STARTS):
         fate, found, _, more = _follow(e, above, mu, False, width, design, motion)
         cycles += more
         if fate == REPEATS:
             fate, found, missed, more = _follow(found, above, mu, True, width, design, motion)
             return fate, found, missed, cycles + more
-        if fate == LOST or (fate == STANDS and e >= above):
+        if (fate == LOST and e <= start) or (fate == STANDS and e >= above):
             return fate, found, math.inf, cycles
-        if fate == RUNS_AWAY:
-            runs_away, high = True, min(e, high)
-            e = 0.5 * (low + high)
-        else:
+        if fate == STANDS:
             low = max(e, low)
-            e = 0.5 * (low + high) if runs_away else above
-    return (RUNS_AWAY if runs_away else fate), e, math.inf, cycles
+            e = 0.5 * (low + high) if runs_away or too_high else above
+        else:
+            runs_away, too_high = runs_away or fate == RUNS_AWAY, too_high or fate == LOST
+            high = min(e, high)
+            e = 0.5 * (low + high)
+    if too_high and low > start:  # all starts that can be followed stand: probably all do
+        return STANDS, e, PROBABLY, cycles
+    if too_high or (runs_away and bounded):
+        fate = LOST
+    elif runs_away:
+        fate = RUNS_AWAY
+    return fate, e, math.inf, cycles
 
 
 @inlined
@@ -155,20 +173,21 @@ def stable_cycle(
     range_of_work = largest(1.0, motion.w) + largest(-1.0, motion.w)
     gain = range_of_work + abs(design.kappa) * width * len(motion.w)
     e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
-    step, cycles = 0.05, 0
+    step, cycles, least, sure = 0.05, 0, False, True
     for number in range(MOST_MU):
         mu = math.exp(sense * here)
         fate, found, missed, more = _found(e, above, mu, width, design, motion)
         cycles += more
+        sure = sure and missed != PROBABLY
         if number == 0 and (closure != CYCLE_TIME or fate == RUNS_AWAY):
-            return fate, cycles, mu, missed
+            return (fate if sure else NOT_CONVERGED), cycles, mu, missed
         if fate == LOST:
             break
         if fate == REPEATS:
             e, late = found, _late(motion)
         else:
             late = math.inf if fate == STANDS else -math.inf
-            e = above if number == 0 else e
+            e = above if number == 0 and sure else e
         if abs(late) <= TIMED:
             return CONVERGED, cycles, mu, missed
         if late > 0.0:
@@ -178,6 +197,7 @@ def stable_cycle(
         if late_slow > 0.0 > late_quick:
             wide = quick - slow
             if not (abs(wide) > 1e-14 * (1.0 + abs(quick))):
+                least = True
                 break
             here = slow + 0.5 * wide
             if late_slow < math.inf and late_quick > -math.inf and number % 3 != 2:
@@ -185,4 +205,8 @@ def stable_cycle(
         else:
             here += step if late_slow > 0.0 else -step
             step *= 2.0
-    return (STALLED if late_slow == math.inf else NOT_CONVERGED), cycles, 1.0, math.inf
+    if least and max(late_slow, -late_quick) <= NEARLY_TIMED:
+        return CONVERGED, cycles, mu, missed + max(late_slow, -late_quick)
+    # Beside standstill, the cycle still takes less time than it should.
+    stalls = sure and least and late_slow == math.inf
+    return (STALLED if stalls else NOT_CONVERGED), cycles, 1.0, math.inf
