@@ -251,7 +251,8 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     """Solve designs that miss the tolerance again with more nodes; return their places.
 
     More nodes help where the tolerance is missed and where nothing converged; there, the last
-    number of nodes is where cycles are followed in time. Repeating cycles has an error of its own, which more nodes do not reduce.
+    number of nodes is where cycles are followed in time. Repeating cycles has an error of its own,
+    which more nodes do not reduce.
     """
     if sweep.finer > 1:
         return np.zeros(0, dtype=np.int64)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.pressure.family import Family
@@ -63,40 +62,39 @@ def test_the_inertia_at_which_a_constant_load_stalls(family: Family, cylinders: 
 
     def integral(begin: Any, end: Any) -> Any:
         half = 0.5 * (np.asarray(end) - begin)
-        phi = begin + half * (1.0 + node[:, None])
-        return half * (weight[:, None] * torque(phi)).sum(axis=0)
+        return half * (weight[:, None] * torque(begin + half * (1.0 + node[:, None]))).sum(axis=0)
 
     gained = np.concatenate([[0.0], np.cumsum(integral(edges[:-1], edges[1:]))])
     mean = gained[-1] / period
 
-    def work(phi: float) -> float:
-        at = min(int((phi - edges[0]) / (edges[1] - edges[0])), count - 1)
-        return float(gained[at] + integral(edges[at], np.array([phi]))[0] - mean * (phi - edges[0]))
+    def work(phi: Any) -> Any:
+        inside = edges[0] + (np.asarray(phi) - edges[0]) % period
+        at = np.minimum(((inside - edges[0]) / (edges[1] - edges[0])).astype(int), count - 1)
+        return gained[at] + integral(edges[at], inside) - mean * (inside - edges[0])
 
-    samples = gained - mean * (edges - edges[0])
-    low = int(np.argmin(samples[:-1]))
+    # The lowest work is where the torque has its mean.
+    low = edges[int(np.argmin(work(edges[:-1])))]
     width = edges[1] - edges[0]
-    lowest = minimize_scalar(
-        lambda s: work(edges[0] + (s - edges[0]) % period), tol=1e-14,
-        bounds=(edges[low] - width, edges[low] + width), method="bounded",
-    )  # fmt: skip
-    swing = float(np.ptp(samples))
+    place = brentq(lambda phi: float(torque(np.array([phi]))[0]) - mean, low - width, low + width,
+                   xtol=1e-14)  # fmt: skip
+    least, swing = float(work(np.array([place]))[0]), float(np.ptp(work(edges)))
+    # Panels that shrink towards it to both sides, where the logarithm is singular.
+    ends = np.concatenate([[0.0], np.geomspace(1e-9, 0.5 * period, 400)])
+    half = 0.5 * np.diff(ends)
+    apart = (ends[:-1] + half * (1.0 + node[:, None])).reshape(-1)
+    shares_of = np.tile((half * weight[:, None]).reshape(-1), 2) / period
+    above = (work(np.concatenate([place + apart, place - apart])) - least) / swing
 
     def mean_log(level: float) -> float:
-        """Mean of log((W - min W)/swing + level), the angle from the minimum on."""
-        def one(s: float) -> float:
-            phi = edges[0] + (lowest.x + s - edges[0]) % period
-            return math.log(max((work(phi) - lowest.fun) / swing, 1e-300) + level)
-
-        ends = (0.0, 0.02, 0.1, 0.5 * period, period - 0.1, period - 0.02, period)
-        return sum(quad(one, a, b, limit=200, epsrel=1e-9)[0] for a, b in zip(ends, ends[1:])) / period
+        """Mean of log((W - min W)/swing + level)."""
+        return float(np.log(np.maximum(above, 1e-30) + level) @ shares_of)
 
     stalls_at = 2.0 * swing * math.exp(mean_log(0.0)) / SPEED**2
 
     def slowest(share: float) -> float:
         """Smallest q at an inertia above that by a share of it."""
         g = 2.0 * swing / (stalls_at * (1.0 + share) * SPEED**2)
-        return g * brentq(lambda level: mean_log(level) + math.log(g), 1e-9, 1.0, xtol=1e-10)
+        return g * brentq(lambda level: mean_log(level) + math.log(g), 0.0, 1.0, xtol=1e-12)
 
     shares = np.array([-0.05, -0.005, 0.001, 0.0015, 0.01, 0.1])
     found = solved(family, "power_mean", {
@@ -133,7 +131,10 @@ COLUMNS = (
 
 def test_absurd_designs_with_a_given_cycle_time(family: Family) -> None:
     """By the independent solver of oracle/spline.py, which cuts the cycle at every knot."""
-    columns = {name: np.array(values) for name, values in zip(COLUMNS, zip(*ABSURD), strict=True)}
+    columns = {
+        name: np.array(values)
+        for name, values in zip(COLUMNS, zip(*ABSURD, strict=True), strict=True)
+    }
     found = solved(family, "cycle_time", columns)
     own = {n: v for n, v in columns.items() if n not in ("friction", "mean_torque", "offset")}
     exact = spline.solve(

@@ -48,6 +48,7 @@ GIVEN, RATIO = "given, or from the mean speed alone", "over a curve that no quan
 NO_CURVE = {
     **dict.fromkeys(("crankshaft_twist_half_range", "disc_angle_half_range",
                      "pendulum_swing_half_range", "shaft_stress_half_range",
+                     "propulsion_stress_over_limit",
                      "shaft_stress_over_limit", "shaft_torque_half_range", "shaft_torque_min",
                      "shaft_torque_over_limit", "shaft_twist_half_range",
                      "disc_angle_largest_order", "shaft_torque_largest_order"), OF_ORDERS),
