@@ -217,7 +217,12 @@ def plan_of(
         name = str(archive.attributes["scene_name"])
         folder = Path(archive.folder)
         scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
-        return make_plan(replace(scene, source=source))
+        scene = replace(scene, source=source)
+        # What is joined has the modes that the archive has, whatever new values would ask for.
+        joined = (axis or coordinates is not None) and not scene.beside and scene.engine.shaft
+        if joined and len(archive.values.get("mode", ())):
+            scene = replace(scene, modes=len(archive.values["mode"]), modes_below=None)
+        return make_plan(scene)
 
 
 def _scene_tables(

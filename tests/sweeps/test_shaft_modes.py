@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
+from sweeps.joining.extend import extend
 from sweeps.planning.forecast import text
+from sweeps.running.options import Options
 from tests.support.shafts import complete_shaft
 
 
@@ -150,3 +153,20 @@ def test_a_mode_in_which_no_throw_moves_is_not_excited() -> None:
     assert (found.mode_vector_sum[~alone] > 1e-3).all()
     assert np.isfinite(found.modal_inertia).all()
     assert_allclose(np.abs(found.mode_shape).max("disc"), 1.0, rtol=1e-9)
+
+
+def test_an_archive_keeps_its_number_of_modes_when_it_grows(tmp_path: Path) -> None:
+    """Faster speeds would ask for eight."""
+    posing = {"cylinders": 1}, {"axes": {"speed": [1000, 1500], "disc_inertia_2": [2.0, 2.5]}}
+    scene = posed(["natural_frequency", "damping_ratio", "delta_elastic"], chain(9, 7e6),
+                  **posing[1])  # fmt: skip
+    scene["set"] = posing[0]
+    archive = tmp_path / "archive.nc"
+    sweeps.stream(scene, archive)
+    extend(archive, "speed", [2400.0], Options())
+    with sweeps.open(archive) as grown:
+        assert grown.sizes["mode"] == 6 and grown.sizes["speed"] == 3
+        scene["axes"]["speed"] = [1000, 1500, 2400]
+        whole = sweeps.run(scene)
+        assert whole.sizes["mode"] == 8
+        assert_allclose(grown.natural_frequency, whole.natural_frequency[..., :6], rtol=1e-12)
