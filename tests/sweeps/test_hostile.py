@@ -138,11 +138,11 @@ TEXTS: dict[str, tuple[bytes, str]] = {
     "deep tables after texts": (
         b"x = {k = \"\"\" \" \"\"\", " + b'"a".' * 100_000 + b"b = 1}", "nested too deeply",
     ),
-    "many escaped quotes": (b'x = "' + b'\\"' * 500_000 + b'"', "unknown"),
+    "many escaped quotes": (b'x = "' + b'\\"' * 500_000 + b'"', "at most"),
     "no day": (b"x = 2026-02-30", "line 1: not TOML"),
     "UTF-16": (SCENE.encode("utf-16"), "UTF-8"),
     "null": (SCENE.encode() + b"\0", "line 4: not TOML"),
-    "a long key": (b"k" * 100_000 + b" = 1", "unknown"),
+    "a long key": (b"k" * 100_000 + b" = 1", "at most"),
     "direction of writing": ('"\u202ex" = 1'.encode(), r"\\u202ex: unknown"),
     "steering of terminals": (b'"\\u001b[2Jx" = 1', r"\\x1b\[2Jx: unknown"),
     "bytes": (bytes(range(256)), "UTF-8"),
