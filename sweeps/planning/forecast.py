@@ -38,11 +38,11 @@ ERROR_COST = 2.0
 OF_SHAFTS = {
     "modes of shafts": 1e-5,
     "damped modes of shafts": 1e-4,
-    "responses of shafts": 2.2e-6,
-    "cycles of shafts": 8e-6,
+    "responses of shafts": 1.5e-5,
+    "cycles of shafts": 4e-5,
 }
-"""Seconds that one core takes for a shaft of nine discs and 24 orders: measured on one machine with
-scenes of 65,536 designs, not fitted as those of `sweeps.planning.rates`."""
+"""Seconds that one core takes for a shaft of nine discs and 180 orders: measured on one machine
+with scenes of 16,384 designs or more, not fitted as those of `sweeps.planning.rates`."""
 
 FRONT = "fronts of three"
 OF_FRONTS = {FRONT: 1e-6}
@@ -295,7 +295,7 @@ def _work_line(plan: Plan) -> str:
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     """How a kernel does its work: diagrams, part of the cycle, iteration, traces."""
     if stage.node.of_shaft:
-        discs, orders = plan.sizes["disc"], plan.sizes["order"]
+        discs, orders = plan.sizes["disc"], plan.sizes["every_order"]
         if not stage.node.can_fail:
             return [
                 f"  eigenvalues of {discs} discs, for {counted(stage.size, 'design')}",
