@@ -4,7 +4,8 @@ The referred system is K a = omega_m^2 J a. With y = J^(1/2) a it is the symmetr
 J^(-1/2) K J^(-1/2). Where nothing holds a part of the system (the whole of it, unless there are
 springs to the frame; a ring that only a viscous damper joins) it turns freely: these modes have the
 frequency 0, their number follows from the tree, and they are left out. The first mode is the first
-elastic one.
+elastic one. Where the frequencies spread so far that eigenvalues lose the low ones, they come from
+`graded`; with all losses, from `damped`.
 """
 
 from __future__ import annotations
