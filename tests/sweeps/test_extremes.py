@@ -166,20 +166,20 @@ def asked_of(scene: dict[str, Any]) -> list[str]:
 def extreme(found: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray]:
     """An extreme of the points of its curve, and the largest size of these."""
     curve, which = DECLARED[name]
-    points = found[curve]
+    points: Any = found[curve]
     if which == "size":
         points = np.hypot(points.isel(direction=0), points.isel(direction=1))
     others = [d for d in points.dims if d not in (*found[name].dims, "crank_angle")]
     cycles = found.sizes.get("firing_cycle", 1)
     if which == "of_cycles":  # their ends belong to them
-        size = points.sizes["crank_angle"] // cycles
-        each = [points.roll(crank_angle=-k * size).isel(crank_angle=slice(size + 1))
+        of_each = points.sizes["crank_angle"] // cycles
+        each = [points.roll(crank_angle=-k * of_each).isel(crank_angle=slice(of_each + 1))
                 for k in range(cycles)]  # fmt: skip
         ranges = [one.max("crank_angle") - one.min("crank_angle") for one in each]
         return xr.concat(ranges, "firing_cycle") / found[f"{curve}_mean"], xr.ones_like(points[0])
     high, low = points.max("crank_angle"), points.min("crank_angle")
-    size = np.maximum(abs(high), abs(low))
-    made = {
+    size: Any = np.maximum(abs(high), abs(low))
+    made: dict[str, Any] = {
         "largest": high, "size": high, "smallest": low, "above": np.maximum(high, 0.0),
         "below": np.maximum(-low, 0.0), "range": high - low, "half_range": 0.5 * (high - low),
         "reversal": np.minimum(high, -low) / np.maximum(high, -low),
