@@ -362,12 +362,13 @@ def _squares(
     """Square of a load of some designs, each at an angle of its own; `columns` as `_of_engine`."""
     found = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
-        here = columns[4] == number
-        ratio, offset, row, _, _, *factors = columns[:, here, None]
+        here = np.flatnonzero(columns[4] == number)
+        two = np.resize(here, max(here.size, 2))  # never one alone: see `samples`
+        ratio, offset, row, _, _, *factors = columns[:, two, None]
         x, y = _components(
-            load, phi[here, None], engine, ratio, offset, family, row, Factors(*factors), number
+            load, phi[two, None], engine, ratio, offset, family, row, Factors(*factors), number
         )
-        found[here] = (x * x + y * y)[:, 0]
+        found[here] = (x * x + y * y)[: here.size, 0]
     return found
 
 

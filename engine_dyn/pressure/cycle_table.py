@@ -31,7 +31,12 @@ from engine_dyn.pressure.curves import (
     pressures_at,
     sampled,
 )
-from engine_dyn.pressure.diagram import Diagram, in_compression, table_angles
+from engine_dyn.pressure.diagram import (
+    Diagram,
+    in_compression,
+    largest_of_rows,
+    table_angles,
+)
 from engine_dyn.pressure.family import ROW_STEP, Family, TableAxis
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds
 from engine_dyn.pressure.first_law import tabulate
@@ -323,21 +328,28 @@ class CycleTable(Family):
         """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
         return self.peaks(place)
 
-    def peaks(self, place: ArrayLike, factor: float = 1.0) -> Floats:
-        """As `peak_between`, for a cylinder with this factor on its pressure: see `motored`."""
+    def peaks(self, place: ArrayLike, factor: float = 1.0, *, between: bool = False) -> Floats:
+        """As `peak_between`, for a cylinder with this factor on its pressure: see `motored`.
+
+        Of the curves `between` the knots too, where that is wanted.
+        """
         wanted = np.asarray(place, dtype=np.float64)
         values, number = np.unique(wanted, return_inverse=True)
         found = np.empty(values.size)
         for begin in range(0, values.size, 512):
             here = slice(begin, begin + 512)
             below, weight = _split(values[here])
-            pressure, _ = self.at_knots(below, factor)
+            pressure, slope = self.at_knots(below, factor)
             some = np.flatnonzero(weight)
             if some.size:
                 share = weight[some, None]
-                above, _ = self.at_knots(below[some] + 1, factor)
+                above, rise = self.at_knots(below[some] + 1, factor)
                 pressure[some] = (1.0 - share) * pressure[some] + share * above
+                slope[some] = (1.0 - share) * slope[some] + share * rise
             found[here] = pressure.max(axis=1)
+            if between:
+                step = np.diff(self.angle, append=self.angle[0] + self.period)
+                found[here] = largest_of_rows(pressure, slope, step)
         return found[number.reshape(-1)].reshape(wanted.shape)
 
     def at_knots(self, rows: Integers, factor: float) -> tuple[Floats, Floats]:

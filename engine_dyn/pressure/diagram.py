@@ -25,8 +25,8 @@ from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
 __all__ = [
-    "Diagram", "diagram_from_points", "largest_of_blends", "never_burns", "table_angles",
-    "values_at", "values_of_each",
+    "Diagram", "diagram_from_points", "largest_of_blends", "largest_of_rows", "never_burns",
+    "table_angles", "values_at", "values_of_each",
 ]  # fmt: skip
 
 SMOOTH = 1e-6
@@ -305,6 +305,22 @@ def largest_of_blends(first: Diagram, second: Diagram, fraction: Floats) -> Floa
         for one, other in zip(*ends, strict=True)
     ]
     return np.asarray(_tops(np.stack(blended), each).max(axis=1))
+
+
+def largest_of_rows(pressure: Floats, slope: Floats, step: Floats) -> Floats:
+    """Largest pressure [Pa] of diagrams along the first axis, between their knots too.
+
+    `step` are the steps behind the knots [rad], common to all.
+    """
+    after, rise = np.roll(pressure, -1, axis=1), np.roll(slope, -1, axis=1)
+    # A cubic of Hermite rises by at most 4/27 of a step's slope above its ends.
+    most = 4.0 / 27.0 * step * (np.maximum(slope, 0.0) + np.maximum(-rise, 0.0))
+    most += np.maximum(pressure, after)
+    row, knot = np.nonzero(most >= pressure.max(axis=1, keepdims=True))
+    ends = np.stack([values[row, knot] for values in (pressure, after, slope, rise)])
+    found = np.full(len(pressure), np.nan)
+    np.fmax.at(found, row, _tops(ends, step[knot]))
+    return found
 
 
 def _tops(ends: Floats, step: Floats) -> Floats:

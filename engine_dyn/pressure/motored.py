@@ -208,6 +208,8 @@ def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Flo
 
 def largest_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Floats:
     """Largest pressure [Pa] at each place for a cylinder with this factor, between knots too."""
+    if isinstance(family, CycleTable):
+        return family.peaks(place, factor, between=True)
     return largest_between(place, lambda row: row_with_factor(family, row, factor))
 
 

@@ -224,7 +224,8 @@ def test_between_the_corners(tmp_path: Path) -> None:
         for speed in speeds:
             here = found.sel(load=load, speed=speed)
             expected = family.at(load, speed * RPM)
-            assert float(here["peak_pressure"]) == pytest.approx(expected.peak / 1e5, rel=1e-9)
+            largest = float(expected(expected.peak_angle)) / 1e5  # between the points
+            assert float(here["peak_pressure"]) == pytest.approx(largest, rel=1e-9)
     # A design is the same whatever else is asked for.
     for order in ({"speed": speeds[1:2], "load": loads}, {"load": loads, "speed": speeds[1:2]}):
         part = run(path, axes=order)
