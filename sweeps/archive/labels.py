@@ -33,6 +33,7 @@ from sweeps.errors import printable
 from sweeps.planning.elasticities import KIND, KINDS
 from sweeps.planning.plan import Plan
 from sweeps.planning.plausibility import implausible_results, plausibility_warnings
+from sweeps.reading.laboratory.imported_pressure import NOT_PEGGED
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
@@ -290,6 +291,8 @@ def _variable(
 
 def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     attributes = {"long_name": node.long_name}
+    if node.name == "pressure" and _as_recorded(plan.scene):
+        attributes["long_name"] = "pressure in cylinder 1, level as recorded"
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
     unit: str | None = node.unit
@@ -304,6 +307,13 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     if node.source:
         attributes["references"] = node.source
     return attributes
+
+
+def _as_recorded(scene: Scene) -> bool:
+    """Whether the pressure was recorded, and its level not made absolute."""
+    if scene.indicator is not None:
+        return any(NOT_PEGGED in note for note in scene.indicator_notes)
+    return any(" level: " in f" {line}" for line in scene.engine.diagram_warnings)
 
 
 def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:

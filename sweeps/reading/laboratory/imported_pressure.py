@@ -17,10 +17,13 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.errors import SceneError, printable
 
-__all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "ImportedPressure", "values_on"]
+__all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "NOT_PEGGED", "ImportedPressure", "values_on"]
 
 HEADER = "# Cylinder pressure over crank angle: "
 """How the first line of a file that `ImportedPressure.text` makes begins."""
+
+NOT_PEGGED = "not pegged"
+"""What notes on a pressure say whose level is as recorded, not made absolute."""
 
 CYCLE_COLUMN = "cycle_{}_bar"
 """Column of one of several recorded cycles."""
@@ -102,7 +105,7 @@ class ImportedPressure:
             As `mean`; with `cycles`, for several cylinders, and for more than MOST_CYCLES.
         """
         mean = self._mean_of_cycles() if cycles else self.mean
-        level = "absolute" if self.pegged else "level as recorded, not pegged"
+        level = "absolute" if self.pegged else f"level as recorded, {NOT_PEGGED}"
         lines = [
             f"{HEADER}{level}; angle 0 is firing top dead centre",
             f"# raw file: {self.file}",

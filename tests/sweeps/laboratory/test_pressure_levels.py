@@ -113,6 +113,9 @@ def test_plan_and_run_say_it_of_the_engine_and_of_the_indicator(tmp_path: Path) 
         assert "2.7" in line and "bar too high" in line
         assert "compression_rise" not in planned.stderr  # which has the same reason
         assert "dead_centre" not in planned.stderr
+        asked = {"quantities": ["pressure"]}
+        made = sweeps.run(tmp_path / name, output=asked)
+        assert made.pressure.long_name == "pressure in cylinder 1, level as recorded"
     archive = sweeps.run(tmp_path / "scene.toml")
     assert level_line(archive.attrs["warnings"])
     silent = SCENE.replace(
