@@ -6,7 +6,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,9 +31,6 @@ from sweeps.running.progress import progress_bar
 from sweeps.running.side_by_side import side_by_side
 from sweeps.running.uncertainty import bands_of
 from sweeps.scene.known_values import Value
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["Computation", "check_given"]
 
