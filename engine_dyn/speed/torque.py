@@ -8,26 +8,48 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.forces.samples import CurveOfDesigns, tops
+from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.forces.torque import (
+    GasPressure,
+    friction_of_cylinder,
+    gas_torque,
+    inertia_torque,
+    piston_area,
+)
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
+from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.plain_arrays import plain
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.broadcasting import discard, take_unknown
 from engine_dyn.speed.designs import Designs, Inputs
-from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
+from engine_dyn.speed.fields import DEFAULTS, FRICTION_NAMES, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, add_row, fill_motion, make_motion, part_of
 from engine_dyn.speed.grouping import Grouping, Piece
 from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.maxima import largest, max_between, max_near
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["torque_extremes"]
 
 ROUGHER = 20.0
 """How much rougher a torque is than its work, from which nodes are told to be close enough: with
 it, noise of 0.02 bar at 0.2 degree leaves 6e-6 of the torque's size, without it 8e-4."""
+
+CANDIDATES = 4
+"""Places that are looked at for an extreme of a torque at most: smooth ones mostly have one."""
+
+CLOSE, ROUNDS = np.pi / 18000.0, 3
+"""Distance of the points of a parabola, 0.01 degree, and how many are drawn at most."""
+
+OF_CURVE = (
+    "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "scale", "crankcase_pressure",
+    "mass", "speed", "friction_torque", "torque_factor", *FRICTION_NAMES,
+)  # fmt: skip
+"""Inputs that the torque depends on."""
 
 
 def torque_extremes(
@@ -62,19 +84,20 @@ def torque_extremes(
     def solve(piece: Piece) -> int:
         for call in piece.calls():
             columns, designs = plain(call.columns), plain(call.designs())
-            motion = make_motion(columns.fine.shape[1])
-            chosen, count = call.piece.chosen, call.piece.size
+            motion, count = make_motion(columns.fine.shape[1]), call.piece.size
             if swing.size:
                 _swings(count, columns, designs, swing, motion)
             if high.size or low.size:
-                constant = chosen.take("friction_torque")
-                if driven.engine_torque is not None:
-                    constant = constant - chosen.take("torque_factor") * driven.engine_torque.mean
-                    constant = constant + getattr(driven.auxiliaries, "mean", 0.0)
-                friction = np.full(count, constant, dtype=float)
                 of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=plain(np.where(of_load, 0.0, designs.share)))
-                _extremes(count, columns, alone, friction, high, low, motion.dw)
+                places = [np.empty((count if one.size else 0, CANDIDATES)) for one in (high, low)]
+                _places(count, columns, alone, *places, motion.dw)
+                sign = np.repeat([1.0, -1.0], [len(place) for place in places])
+                curve, target = _torque_of(call.piece), designs.target[:count]
+                found = sign * _highest(sign, np.concatenate(places), columns.width, curve)
+                for one, values in ((high, found[:count]), (low, found[-count:])):
+                    if one.size:
+                        one[target] = values
         return piece.size
 
     for done in map_on_threads(solve, grouping.pieces(None, 1), threads):
@@ -113,51 +136,127 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
 
 
 @inlined
-def _highest(sign: float, v: Floats) -> float:
-    """Largest sign * v of a periodic curve, by polynomials through seven nodes."""
-    n = len(v)
-    best = highest = largest(sign, v)
+def _candidates(sign: float, v: Floats, place: Floats) -> None:
+    """Where sign * v of a periodic curve may be largest, in nodes; NaN behind the last place.
+
+    Beside a node that neither a smooth curve nor a kink rises above, see `forces.samples`, there is
+    no place. Of too many, those stay that reach highest.
+    """
+    n, number = len(v), 0
+    reach = np.empty(len(place))
+    highest = largest(sign, v)
     for j in range(n):
         d = sign * v[j]
         c, e = sign * v[(j - 1) % n], sign * v[(j + 1) % n]
-        if d < c or d < e or d + 0.25 * (2.0 * d - c - e) < highest:
+        told = 3.0 * d - c - e
+        if d < c or d < e or told < highest:
             continue
-        a, b = sign * v[(j - 3) % n], sign * v[(j - 2) % n]
-        f, g = sign * v[(j + 2) % n], sign * v[(j + 3) % n]
-        t = max_near(b, c, d, e, f)
-        # Stirling's formula.
-        s = t * t
-        value = d + 0.5 * t * (e - c) + 0.5 * s * (e - 2.0 * d + c)
-        value += t * (s - 1.0) / 6.0 * (0.5 * (f - b) - (e - c))
-        value += s * (s - 1.0) / 24.0 * (f - 4.0 * e + 6.0 * d - 4.0 * c + b)
-        rest = t * (s - 1.0) * (s - 4.0)
-        value += rest / 120.0 * (0.5 * (g - a) - 2.0 * (f - b) + 2.5 * (e - c))
-        value += rest * t / 720.0 * (g - 6.0 * f + 15.0 * e - 20.0 * d + 15.0 * c - 6.0 * b + a)
-        best = max(best, value)
-    return best
+        here = number
+        if number < len(place):
+            number += 1
+        else:
+            here = 0
+            for k in range(1, number):
+                if reach[k] < reach[here]:
+                    here = k
+            if told <= reach[here]:
+                continue
+        b, f = sign * v[(j - 2) % n], sign * v[(j + 2) % n]
+        reach[here], place[here] = told, j + max_near(b, c, d, e, f)
+    for k in range(number, len(place)):
+        place[k] = np.nan
 
 
 @kernel
-def _extremes(
-    count: int, columns: Columns, designs: Designs, friction: Floats, high: Floats, low: Floats,
-    torque: Floats,
-) -> None:  # fmt: skip
-    """Largest and smallest torque of the first designs [N m], each where its array is not empty.
+def _places(
+    count: int, columns: Columns, designs: Designs, high: Floats, low: Floats, torque: Floats
+) -> None:
+    """Where the torque of the first designs may be largest and smallest, in nodes.
 
-    `torque` is scratch.
+    `high` and `low` have a row for each design, or none; `torque` is scratch.
     """
     for which in range(count):
-        factor, mean = designs.factor[which], 0.0
         for j in range(len(torque)):
             torque[j] = 0.0
         for piece in range(designs.part.shape[0] + 1):
             part, share = part_of(piece, which, designs)
             if share != 0.0:
-                add_row(torque, share, columns.fine[part], SLOPE, factor)
-                for t in range(len(factor)):
-                    mean += share * factor[t] * columns.mean[part, t]
-        energy, target = 0.5 * designs.speed[which] ** 2, designs.target[which]
-        for sign, found in ((1.0, high), (-1.0, low)):
-            if found.size > 0:
-                value = sign * _highest(sign, torque) + mean
-                found[target] = energy * value - friction[which]
+                add_row(torque, share, columns.fine[part], SLOPE, designs.factor[which])
+        if len(high) > 0:
+            _candidates(1.0, torque, high[which])
+        if len(low) > 0:
+            _candidates(-1.0, torque, low[which])
+
+
+def _torque_of(piece: Piece) -> CurveOfDesigns:
+    """The torque of a piece's designs [N m], these once or more often, at any angles."""
+    source, driven, key = piece.source, piece.grouping.driven, piece.key[0]
+    given = {name: np.broadcast_to(piece.chosen.take(name), piece.size) for name in OF_CURVE}
+    levels = [given[name] for name in FRICTION_NAMES]
+    uniform = not any(level.any() for level in levels[:-1])
+    known: dict[tuple[Any, ...], Floats] = {}
+
+    def at(which: Integers, angle: Floats, means: dict[tuple[Any, ...], Floats]) -> Floats:
+        one = {name: column[which] for name, column in given.items()}
+        train = CrankTrain(
+            one["crank_ratio"], one["double_radius"], np.full(which.size, key),
+            source.cylinders.period, one["offset_ratio"], {key: source.cylinders},
+        )  # fmt: skip
+        gas = GasPressure(source.family, one["row"], one["scale"], one["crankcase_pressure"])
+        found = gas_torque(angle, train, one["bore"], gas)
+        found = found + inertia_torque(angle, train, one["mass"], one["speed"])
+        found = found - one["friction_torque"]
+        if not uniform:
+            friction = StrokeFriction._make(level[which] for level in levels)
+            varying = train.superpose(friction_of_cylinder(train, gas, friction, means), angle)
+            found = found - piston_area(one["bore"]) * 0.5 * one["double_radius"] * varying
+        if driven.engine_torque is not None:
+            found = found + one["torque_factor"] * driven.engine_torque(angle)
+        if driven.auxiliaries is not None:
+            mean = driven.auxiliaries.mean if driven.engine_torque is None else 0.0
+            found = found - (driven.auxiliaries(angle) - mean)
+        return np.asarray(found)
+
+    if not uniform:  # means over the cycle are taken once
+        at(np.arange(piece.size), np.zeros(piece.size), known)
+
+    def curve(row: Integers, angle: Floats) -> Floats:
+        which = row % piece.size
+        return at(which, angle, {name: mean[:, which] for name, mean in known.items()})
+
+    return curve
+
+
+def _highest(sign: Floats, place: Floats, width: float, curve: CurveOfDesigns) -> Floats:
+    """Largest sign * value of the curves themselves, from places in nodes, (row, candidate).
+
+    Rows are those of all designs, or twice. It is found from parabolas through three points close
+    together; where they do not end soon, at a kink or in noise, by the search of `forces.samples`.
+    """
+    which, column = np.nonzero(np.isfinite(place))
+    angle = place[which, column] * width
+    node = np.rint(place[which, column]) * width
+
+    def signed(row: Integers, angle: Floats) -> Floats:
+        return sign[row] * curve(row, angle)
+
+    def near(chosen: Integers, angle: Floats, step: float) -> Floats:
+        angles = angle[:, None] + step * np.array([-1.0, 0.0, 1.0])
+        return signed(np.repeat(which[chosen], 3), angles.reshape(-1)).reshape(-1, 3).T
+
+    found, rest = np.full(len(place), np.nan), np.arange(which.size)
+    for _ in range(ROUNDS):
+        if not rest.size:
+            return found
+        before, here, after = near(rest, angle[rest], CLOSE)
+        slope, bend = 0.5 * (after - before), before - 2.0 * here + after
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shift = np.where(bend < 0.0, -slope / bend, 2.0 * np.sign(slope))
+            top = here + np.where(np.abs(shift) <= 1.0, 0.5 * slope * shift, 0.0)
+        np.fmax.at(found, which[rest], np.fmax(np.fmax(before, after), top))
+        far = np.abs(shift) > 1.0
+        rest, moved = rest[far], CLOSE * shift[far]
+        angle[rest] = np.clip(angle[rest] + moved, node[rest] - width, node[rest] + width)
+    around = near(rest, node[rest], width) if rest.size else np.empty((3, 0))
+    top, _ = tops(len(place), which[rest], node[rest], around, width, signed)
+    return np.fmax(found, top)

@@ -26,10 +26,10 @@ STEPS = (5.0, 1.0, 0.1)
 ROUNDING = 1e-9
 """Of a curve's largest size, by how much an extreme may be below it."""
 
-OF_SOLVER = {"torque": 1e-7, "excess_energy": 1e-6}
+OF_SOLVER = {"excess_energy": 1e-6}
 """The same of what kernels find by polynomials through nodes, to the tolerance 1e-6."""
 
-OF_NOISE = {"torque": 1e-5, "excess_energy": 1e-5, "omega": 1e-7}
+OF_NOISE = {"excess_energy": 1e-5, "omega": 1e-7}
 """The same of noise, which nodes resolve to that tolerance of delta."""
 
 OWN_POINTS = {"omega", "angle_deviation"}
