@@ -38,6 +38,7 @@ def waterfall_names(view: View) -> list[str]:
         name
         for name in names
         if {SPEED, ORDER} <= set(view.array(name).dims)
+        and "mode" not in view.array(name).dims  # critical speeds, which the Campbell diagram has
         and view.data.sizes[SPEED] >= LEAST_ROWS
         and not view.axis(SPEED).words
         and view.array(name).attrs.get("units") != "degree"  # phases have no height
