@@ -37,6 +37,9 @@ HEAVY = ("disc_inertia", "damper_inertia", "pendulum_mass", "shaft_length", "sha
 FLYWHEEL = 1e3
 """Inertia of a flywheel that a wanted delta asks for, over what is given: more lowers no mode."""
 
+HIGHEST = 1e100
+"""Frequency in Hz above that of any shaft, whose square is still a number."""
+
 
 class ModesKept(NamedTuple):
     """Number of modes that are computed, that of the system, and why so many, as people read it."""
@@ -75,7 +78,7 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
             )
         return ModesKept(scene.modes, total, "as asked for")
     if scene.modes_below is not None:
-        count = _below(soft, math.tau * scene.modes_below) - free
+        count = _below(soft, math.tau * min(scene.modes_below, HIGHEST)) - free
         if count < 1:
             raise SceneError(
                 f"{name}: [output] modes_below = {scene.modes_below:g}: no mode is below it [Hz]"

@@ -117,11 +117,14 @@ class Output(Strict):
     )
     modes: int | None = Field(
         default=None,
-        description="a whole number: modes of the shaft; default: all that orders can excite",
+        description="a whole number above 0: modes of the shaft; default: all that orders can "
+        "excite",
         ge=1,
     )
     modes_below: float | None = Field(
-        default=None, description="a number in Hz, in place of modes: all modes below it", gt=0.0
+        default=None,
+        description="a number in Hz above 0, in place of modes: all undamped modes below it",
+        gt=0.0,
     )
 
 

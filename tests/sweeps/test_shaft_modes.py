@@ -107,6 +107,8 @@ def test_many_modes_are_those_in_range_or_as_asked_for() -> None:
     three = run(["natural_frequency", "mode_shape"], stiff, output={"modes": 3})
     assert three.mode_shape.shape == (3, 12)
     assert three.mode.attrs["comment"] == "3 of 11 modes of the system: as asked for"
+    endless = run(["natural_frequency"], stiff, output={"modes_below": 1e300})
+    assert endless.sizes["mode"] == 11
     below = run(["natural_frequency"], stiff, output={"modes_below": 500})
     assert below.sizes["mode"] == int((fast.natural_frequency < 500.0).sum())
 
