@@ -20,7 +20,7 @@ _WEST = ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254", "koi8-r", "cp866", "c
 
 _SIGNS = re.compile(
     r"(?<![a-z])°(?![ a-z])|(?<![A-Za-z])[µμ](?=[A-Za-z])|[²³](?!\w)|[±·]|Ø(?= ?\d)|"
-    r"(?<=[A-Za-z])[äöüß]|[äöüÄÖÜ](?=[a-z])"
+    r"(?<=[A-Za-z])[äöüß]|[äöü](?=[a-z])|(?<![a-z])[ÄÖÜ](?=[a-z])"
 )
 """Signs of units where units have them, and letters that are the same in all western encodings."""
 

@@ -103,6 +103,7 @@ NAMES = {
     "cp1252": ["Kurbelwinkel [°KW],Zylinderdruck Prüfstand [bar]", "Ángulo (°),Presión (bar)",
                "Vinkel på vevaxeln [°],Cylindertryck [bar]"],
     "cp850": ["Kurbelwinkel [°KW],Zylinderdruck [bar]"],
+    "mac-roman": ["Angle vilebrequin [deg],Pression mesurée [bar]"],
     "utf-16": ["угол поворота (град),давление (бар)"],
     "utf-16-le": ["曲轴转角 (°),气缸压力 (bar)"],
 }  # fmt: skip
