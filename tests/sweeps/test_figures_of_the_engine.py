@@ -462,7 +462,8 @@ def test_an_archive_of_a_scene_gets_them_all() -> None:
         axes={"speed": [1400.0, 1600.0, 2166.0], "misfire": [0, 3]},
         output={"quantities": [
             "natural_frequency", "mode_shape", "mode_vector_sum", "critical_speed",
-            "damped_critical_speed", "shaft_torque_order", "shaft_torque_phase", "shaft_torque_half_range", "shaft_loss",
+            "damped_critical_speed", "shaft_torque_order", "shaft_torque_phase",
+            "shaft_torque_half_range", "shaft_loss",
             "disc_angle_order", "disc_angle_phase", "disc_angle_half_range",
         ]},
         silenced_warnings=["all"],
