@@ -73,6 +73,8 @@ class Engine:
         known.
     diagram_warnings : tuple of str
         What the checks of recordings said of its diagrams, as their files tell.
+    auxiliary_warnings : tuple of str
+        What was evened out in the torques of its auxiliaries.
     """
 
     name: str
@@ -98,3 +100,4 @@ class Engine:
     uncertainty: Mapping[str, Any] = field(default_factory=dict)
     diagram_speeds: tuple[tuple[float, float] | None, ...] = ()
     diagram_warnings: tuple[str, ...] = ()
+    auxiliary_warnings: tuple[str, ...] = ()

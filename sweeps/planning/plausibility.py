@@ -92,6 +92,7 @@ def _lines(plan: Plan) -> list[str]:
     lines = _of_diagrams(plan, off) if "family" in used else []
     if plan.scene.engine.torque is not None:
         lines += plan.scene.engine.diagram_warnings
+    lines += plan.scene.engine.auxiliary_warnings
     given = _Given(plan)
     wrong: set[str] = set()
     for check in CHECKS:

@@ -14,7 +14,7 @@ from engine_dyn.loads.auxiliaries import Auxiliary, over_crank
 from engine_dyn.units import DEGREE
 from sweeps.checks import check_structure, mentioned
 from sweeps.errors import SceneError
-from sweeps.reading.torque_diagrams import TorqueDiagram, read_torque_diagram
+from sweeps.reading.torque_diagrams import TorqueDiagram, read_torque_diagram, torque_warnings
 
 __all__ = ["AUXILIARIES", "MOST", "AuxiliaryTable", "with_auxiliaries"]
 
@@ -59,6 +59,10 @@ def with_auxiliaries(
         torque = read_torque_diagram({**rest, "kind": own.kind}, here, folder)
         found.append(Auxiliary(torque, own.ratio, own.phase * DEGREE))
     try:
-        return replace(engine, auxiliaries=over_crank(found, engine.period))
+        return replace(
+            engine,
+            auxiliaries=over_crank(found, engine.period),
+            auxiliary_warnings=torque_warnings(given, f"{where}[[auxiliaries]]"),
+        )
     except ValueError as error:
         raise SceneError(f"{where}[[auxiliaries]] {mentioned(error)}") from None

@@ -244,7 +244,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         diagram_speeds=tuple(d.speeds for d in sorted(diagrams, key=lambda d: d.load)),
         diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings)
-        + torque_warnings(given.diagram, name),
+        + torque_warnings(given.diagram, f"{name}: [[diagram]]"),
     )
     _check_weights(given, values, name)
     engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")

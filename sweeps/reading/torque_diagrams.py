@@ -159,10 +159,10 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
     return made
 
 
-def torque_warnings(tables: Sequence[Mapping[str, Any]], name: str) -> tuple[str, ...]:
-    """What was taken off areas that are rounded as printed, of the [[diagram]] of a file."""
+def torque_warnings(tables: Sequence[Mapping[str, Any]], where: str) -> tuple[str, ...]:
+    """Lines that say what was taken off areas that are rounded as printed."""
     return tuple(
-        f"{name}: [[diagram]] areas: add up to {sum(areas):.4g} J, "
+        f"{where} areas: add up to {sum(areas):.4g} J, "
         f"{100.0 * abs(sum(areas)) / sum(map(abs, areas)):.2g} percent of the sum of their sizes; "
         "this is taken off all of them evenly (rounded = true)"
         for areas in (table["areas"] for table in tables if table.get("rounded"))

@@ -120,6 +120,9 @@ def test_areas_rounded_in_print_are_evened_out_and_it_is_said(tmp_path: Path) ->
     exact = posed(tmp_path, areas.replace("60.5", "59"), ["energy_swing"])
     assert exact.energy_swing == pytest.approx(70.0, rel=1e-4)
     assert not exact.attrs["warnings"]
+    auxiliary = {"mean": 1.0, "areas": [7.0, -6.0, 6.05, -6.9], "rounded": True}
+    driving = posed(tmp_path, CLOSED, ["delta"], auxiliaries=[auxiliary])
+    assert "[[auxiliaries]] areas: add up to 0.15 J" in driving.attrs["warnings"]
 
 
 def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
