@@ -14,6 +14,10 @@ from engine_dyn.types import Booleans, Floats
 
 __all__ = ["Unbound", "beside_bounds"]
 
+TAIL = 300.0
+"""Standard deviations beyond a bound from which on what is left of a normal distribution is an
+exponential one, to 1e-4."""
+
 
 def _inverse_of_curvature(slopes: Floats) -> Floats:
     """Inverse of slopes^T slopes, without the rounding of that product."""
@@ -82,7 +86,10 @@ def beside_bounds(every: Unbound, held: Unbound, inside: Booleans) -> tuple[Floa
     far = np.abs(beyond) / size
     ratio = np.exp(norm.logpdf(far) - norm.logsf(far))
     mean = -np.sign(beyond) * size * (ratio - far)  # from the bound inwards
-    variance = size**2 * (1.0 + far * ratio - ratio**2)
+    # Far beyond the bound the difference is lost in rounding: there the tail is an exponential one.
+    variance = size**2 * np.where(
+        far < TAIL, 1.0 + far * ratio - ratio**2, np.maximum(far, TAIL) ** -2
+    )
     follow = np.zeros((inside.size, size.size))
     follow[bound] = np.eye(size.size)
     curvature = every.inverse

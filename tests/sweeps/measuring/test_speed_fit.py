@@ -76,6 +76,15 @@ def test_the_others_follow_what_is_at_its_bound(beyond: float) -> None:
     assert (step[1], reach[1]) == (beyond, 1.96)  # its own interval is cut off by the caller
 
 
+def test_a_value_far_beyond_its_bound_has_a_variance() -> None:
+    """That of an exponential distribution: the square of its mean."""
+    held = Unbound(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1))
+    for far in (1e2, 1e4, 1e8):
+        one = Unbound(np.eye(1), np.eye(1), np.array([far]), np.array([1.96]))
+        _, _, covariance = beside_bounds(one, held, np.array([False]))
+        assert covariance[0, 0] == pytest.approx(far**-2, rel=1e-3)
+
+
 def test_parameters_and_teeth_are_found_without_noise() -> None:
     errors = 0.003 * np.sin(np.arange(TEETH) ** 2.0)
     errors -= errors @ WIDTH[:TEETH] / WIDTH[:TEETH].sum()
