@@ -21,7 +21,7 @@ CLOSE = 0.9
 
 
 def fit_text(fit: xr.Dataset) -> str:
-    """Lines on fitted values, on what the data tell, and on predictions."""
+    """Lines on fitted values, on what the data tell, on predictions, and remarks on recordings."""
     lines = [f"{fit.attrs['title']}: fit to {counted(fit.sizes['recording'], 'recording')}"]
     width = max(len(str(name)) for name in fit["parameter"].values)
     for name, unit, value, low, high, at_bound in zip(
@@ -48,6 +48,7 @@ def fit_text(fit: xr.Dataset) -> str:
         )
     for place in range(fit.sizes["recording"]):
         lines.append("  " + _recording(fit.isel(recording=place)))
+    lines += str(fit.attrs.get("remarks", "")).splitlines()
     return "\n".join(lines)
 
 

@@ -130,6 +130,13 @@ def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
     assert fitted.at_bound.values.tolist() == [0, 0]
 
 
+def test_remarks_on_recordings_are_told(fitted: xr.Dataset) -> None:
+    """Such as a drift that was taken out of one."""
+    remarks = "a.csv: this drift is taken out of the speeds\nb.csv: read as cp1251"
+    told = fit_text(fitted.assign_attrs(remarks=remarks)).splitlines()
+    assert set(remarks.splitlines()) <= {*told}
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
