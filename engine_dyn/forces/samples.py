@@ -27,10 +27,10 @@ CurveOfDesigns = Callable[[Integers, Floats], Floats]
 """Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""
 
 LEFT_TO_RISE = 1e-11
-"""Of a curve's largest size, what may be left to rise."""
+"""Part of a curve's largest size that it may still rise above what was found."""
 
 EQUAL = 1e-9
-"""Of the same: crests that differ by less are equal, and the first one's angle counts."""
+"""Part of that size by which equal crests may differ: the angle of the first one counts."""
 
 MOST_STEPS, SMOOTH = 80, 6
 """Evaluations beside a crest at most, and how many a smooth one takes; a kink takes about forty."""
@@ -94,7 +94,7 @@ def crests(values: Floats, sign: float = 1.0) -> tuple[Integers, Integers, Float
 
 
 def reach(around: Floats) -> Floats:
-    """What a curve is not above beside its crests."""
+    """Bound that a curve is not above beside its crests."""
     return np.asarray(3.0 * around[1] - around[0] - around[2])
 
 

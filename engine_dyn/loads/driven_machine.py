@@ -68,7 +68,7 @@ LARGEST = 1e12
 not overflow."""
 
 SAMPLES = 8192
-"""Of a revolution, for harmonics."""
+"""Number of samples of a revolution, from which harmonics are found."""
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""

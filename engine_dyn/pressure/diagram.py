@@ -30,7 +30,8 @@ __all__ = [
 ]  # fmt: skip
 
 SMOOTH = 1e-6
-"""Of the pressure's range, what cubics through every other knot may miss where all are smooth."""
+"""Part of the pressure's range that cubics through every other knot may miss where all are smooth:
+all of them are then on one smooth curve."""
 
 AT_ONCE = 65536
 """Values of several diagrams that are computed together, which fit in a processor's cache."""

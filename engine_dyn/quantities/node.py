@@ -27,7 +27,7 @@ EXTREMES = {
     "of_cycles": "the range of each cycle over the mean of the curve",
     "reversal": "the smaller over the larger one of the sizes to either side of 0",
 }
-"""What a quantity can be of a curve (see `Node.extreme_of`)."""
+"""Kinds of extremes of curves that quantities are (see `Node.extreme_of`)."""
 
 
 @dataclass(frozen=True)

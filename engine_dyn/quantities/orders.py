@@ -22,7 +22,7 @@ COMPLEX = 16
 """Bytes of a harmonic."""
 
 EVERY = "every_"
-"""What names of harmonics of all orders begin with, of which the vibration of a shaft is made."""
+"""Beginning of the names of harmonics of all orders, which make the vibration of a shaft."""
 
 
 def _motion(every: str = "") -> tuple[str, ...]:

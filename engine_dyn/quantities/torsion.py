@@ -135,7 +135,7 @@ def _system(
 
 
 _DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
-"""What `engine_dyn.torsion.damped` gives."""
+"""Results of `engine_dyn.torsion.damped`, in its sequence."""
 
 
 def _damping(

@@ -55,7 +55,7 @@ STEPS, ENOUGH = 20, 10.0
 
 @dataclass(frozen=True)
 class Level:
-    """What a recording tells of its level and of its dead centre; uncertainties are standard ones.
+    """Level and dead centre as a recording tells them; uncertainties are standard ones.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Level:
 
     @property
     def finding(self) -> Finding:
-        """That the recorded pressure is not absolute."""
+        """Finding that the recorded pressure is not absolute."""
         return Finding(
             "level",
             f"{self._level_text}: recorded at bottom dead centre before compression are "

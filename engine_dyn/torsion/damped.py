@@ -27,7 +27,7 @@ SWINGS = 0.1
 """Least Im s/|s| of a mode; what is damped more (above 0.995) dies before it swings."""
 
 TUNED = 1e-9
-"""What a pendulum's inertia is detuned by at its own order, where it is infinite."""
+"""Relative detuning of a pendulum at its own order, where its inertia is infinite."""
 
 FREE = 1e-6
 """Part of the lowest frequency without damping below which a root is that of what turns freely."""

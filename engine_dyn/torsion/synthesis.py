@@ -42,7 +42,7 @@ LOW = 32
 
 
 class Synthesis(NamedTuple):
-    """What the samples of curves with these orders need; G numbers of samples are to choose from.
+    """Tables for samples of curves with these orders; G numbers of samples are to choose from.
 
     Attributes
     ----------

@@ -242,7 +242,7 @@ def _between_teeth(record: SpeedRecord, turns: int, name: str) -> SteadySpeeds:
 
 
 def _drift_remarks(found: SteadySpeeds) -> list[str]:
-    """What is to be said of a drift, and of intervals at the ends."""
+    """Remarks on a drift, and on intervals at the ends."""
     said = []
     if found.drift is not None:
         first, last, _ = found.drift

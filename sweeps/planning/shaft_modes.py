@@ -112,7 +112,7 @@ def _largest(what: str, values: Any) -> Any:
 
 
 def _lowest(what: str, values: Any) -> Any:
-    """Of what raises frequencies the least, of what lowers them the largest."""
+    """Give the end of values that lowers frequencies, or the mean where neither end does."""
     return np.min(values) if what in SOFT else np.max(values) if what in HEAVY else np.mean(values)
 
 

@@ -230,7 +230,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
 
 
 def explained(outcome: str) -> str:
-    """What an outcome is whose name does not tell it, in brackets."""
+    """Meaning in brackets of an outcome whose name does not tell it."""
     return f" ({PASSES})" if outcome == MEANINGS[PASSES_DONE] else ""
 
 

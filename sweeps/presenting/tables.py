@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 ROUNDING = 1e-12
-"""Of results, relative to the largest of them: sums that should be 0 end so."""
+"""Size of results, over the largest of them, up to which they are rounding of sums that are 0."""
 
 DIGITS = 4
 """Significant digits: a table is for reading; `export` writes all of them."""

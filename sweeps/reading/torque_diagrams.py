@@ -36,8 +36,8 @@ LOBE = 36
 """Intervals between two crossings into which an area is divided."""
 
 BALANCE, BALANCE_ROUNDED = 1e-3, 0.01
-"""What the areas of a cycle may add up to, over the largest of them; where they are said to be
-rounded, over the sum of their sizes."""
+"""Largest sum of the areas of a cycle, over the largest of them; where they are said to be rounded,
+over the sum of their sizes."""
 
 
 class Harmonic(Strict):

@@ -199,7 +199,7 @@ def check_given(plan: Plan) -> None:
 
 
 def _arguments(plan: Plan, stage: Stage, values: Mapping[str, Value]) -> dict[str, Any]:
-    """What a node takes, by name."""
+    """Arguments of a node, by name."""
     taken = _dims_taken(plan, stage)
     return {
         name: _aligned(values[name], taken, name) if values[name].dims else values[name].data
@@ -208,7 +208,7 @@ def _arguments(plan: Plan, stage: Stage, values: Mapping[str, Value]) -> dict[st
 
 
 def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
-    """What a node that is no stage makes."""
+    """Value that a node that is no stage makes."""
     assert stage.node.make is not None
     try:
         data = stage.node.make(**arguments)

@@ -28,7 +28,7 @@ MOST_STARTS = 14
 """Largest number of starts between standstill and running away."""
 
 PROBABLY = -1.0
-"""What is said to be missed where not all starts could be followed."""
+"""Miss that is reported where not all starts could be followed."""
 
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""

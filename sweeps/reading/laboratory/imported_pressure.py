@@ -23,7 +23,7 @@ HEADER = "# Cylinder pressure over crank angle: "
 """How the first line of a file that `ImportedPressure.text` makes begins."""
 
 NOT_PEGGED = "not pegged"
-"""What notes on a pressure say whose level is as recorded, not made absolute."""
+"""Words in the notes on a pressure whose level is as recorded, not made absolute."""
 
 CYCLE_COLUMN = "cycle_{}_bar"
 """Column of one of several recorded cycles."""

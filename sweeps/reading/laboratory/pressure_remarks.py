@@ -1,4 +1,4 @@
-"""What is told of a recorded pressure: its level, what puts it right, and unlikely values."""
+"""Remarks on a recorded pressure: its level, what puts it right, and unlikely values."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Column:
 
 
 class Contents(NamedTuple):
-    """What the reader of a format finds in a file.
+    """Columns and notes that the reader of a format finds in a file.
 
     Attributes
     ----------

@@ -105,7 +105,7 @@ def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Conten
 
 
 def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
-    """What is said of a row of numbers above the table."""
+    """Remark on a row of numbers above the table, which is left out."""
     texts = [text for text in rows[-1] if text.strip()] if rows else []
     if len(texts) != form.width or not all(is_number(text, form.decimal) for text in texts):
         return []
