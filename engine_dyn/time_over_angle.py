@@ -19,6 +19,7 @@ from engine_dyn.types import Complexes, Floats
 
 __all__ = [
     "angle_deviation",
+    "between",
     "cycle_ranges",
     "cycle_time",
     "deviation_harmonics",
@@ -120,19 +121,36 @@ def cycle_ranges(curve: Any, slope: Any, step: float, cycles: int) -> Floats:
     return np.asarray(most - np.minimum(low.reshape(shape).min(axis=-1), end))
 
 
+def between(curve: Any, slope: Any, step: float, place: Floats) -> Floats:
+    """Values of a periodic curve between its points, those of the cubics of `extremes`.
+
+    `place` are steps from the first point.
+    """
+    left = np.floor(place + 1e-9).astype(np.int64)
+    x = np.maximum(place - left, 0.0)
+    here = np.asarray(curve)
+    left = left % here.shape[-1]
+    right = (left + 1) % here.shape[-1]
+    first, last = step * np.asarray(slope)[..., left], step * np.asarray(slope)[..., right]
+    change = here[..., right] - here[..., left]
+    square, cube = 3.0 * change - 2.0 * first - last, first + last - 2.0 * change
+    return np.asarray(here[..., left] + x * (first + x * (square + x * cube)))
+
+
 def _tops(curve: Any, slope: Any, step: float) -> Floats:
     """The largest value from each point to the next.
 
     At x = a/(sqrt(b^2 - 3 a c) - b) of a x + b x^2 + c x^3, 0 < x < 1.
     """
-    values, first = np.asarray(curve), step * np.asarray(slope)
-    last = np.roll(first, -1, axis=-1)
-    change = np.roll(values, -1, axis=-1) - values
+    values, slopes = np.array(curve, dtype=float), np.asarray(slope)
+    inside = np.nonzero((slopes > 0.0) & (np.roll(slopes, -1, axis=-1) < 0.0))
+    behind = (*inside[:-1], (inside[-1] + 1) % values.shape[-1])
+    first, last = step * slopes[inside], step * slopes[behind]
+    change = values[behind] - values[inside]
     square, cube = 3.0 * change - 2.0 * first - last, first + last - 2.0 * change
-    inside = (first > 0.0) & (last < 0.0)
-    root = np.sqrt(np.where(inside, square**2 - 3.0 * first * cube, 1.0))
-    place = np.where(inside, first / np.where(inside, root - square, 1.0), 0.0)
-    return np.asarray(values + place * (first + place * (square + place * cube)))
+    place = first / (np.sqrt(square**2 - 3.0 * first * cube) - square)
+    values[inside] += place * (first + place * (square + place * cube))
+    return values
 
 
 def deviation_harmonics(deviation: Any, speed: Any, angle: Any, orders: Floats) -> Complexes:

@@ -92,13 +92,32 @@ def _electrical(of: Node) -> Node:
 # --- angle of the shaft that runs alone -----------------------------------------------------------
 
 
-def _extreme(which: int) -> Callable[..., Any]:
-    def make(*, angle_deviation: Any, omega: Any, curve_period: float) -> Any:
-        turn = time_over_angle.cycle_time(omega, curve_period)[..., None]
-        slope, step = 1.0 - curve_period / turn / omega, curve_period / np.shape(omega)[-1]
-        return time_over_angle.extremes(angle_deviation, slope, step)[which]
+def _close_curve(omega: Any, period: float) -> tuple[Any, Any, float]:
+    """The deviation at equal steps, its slope, and the step [rad]."""
+    turn = time_over_angle.cycle_time(omega, period)[..., None]
+    curve = time_over_angle.angle_deviation(omega, period)
+    return curve, 1.0 - period / turn / omega, period / np.shape(omega)[-1]
 
-    return make
+
+_EXTREMES = np.dtype([("low", np.float64), ("high", np.float64)])
+"""Least and largest deviation [rad]."""
+
+
+def _extremes(*, omega_close: Any, curve_period: float) -> Any:
+    found = time_over_angle.extremes(*_close_curve(omega_close, curve_period))
+    result = np.empty(found[0].shape, dtype=_EXTREMES)
+    result["low"], result["high"] = found
+    return result
+
+
+def _extreme(which: str) -> Callable[..., Any]:
+    return lambda angle_deviation_extremes: angle_deviation_extremes[which]
+
+
+def _curve(*, omega_close: Any, crank_angle: Any, close_angle: Any, curve_period: float) -> Any:
+    curve, slope, step = _close_curve(np.asarray(omega_close)[..., 0, :], curve_period)
+    place = (np.ravel(crank_angle) - np.ravel(close_angle)[0]) / step
+    return time_over_angle.between(curve, slope, step, place)
 
 
 def _deviation_order(*, angle_deviation: Any, omega: Any, crank_angle: Any, order: Any) -> Any:
@@ -118,20 +137,18 @@ def _deviation(ending: str, symbol: str, text: str, needs: tuple[str, ...],
                 make=make, si=DEGREE, **more)  # fmt: skip
 
 
-_OF_DEVIATION = ("angle_deviation", "omega", "curve_period")
+_OF_DEVIATION = ("angle_deviation_extremes",)
 
 _DEVIATIONS = (
     _deviation(
-        "", r"\theta", f"{_TEXT}, positive where it is ahead", ("omega", "curve_period"),
-        lambda omega, curve_period: time_over_angle.angle_deviation(omega, curve_period),
-        kind="curve",
+        "", r"\theta", f"{_TEXT}, positive where it is ahead",
+        ("omega_close", "crank_angle", "close_angle", "curve_period"), _curve, kind="curve",
+        removes=("close_angle",),
     ),
-    _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme(1),
-               extreme_of=("angle_deviation", "largest"),
-               removes=("crank_angle",)),
-    _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme(0),
-               extreme_of=("angle_deviation", "smallest"),
-               removes=("crank_angle",)),
+    _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme("high"),
+               extreme_of=("angle_deviation", "largest")),
+    _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme("low"),
+               extreme_of=("angle_deviation", "smallest")),
     _deviation(
         "_largest", r"\theta_{largest}", f"largest {_TEXT}, to either side",
         ("angle_deviation_max", "angle_deviation_min"),
@@ -327,6 +344,9 @@ _DURATIONS = (
 )  # fmt: skip
 
 NODES: tuple[Node, ...] = (
+    Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,
+         needs=("omega_close", "curve_period"), removes=("close_angle",), make=_extremes,
+         width=_EXTREMES.itemsize),
     *_DEVIATIONS,
     *(_electrical(node) for node in _DEVIATIONS),
     Node(

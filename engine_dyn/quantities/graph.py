@@ -172,6 +172,10 @@ _DIMENSIONS = (
         "crank angle, 0 at firing top dead centre of cylinder 1, increasing in the sense of "
         "rotation", si=DEGREE,
     ),
+    Dimension(
+        "close_angle", r"\varphi", "degree", "crank angle at which extremes of the speed are "
+        "looked for", si=DEGREE, public=False,
+    ),
     Dimension("parameter", "", "1", "parameter that an elasticity is taken by"),
     Dimension("uncertain_parameter", "", "1", "parameter with an uncertain value"),
 )  # fmt: skip

@@ -19,10 +19,21 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
-__all__ = ["AT_START", "NODES", "OF_CYLINDERS", "OF_TORQUE", "kernel_inputs", "without_cylinders"]
+__all__ = [
+    "AT_START",
+    "CLOSE_CURVES",
+    "NODES",
+    "OF_CYLINDERS",
+    "OF_TORQUE",
+    "kernel_inputs",
+    "without_cylinders",
+]
 
 MOST_STEPS, SPEED_FOUND = 40, 1e-12
 """Most solutions of a search for the nominal speed, and its relative error."""
+
+CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
+"""Curves of the solution at close points, by what they are called here."""
 
 AT_START = "omega_start"
 """Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
@@ -34,11 +45,12 @@ _KERNEL_NAMES = {
 
 
 def _cycle_delta(
-    *, omega: Any, angular_acceleration: Any, omega_mean: Any, period: float, curve_period: float
-) -> Any:
-    slope, cycles = angular_acceleration / omega, round(curve_period / period)
-    step = curve_period / np.shape(omega)[-1]
-    return time_over_angle.cycle_ranges(omega, slope, step, cycles) / omega_mean
+    *, omega_close: Any, angular_acceleration_close: Any, omega_mean: Any, period: float,
+    curve_period: float,
+) -> Any:  # fmt: skip
+    slope, cycles = angular_acceleration_close / omega_close, round(curve_period / period)
+    step = curve_period / np.shape(omega_close)[-1]
+    return time_over_angle.cycle_ranges(omega_close, slope, step, cycles) / omega_mean
 
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
@@ -59,10 +71,22 @@ def _solve(**needs: Any) -> dict[str, Any]:
     from engine_dyn.speed import dispatch
 
     wanted: Sequence[str] = needs.pop("wanted")
-    asked = [name for name in wanted if name != AT_START]
-    if AT_START in wanted and "omega" not in asked:
-        asked.append("omega")
-    found = dispatch.solve(**_keywords(needs) | {"wanted": asked})
+    here = [name for name in wanted if name != AT_START and name not in CLOSE_CURVES]
+    if AT_START in wanted and "omega" not in here:
+        here.append("omega")
+    close = {name: kernels for name, kernels in CLOSE_CURVES.items() if name in wanted}
+    between, number = needs.pop("close_angle"), 0
+    given = _keywords(needs)
+    if close:  # one solution gives both
+        number = np.size(given["crank_angle"]) if set(CURVE_NAMES) & set(here) else 0
+        points = np.concatenate([np.ravel(given["crank_angle"])[:number], np.ravel(between)])
+        given["crank_angle"] = points
+    asked = [*here, *(kernels for kernels in close.values() if kernels not in here)]
+    found = dispatch.solve(**given | {"wanted": asked})
+    if close:
+        curves = {name: found[name] for name in CURVE_NAMES if name in found}
+        found |= {n: np.ascontiguousarray(curves[k][..., number:]) for n, k in close.items()}
+        found |= {n: np.ascontiguousarray(c[..., :number]) for n, c in curves.items()}
     if AT_START in wanted:
         found[AT_START] = _at_start(found["omega"], needs["start_angle"], needs["crank_angle"])
     return {**found, "outcome": found["status"]}
@@ -119,7 +143,7 @@ def _speed_search(key: str, extreme: str) -> Any:
             if wanted_delta is not None:
                 found = _search(**given, wanted_delta=wanted_delta)
                 given["inertia"] = found["inertia_required"]
-            ratio = target / _solve(**given, wanted=[extreme])[extreme]
+            ratio = target / _solve(**given, close_angle=None, wanted=[extreme])[extreme]
             ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution then tells what failed
             speed = speed * ratio
             if np.abs(ratio - 1.0).max() <= SPEED_FOUND:
@@ -141,6 +165,8 @@ def _both_statuses(outcome: Any, search_status: Any) -> Any:
     failed = np.isin(search_status, (1, 2, 3, 4, 5))
     return np.where(failed, search_status, outcome).astype(np.int8)
 
+
+_ANGLES_OF_CURVES = ("crank_angle", "close_angle")
 
 _LAWS = {law.name: law.needs for law in LAWS}
 """What each law over speed needs."""
@@ -173,11 +199,11 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
         can_fail=True, when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
-        gives=(*SCALAR_NAMES, *CURVE_NAMES, AT_START, "status", "outcome"),
+        gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "status", "outcome"),
         needs=tuple(dict.fromkeys((
             *of_engine, "speed", "inertia", constant, "torque_mean", "passes", "start_speed",
             "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
-            *acting,
+            "close_angle", *acting,
         ))),
         make=_solve_given_torque if by_torque else _solve, on_card=True,
         source="mathematics: energy form of Kakaitsas eq. 3.1",
@@ -186,7 +212,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
 
 def _inertia_search(solution: Node) -> Node:
     """Return the stage that finds the inertia for a wanted delta, beside one that solves."""
-    needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
+    needs = [need for need in solution.needs if need not in ("inertia", *_ANGLES_OF_CURVES)]
     # Of a load over speed alone, the search finds its start by itself, and faster.
     by_torque = "by_torque" in solution.when
     swing = ("energy_swing",) if by_torque or "load_offset" not in needs else ()
@@ -200,7 +226,7 @@ def _inertia_search(solution: Node) -> Node:
 
 def _speed_searches(solution: Node) -> tuple[Node, ...]:
     """Return the stages that find the nominal speed from an extreme, beside one that solves."""
-    kept = tuple(n for n in solution.needs if n not in ("speed", "inertia", "crank_angle"))
+    kept = tuple(n for n in solution.needs if n not in ("speed", "inertia", *_ANGLES_OF_CURVES))
     return tuple(
         replace(
             solution, name="speed_search", long_name=f"nominal speed from the {key}",
@@ -245,6 +271,11 @@ NODES: tuple[Node, ...] = (
     ),
     *(_result(*row, extreme_of=_EXTREMES.get(row.name)) for row in RESULTS),
     *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
+    *(
+        _result(close, row.symbol, row.unit, f"{row.long_name}, at close points", "",
+                adds=("close_angle",), kind="curve", public=False)
+        for close, row in zip(CLOSE_CURVES, CURVES, strict=True)
+    ),
     _result(
         AT_START, r"\omega(\varphi_1)", "rad s-1",
         "crank speed at the start angle, in the cycle that omega shows", "Kakaitsas section 5.4",
@@ -253,9 +284,9 @@ NODES: tuple[Node, ...] = (
         "cycle_delta", r"\delta_i", "1",
         "range of the speed within each cycle over its mean over all of them",
         "this project", kind="value", adds=("firing_cycle",),
-        removes=("crank_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
+        removes=("close_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
         extreme_of=("omega", "of_cycles"),
-        needs=("omega", "angular_acceleration", "omega_mean", "period", "curve_period"),
+        needs=(*CLOSE_CURVES, "omega_mean", "period", "curve_period"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
     _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),

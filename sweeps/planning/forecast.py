@@ -13,6 +13,7 @@ import psutil
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
+from engine_dyn.quantities.speed import CLOSE_CURVES
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
@@ -244,7 +245,7 @@ def _designs(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     if "power_law" in scene.words and scene.closure == "power_mean":
         linear = float(np.mean(np.isin(plan.leaves["load_exponent"].data, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
-    curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
+    curves = any(name in (*CURVE_NAMES, *CLOSE_CURVES) for name in plan.wanted(stage))
     for method in scene.methods:
         for model in scene.inertia_models:
             if method in STEPPING:

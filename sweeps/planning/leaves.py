@@ -58,6 +58,11 @@ what diagrams resolve."""
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
 
+CLOSE = 0.5
+"""Step of the crank angle [degree] for extremes of the speed within cycles: cubics between miss
+some 2e-9 of its range."""
+
+
 # --- points of the dimensions that quantities add -------------------------------------------------
 
 
@@ -91,6 +96,7 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(period, cycles, scene.angle_step),
+        "close_angle": _crank_angles(period, cycles, CLOSE),
     }
 
 

@@ -24,7 +24,7 @@ from sweeps.planning.plan import Part, Plan
 from sweeps.planning.portions import Portions
 from sweeps.scene.known_values import Value
 
-OVER_CYCLES = ("order", "every_order", "firing_cycle", "crank_angle")
+OVER_CYCLES = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
 """Dimensions whose points follow from the cycles after which firing patterns repeat."""
 
 __all__ = ["by_cycles", "part", "shard"]

@@ -32,9 +32,6 @@ OF_SOLVER = {"excess_energy": 1e-6}
 OF_NOISE = {"excess_energy": 1e-5, "omega": 1e-7}
 """The same of noise, which nodes resolve to that tolerance of delta."""
 
-OWN_POINTS = {"omega", "angle_deviation"}
-"""Curves of the solver, known between their points by their slopes there."""
-
 CLOSE = 2e-4
 """Of a curve's largest size, by how much an extreme may be above points 0.1 degree apart."""
 
@@ -218,7 +215,7 @@ def test_no_extreme_is_below_its_curve(key: str, tmp_path: Path, checked: set[st
             if curve == "excess_energy":  # the curve itself is an integral of its points
                 compared = every[-1:]
             else:  # with points at any step
-                compared = [found] if curve in OWN_POINTS else every
+                compared = every
             for points in compared:
                 expected, size = extreme(points, name)
                 if which == "reversal":
@@ -227,6 +224,9 @@ def test_no_extreme_is_below_its_curve(key: str, tmp_path: Path, checked: set[st
                 limit = (OF_NOISE if key == "noisy recording" else OF_SOLVER).get(curve, ROUNDING)
                 if float(below.max()) > limit:
                     bad[name] = max(float(below.max()), bad.get(name, 0.0))
+            change, size = (float(abs(v).max()) for v in (here - sign * every[0][name], here))
+            if change > ROUNDING * size:
+                bad[f"{name} by step"] = change
         # Not by far above it, where it is the extreme of this curve alone.
         expected, size = extreme(every[-1], name)
         above = float(abs(every[-1][name] - expected).max() / size.max())
