@@ -39,7 +39,7 @@ from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Floats
 
 __all__ = [
-    "Crankshaft", "Pins", "WebWeights", "couple", "largest_bending", "largest_of_cycle",
+    "Crankshaft", "Pins", "WebWeights", "couple", "bending_over_angle", "largest_bending",
     "middle_of", "on_journals", "unbalance",
 ]  # fmt: skip
 
@@ -167,12 +167,12 @@ def largest_bending(shaft: Crankshaft, bays: Any) -> Any:
     return _of_bays(shaft, bays, lambda engine: _loads(engine, shaft))
 
 
-def largest_of_cycle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Pins) -> Any:
-    """Largest bending moment of bays at crank angles [N m], with the forces on crank pins.
+def bending_over_angle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Pins) -> Any:
+    """Largest bending moment within bays at crank angles [N m], with the forces on crank pins.
 
-    All arrays have a last axis for the angles `phi` [rad], over which the largest is taken. `pins`
-    gives the force on the throw of each cylinder of an engine, `bearings.pin_forces`, with all that
-    rotates but the counterweights of webs.
+    All arrays have a last axis for the angles `phi` [rad]. `pins` gives the force on the throw of
+    each cylinder of an engine, `bearings.pin_forces`, with all that rotates but the counterweights
+    of webs.
     """
 
     def loads(engine: Cylinders) -> list[tuple[Any, Any]]:
@@ -182,7 +182,7 @@ def largest_of_cycle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: P
         of_webs = rotating[engine.count :]
         return [*on_pins, *((vector * turning, place) for vector, place in of_webs)]
 
-    return _of_bays(shaft, bays, loads).max(axis=-1)
+    return _of_bays(shaft, bays, loads)
 
 
 def _of_bays(

@@ -214,15 +214,13 @@ def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _bending_of_cycle(**needs: Any) -> Any:
-    each, samples = _with_last_axis(needs), round(needs["curve_period"] / DEGREE)
-    phi = np.arange(samples) * (needs["curve_period"] / samples)
-    factors = _journal_factors(each)
-    return web_weights.largest_of_cycle(
-        crankshaft(each), each["bay"], each["speed"], phi,
+def _bending_over_angle(*, crank_angle: Any, **needs: Any) -> Any:
+    factors = _journal_factors(needs)
+    return web_weights.bending_over_angle(
+        crankshaft(needs), needs["bay"], needs["speed"], crank_angle,
         lambda engine: bearings.pin_forces(
-            phi, engine, each["crank_ratio"], each["offset_ratio"], each["family"], each["row"],
-            factors,
+            crank_angle, engine, needs["crank_ratio"], needs["offset_ratio"], needs["family"],
+            needs["row"], factors,
         ),
     )  # fmt: skip
 
@@ -252,12 +250,15 @@ NODES: tuple[Node, ...] = (
          "largest load of any main journal", NOTES, needs=(_OF_ALL,),
          extreme_of=("main_journal_load", "largest"),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
+    hidden("bay_bending_moment_over_angle", "N m", "largest bending moment within each bay",
+           tuple(dict.fromkeys((*_LOADED, *BENDING, "bay", "crank_angle"))), _bending_over_angle,
+           kind="curve", throws=True),
     Node("bay_bending_moment_cycle_max", r"M_{b,cyc}", "N m",
          "largest bending moment of the shaft between the main bearings beside each throw over the "
          "cycle, due to all forces on the crank pins and counterweights, each bay a simply "
-         "supported beam, in steps of 1 degree", "this project",
-         needs=tuple(dict.fromkeys((*_LOADED, *BENDING, "bay"))), make=_bending_of_cycle,
-         throws=True, width=200_000),
+         "supported beam", "this project", needs=("bay_bending_moment_over_angle",),
+         removes=("crank_angle",), extreme_of=("bay_bending_moment_over_angle", "largest"),
+         throws=True, width=400_000),
     Node("all_main_journals_load_rms", r"\bar F_{H,rms}", "N",
          "root mean square of the loads of all main journals", NOTES,
          needs=(_OF_ALL,), make=lambda **needs: needs[_OF_ALL]["rms"]),

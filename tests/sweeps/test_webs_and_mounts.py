@@ -313,7 +313,7 @@ def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
     found = computed(
         ["bay_bending_moment_cycle_max", "main_journal_x", "main_journal_y"],
         counterweights=webs, axes={"speed": [1000.0, 2000.0]},
-        set={"cylinder_spacing": 0.24, "pin_offset": 0.003}, output={"angle_step": 1.0},
+        set={"cylinder_spacing": 0.24, "pin_offset": 0.003}, output={"angle_step": 0.1},
     )  # fmt: skip
     values = sweeps.read_scene(asking(["imep"])).engine.values
     journals = found["main_journal_y"] + 1j * found["main_journal_x"]
@@ -328,7 +328,7 @@ def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
                    journals.sel(speed=speed, main_bearing=2).values * 0.06]  # fmt: skip
         largest = max(float(np.abs(moment).max()) for moment in moments)
         here = float(found["bay_bending_moment_cycle_max"].sel(speed=speed, bay=1))
-        assert here == pytest.approx(largest, rel=1e-4)
+        assert largest * (1.0 - 2e-6) <= here < largest * (1.0 + 1e-5)
 
 
 def test_bending_of_a_cycle_without_gas_is_that_of_what_turns() -> None:
