@@ -103,7 +103,9 @@ def dimensions(name: str) -> set[str]:
     if name in DIMENSIONS:
         return {name}
     node = NODES[name][0]
-    found = {*node.adds, "crank_angle"} if node.kind == "curve" else set(node.adds)
+    found = set(node.adds)
+    if node.kind == "curve" and "close_angle" not in found:
+        found.add("crank_angle")
     for need in node.needs:
         # Stages take curves whole: only their results name the dimension.
         found |= set() if node.kind == "stage" else dimensions(need)
