@@ -79,6 +79,11 @@ class Reduction:
             self.origin[piece["axis"]] = int(piece["first"])
         self.left = [d for d in self.sizes if d not in asked.over]
         example = self._designs(plan, {}, {})
+        # Words stand as their numbers there; named so, conditions on them are refused.
+        of_words = {d for d in example.dims if f"{d}_name" in self.labels.coordinates}
+        example = example.assign_coords(
+            {f"{d}_name": ((d,), np.full(example.sizes[d], "")) for d in of_words}
+        )
         try:
             self.searches = [Search(one, example, asked.at_every, self.sizes) for one in asked.kept]
             self.conditions = conditions_of(list(asked.within), units_of(example))

@@ -45,6 +45,8 @@ REFUSED: tuple[dict[str, Any], ...] = (
     reducing(best=[{"least": "inertia", "within": "delta <= 1/50"}]),
     reducing(at_every="load", best=[{"least": "inertia"}]),
     reducing(at_every="load", best=[{"least": "omega"}]),
+    {"engine": "b112", "axes": {"firing_pattern": ["1", "10"]}, "set": {"speed": 1500},
+     "output": {"quantities": ["delta"]}, "reduce": {"within": "firing_pattern <= 1"}},
     asking("flywheel_mass", wanted_delta=0.01, flywheel_outer_diameter=0.2,
            flywheel_inner_diameter=0.3, flywheel_density=7850),
     asking("position_coefficient", pin_offset=0.002),
