@@ -12,7 +12,14 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.speed.results import SCALAR_NAMES
-from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
+from engine_dyn.status import (
+    CONVERGED,
+    MEANINGS,
+    NOT_CONVERGED,
+    STALLED,
+    TOLERANCE_NOT_MET,
+    has_numbers,
+)
 from oracle import golden
 from oracle.solution import Design
 from tests.support.held_out import design_of, family_of, inputs_of, items
@@ -225,8 +232,11 @@ def test_near_stall_the_outcomes_are_in_order(design: Design, inputs: dict[str, 
             assert first > 20
             assert (np.diff(found["delta"][:first]) > 0.0).all()
             last = int(np.flatnonzero(status != STALLED)[-1])
-            # Between them at most a narrow band of designs that nearly touch zero.
-            assert set(status[first : last + 1].tolist()) <= {CONVERGED, STALLED, TOLERANCE_NOT_MET}
+            # Between them at most a narrow band of designs that nearly touch zero, at whose end one
+            # may be neither solved nor shown to stall.
+            between = status[first : last + 1].tolist()
+            assert set(between[:-1]) <= {CONVERGED, STALLED, TOLERANCE_NOT_MET}
+            assert set(between[-1:]) <= {CONVERGED, TOLERANCE_NOT_MET, NOT_CONVERGED}
             assert last - first <= 40
             assert (status[last + 1 :] == STALLED).all()
 
