@@ -41,7 +41,9 @@ def test_deferred_designs_are_counted() -> None:
     """Engines that nearly stop within the cycle, or do, are none for the batch solver."""
     tally, delta = solved(axes={"inertia": np.geomspace(0.02, 2.0, 200).tolist()})
     assert 0 < tally.deferred < 200
-    assert tally.general_share == tally.deferred / 200
+    again = tally.designs[GENERAL]  # stalls that more nodes might disprove
+    assert 0 < again < 10 and tally.designs[BATCH] == 200
+    assert tally.general_share == (tally.deferred + again) / (200 + again)
     assert np.isnan(delta).any()
 
 

@@ -284,7 +284,7 @@ BOTH = (ENGINES / "compressor_79x83.toml").read_text("utf-8")
         (PUMP, ("suction_pressure = 1.5", "suction_pressure = 1.5\nsuction_loss = 1"),
          "suction_loss = 1 bar: must be at most half of suction_pressure"),
         (PUMP, ("valve_ramp = 5", "valve_ramp = 0"),
-         "valve_ramp = 0 degree: must be between 3 and 90"),
+         "valve_ramp = 0 degree: must be above 3 and below 90"),
         (PUMP, ("valve_ramp = 5", ""), "valve_ramp: missing; must be a number in degree"),
         (PUMP, ("valve_ramp = 5", "valve_ramp = 5\nheat = 3"), "heat: unknown key"),
         (PUMP, ('"two-stroke"', '"four-stroke"'),
