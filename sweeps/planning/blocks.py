@@ -193,8 +193,9 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
         return math.prod(lengths.get(d, plan.sizes[d]) for d in dims)
 
     if stage.node.kind == "stage":
-        # A kernel gets its inputs in SI units, and packs them; points of curves are few.
-        given = (n for n in stage.node.needs if n in plan.leaves and n not in DIMENSIONS)
+        # A kernel gets its inputs in SI units, and packs them; not the points of its own curves.
+        own = {name for name, dimension in DIMENSIONS.items() if not dimension.public}
+        given = (n for n in stage.node.needs if n in plan.leaves and n not in own)
         dims = (plan.leaves[n].dims for n in given)
         return 16.0 * sum(size(d) for d in dims if d) + (stage.node.width - 8) * size(stage.axes)
     return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
