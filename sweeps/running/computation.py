@@ -120,12 +120,15 @@ class Computation:
             if one is not None:
                 one.__exit__()
 
-    @linear_algebra_on_one_thread()
     def results(self, block: Block) -> Results:
         """Outputs of a block that belong to it (see `blocks.belongs`), in SI units.
 
         They are the caller's, who may change them.
         """
+        with linear_algebra_on_one_thread():
+            return self._results(block)
+
+    def _results(self, block: Block) -> Results:
         if self.plan.parts:
             each = [engine.results for engine in self.engines]
             return side_by_side(self.plan, block, each, self.all_in_each)

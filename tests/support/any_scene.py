@@ -622,6 +622,8 @@ def _output(draw: Draw, scene: dict[str, Any], engine: Any, simple: bool) -> Non
     if draw(st.booleans()):
         orders = [1.0, 6.0] if engine.period < 10.0 else [1.0, 2.5, 6.0]
         output["highest_order"] = draw(st.sampled_from(orders))
+    if "shaft" in scene and draw(st.booleans()):
+        output |= draw(st.sampled_from([{"modes": 1}, {"modes_below": 1e4}]))
     if draw(st.booleans()):
         output["fail_on"] = draw(st.lists(st.sampled_from(FAILURES), max_size=2, unique=True))
     scene["output"] = output
