@@ -119,13 +119,15 @@ def _system(
     shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
     load_damping: Any = 0.0,
 ) -> tuple[ShaftSystem, Any]:  # fmt: skip
-    """The system, and where it is not known: the excess leaves no flywheel, a table ends.
+    """The system, and where it is unknown: the excess leaves no flywheel, a table ends, no damping.
 
-    There it is one without the excess, or with another stiffness.
+    There it is one without the excess, with another stiffness, or undamped by the load.
     """
     unknown = np.asarray(of_tables) == 0.0
     bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
     of_tables = np.where(unknown, 1.0, of_tables)
+    damped = np.isfinite(load_damping)
+    bad, load_damping = bad | ~damped, np.where(damped, load_damping, 0.0)
     if np.any(excess):
         own = shaft.inertias(values, reciprocating)[shaft.flywheel]
         ratio = shaft.speed_ratios(values)[shaft.flywheel]
@@ -147,10 +149,9 @@ def _damping(
     from engine_dyn.torsion.modes import modal_damping, natural_modes
 
     del threads, progress
-    damping = np.asarray(load_damping)
     system, bad = _system(
         shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        np.where(np.isfinite(damping), damping, 0.0),
+        load_damping,
     )  # fmt: skip
     found = {}
     if "modal_damping_ratio" in wanted:
@@ -158,7 +159,6 @@ def _damping(
         found["modal_damping_ratio"] = modal_damping(system, modes, speed_of_modes)
     if not {*_DAMPED}.isdisjoint(wanted):
         found |= zip(_DAMPED, damped_modes(system, speed_of_modes), strict=True)
-    bad = bad | ~np.isfinite(damping)
     return {name: _first_modes(found[name], np.size(mode), bad) for name in wanted}
 
 
@@ -183,12 +183,10 @@ def _critical_speeds(
     from engine_dyn.torsion.modes import critical_speeds
 
     del threads, progress
-    damping = np.asarray(load_damping)
     system, bad = _system(
         shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        np.where(np.isfinite(damping), damping, 0.0),
+        load_damping,
     )  # fmt: skip
-    bad = bad | ~np.isfinite(damping)
     (name,) = wanted
     speeds = damped_critical_speeds if name.startswith("damped") else critical_speeds
     found = np.swapaxes(speeds(system, np.ravel(order)), -1, -2)
@@ -229,13 +227,10 @@ def _respond(
     from engine_dyn.torsion.synthesis import half_range
 
     shaft = shaft_system
-    damping = np.asarray(load_damping)
-    possible = np.isfinite(damping)
     system, bad = _system(
         shaft, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        np.where(possible, damping, 0.0),
+        load_damping,
     )  # fmt: skip
-    bad = bad | ~possible
     # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
