@@ -65,3 +65,15 @@ def written(folder: Path, text: str) -> Path:
     path = folder / "mine.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+SPLIT_PINS = {
+    "banks": [0, 90], "uneven": True,
+    "throws": [{"angle": 0, "position": 0}, {"angle": 30, "position": 0},
+               {"angle": 180, "position": 1}, {"angle": 210, "position": 1}],
+    "cylinders": [{"throw": 1, "bank": 1, "firing_angle": 0},
+                  {"throw": 2, "bank": 2, "firing_angle": 60},
+                  {"throw": 3, "bank": 1, "firing_angle": 180},
+                  {"throw": 4, "bank": 2, "firing_angle": 240}],
+}  # fmt: skip
+"""Arrangement of a V4 whose pins are split."""

@@ -10,6 +10,7 @@ from engine_dyn.quantities.graph import ALONG_SHAFT, QUANTITIES
 from sweeps.planning.plan import make_plan
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.reading import read_scene
+from tests.support.engine_files import SPLIT_PINS
 from tests.support.scenes import NOT_OF_AN_ENGINE, asking
 from tests.support.shafts import complete_shaft
 
@@ -18,17 +19,8 @@ pytestmark = pytest.mark.compiled
 PARTS = {*ALONG_SHAFT, "piston", "mount"}
 """Not of shafts: only some are dampers, have a diameter or a node."""
 
-SPLIT = {
-    "banks": [0, 90], "uneven": True,
-    "throws": [{"angle": 0, "position": 0}, {"angle": 30, "position": 0},
-               {"angle": 180, "position": 1}, {"angle": 210, "position": 1}],
-    "cylinders": [{"throw": 1, "bank": 1, "firing_angle": 0},
-                  {"throw": 2, "bank": 2, "firing_angle": 60},
-                  {"throw": 3, "bank": 1, "firing_angle": 180},
-                  {"throw": 4, "bank": 2, "firing_angle": 240}],
-}  # fmt: skip
 LAYOUTS: list[tuple[Any, int, int]] = [
-    ("in-line 3", 3, 3), ("V8 cross-plane", 8, 4), ("V6 60 split-pin", 6, 3), (SPLIT, 4, 2),
+    ("in-line 3", 3, 3), ("V8 cross-plane", 8, 4), ("V6 60 split-pin", 6, 3), (SPLIT_PINS, 4, 2),
     ("boxer 4", 4, 2), ("radial 5", 5, 1), ("VR6 15", 6, 6),
 ]  # fmt: skip
 """Arrangements, their cylinders and their places along the shaft."""

@@ -10,7 +10,7 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.planning.plan import make_plan
 from sweeps.reading.exclusive_keys import replaced_by
 from sweeps.scene.reading import read_scene
-from tests.support.engine_files import POINTS, VALUES, written
+from tests.support.engine_files import POINTS, SPLIT_PINS, VALUES, written
 from tests.support.scenes import asking, computed, refusal, toml
 
 SIZES = {
@@ -67,15 +67,6 @@ def test_what_a_key_replaces_enters_nothing(key: str, old: str, tmp_path: Path) 
     assert {name for name in had if had[name] != never.get(name)} <= beside
 
 
-SPLIT_PINS = {
-    "banks": [0, 90], "uneven": True,
-    "throws": [{"angle": 0, "position": 0}, {"angle": 30, "position": 0},
-               {"angle": 180, "position": 1}, {"angle": 210, "position": 1}],
-    "cylinders": [{"throw": 1, "bank": 1, "firing_angle": 0},
-                  {"throw": 2, "bank": 2, "firing_angle": 60},
-                  {"throw": 3, "bank": 1, "firing_angle": 180},
-                  {"throw": 4, "bank": 2, "firing_angle": 240}],
-}  # fmt: skip
 WEBS = [{"mass": 2.1, "radius": 0.06, "angle": 170, "position": -0.03},
         {"mass": 0.7, "radius": 0.05, "angle": 35, "position": 0.11}]  # fmt: skip
 
