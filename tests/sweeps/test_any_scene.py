@@ -146,8 +146,13 @@ def test_alone(scene: dict[str, Any], data: st.DataObject) -> None:
 
 
 def _as_wide(dataset: xr.Dataset, like: xr.Dataset) -> xr.Dataset:
-    """Without the cylinders that only engines with more of them have."""
+    """Without the cylinders, angles and orders that only others have.
+
+    Orders by their values: a longer pattern beside has thirds between the ones that both have.
+    """
     cut = {d: slice(0, like.sizes[d]) for d in like.sizes if like.sizes[d] < dataset.sizes[d]}
+    if cut.pop("order", None):
+        dataset = dataset.sel(order=like["order"].values)
     return dataset.isel(cut)
 
 
