@@ -28,7 +28,6 @@ PARAMETERS = (
         "bank_offset", "a_b", "m",
         "offset of each bank from the one before, along the shaft; by default cylinder_spacing in "
         "boxers, 0 in others", "this project",
-        needs=("cylinder_spacing", "cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_spacing, cylinder_set, cylinders_by_count: default_bank_offset(
             cylinder_spacing, cylinder_set, cylinders_by_count
         ),
@@ -47,8 +46,7 @@ PARAMETERS = (
     parameter(
         "counterweight_radius", "b", "m",
         "distance of the counterweights' centre of gravity from the shaft's axis",
-        "Asgari eq. 12", low=0.0, needs=("double_radius",),
-        make=lambda double_radius: 0.5 * double_radius,
+        "Asgari eq. 12", low=0.0, make=lambda double_radius: 0.5 * double_radius,
     ),
     parameter(
         "balance_shaft_mass", "m_{s1}", "kg",
@@ -208,7 +206,6 @@ def _ellipses(
 NODES = (
     hidden(
         "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
-        ("counterweight_fraction", "reciprocating_mass"),
         lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
         * reciprocating_mass,
         when="weights_by_fraction",
@@ -216,52 +213,49 @@ NODES = (
     *(
         hidden(
             "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
-            ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank, when=word,
+            lambda rod_mass_at_crank: rod_mass_at_crank, when=word,
         )
         for word in ("weights_given", "weights_of_webs")
     ),
     hidden(
-        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights", (),
+        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
         lambda: 0.0, when="weights_by_fraction",
     ),
     hidden(
         "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
-        ("crank_mass", "weight_at_pin"),
         lambda crank_mass, weight_at_pin: crank_mass - weight_at_pin, when="weights_given",
     ),
     hidden(
         "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
-        ("crank_mass",), lambda crank_mass: crank_mass, when="weights_of_webs",
+        lambda crank_mass: crank_mass, when="weights_of_webs",
     ),
     hidden(
         "weight_at_pin", "kg", "given counterweight of a throw, reduced to the crank radius",
-        ("counterweight_mass", "counterweight_radius", "double_radius"),
         lambda counterweight_mass, counterweight_radius, double_radius: counterweight_mass
         * counterweight_radius / (0.5 * double_radius),
     ),
     hidden(
         "rod_weight_at_pin", "kg", "counterweight for a rod and its piston, at the crank radius",
-        ("counterweight_fraction", "reciprocating_mass", "rod_mass_at_crank"),
         lambda counterweight_fraction, reciprocating_mass, rod_mass_at_crank:
         balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rod_mass_at_crank),
     ),
     hidden(
         "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
-        ("turning_mass",), lambda turning_mass: turning_mass, when="counterweights",
+        lambda turning_mass: turning_mass, when="counterweights",
     ),
     hidden(
         "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
-        ("rod_mass_at_crank",), lambda rod_mass_at_crank: rod_mass_at_crank,
+        lambda rod_mass_at_crank: rod_mass_at_crank,
         when="no_counterweights",
     ),
     hidden(
         "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
-        ("throw_turning_mass",), lambda throw_turning_mass: throw_turning_mass,
+        lambda throw_turning_mass: throw_turning_mass,
         when="counterweights",
     ),
     hidden(
         "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
-        ("crank_mass",), lambda crank_mass: crank_mass, when="no_counterweights",
+        lambda crank_mass: crank_mass, when="no_counterweights",
     ),
     Node(
         "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
@@ -269,8 +263,7 @@ NODES = (
     ),
     Node(
         "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
-        when="shaft", needs=("balance_shaft_mass", "balance_shaft_radius"),
-        make=lambda balance_shaft_mass, balance_shaft_radius: balance_shaft_mass
+        when="shaft", make=lambda balance_shaft_mass, balance_shaft_radius: balance_shaft_mass
         * balance_shaft_radius,
     ),
     Node(
@@ -279,20 +272,18 @@ NODES = (
     ),
     Node(
         "pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
-        public=False, when="pair", needs=("second_shaft_mass", "second_shaft_radius"),
+        public=False, when="pair",
         make=lambda second_shaft_mass, second_shaft_radius: second_shaft_mass
         * second_shaft_radius,
     ),
     Node(
         "rod_mass_at_crank", "M'_c", "kg", "rod's mass at the crank pin", "Asgari eq. 4",
-        needs=("rod_mass", "rod_centre_of_gravity", "rod"),
         make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_crank(
             rod_mass, rod_centre_of_gravity, rod
         ),
     ),
     Node(
         "rod_mass_at_piston", "M'_p", "kg", "rod's mass at the piston pin", "Asgari eq. 5",
-        needs=("rod_mass", "rod_centre_of_gravity", "rod"),
         make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_piston(
             rod_mass, rod_centre_of_gravity, rod
         ),
@@ -300,8 +291,7 @@ NODES = (
     Node(
         "unbalanced_mass", "M", "kg",
         "mass at a crank pin to be balanced by a counterweight, with all its rods",
-        "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass",
-                               "throws_per_cylinder"),
+        "Asgari eq. 9",
         make=lambda counterweight_fraction, reciprocating_mass, rotating_mass, throws_per_cylinder:
         balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass)
         / throws_per_cylinder,
@@ -309,7 +299,6 @@ NODES = (
     Node(
         "counterweight_required", "B", "kg",
         "counterweight mass of each throw for the balance fraction", "Asgari eq. 12",
-        needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
         balance.counterweight_mass(
             unbalanced_mass, 0.5 * double_radius, counterweight_radius
@@ -319,8 +308,6 @@ NODES = (
         "balance_shaft_asgari", "M_{Lan}", "kg",
         "balance-shaft mass for zero first order along the cylinder, single cylinder",
         "Asgari eq. 13",
-        needs=("counterweight_fraction", "reciprocating_mass", "double_radius",
-               "balance_shaft_radius"),
         make=lambda counterweight_fraction, reciprocating_mass, double_radius, balance_shaft_radius:
         balance.balance_shaft_mass(
             counterweight_fraction, reciprocating_mass, 0.5 * double_radius, balance_shaft_radius
@@ -349,7 +336,7 @@ NODES = (
     Node(
         "inertia_force_unit", r"m r \omega^2", "N",
         "first-order inertia force of one cylinder's reciprocating mass",
-        "Power units, lecture 18", needs=("reciprocating_mass", "double_radius", "speed"),
+        "Power units, lecture 18",
         make=lambda reciprocating_mass, double_radius, speed: reciprocating_mass
         * 0.5 * double_radius * speed**2,
     ),

@@ -142,9 +142,9 @@ def _load_nodes(
         for when, counted in variants
         for node in (
             hidden(whole, "N", f"components of the {text}",
-                    (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when,
+                    components, (*_LOADED, *own, *counted, "crank_angle"), kind="curve", when=when,
                     width=PARTS_WIDTH),
-            hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, *counted), found,
+            hidden(extreme, "N", f"extremes of the {text}", found, (*_LOADED, *own, *counted),
                     when=when, width=bearings.EXTREMES.itemsize, threaded=True),
         )
     ]  # fmt: skip
@@ -238,7 +238,7 @@ def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
 NODES: tuple[Node, ...] = (
     *(
         hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
-               tuple(dict.fromkeys((*_LOADED, *_UNBALANCE, *_COUNTED, *more))), make, throws=True,
+               make, tuple(dict.fromkeys((*_LOADED, *_UNBALANCE, *_COUNTED, *more))), throws=True,
                width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True, when=word)
         for word, more, make in (
             ("weights_by_fraction", (), _of_all_journals),
@@ -251,7 +251,7 @@ NODES: tuple[Node, ...] = (
          extreme_of=("main_journal_load", "largest"),
          make=lambda **needs: needs[_OF_ALL]["peak"]),
     hidden("bay_bending_moment_over_angle", "N m", "largest bending moment within each bay",
-           tuple(dict.fromkeys((*_LOADED, *BENDING, "bay", "crank_angle"))), _bending_over_angle,
+           _bending_over_angle, tuple(dict.fromkeys((*_LOADED, *BENDING, "bay", "crank_angle"))),
            kind="curve", throws=True),
     Node("bay_bending_moment_cycle_max", r"M_{b,cyc}", "N m",
          "largest bending moment of the shaft between the main bearings beside each throw over the "

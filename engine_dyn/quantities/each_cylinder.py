@@ -154,18 +154,18 @@ _MASTER = (
     ),
     hidden(
         "crank_pin_components", "N", "components of the load of the first crank pin",
-        ("crank_angle", *_LOADED),
         lambda **needs: articulated.master_loads(
             needs["crank_angle"], *_of_master(needs)
         ).crank_pin,
+        ("crank_angle", *_LOADED),
         kind="curve", throws=True, when="articulated_rods", width=160,
     ),
     hidden(
         "crank_pin_extremes", "N", "extremes of the load of the first crank pin",
-        (*_LOADED, "curve_period"),
         lambda *, curve_period, **needs: articulated.crank_pin_extremes(
             curve_period, *_of_master(needs, (None,))
         ),
+        (*_LOADED, "curve_period"),
         throws=True, when="articulated_rods", width=250_000,
     ),
 )  # fmt: skip

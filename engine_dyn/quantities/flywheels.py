@@ -74,7 +74,7 @@ PARAMETERS = (
         "rim_mean_diameter", "D_m", "m",
         "mean diameter of the flywheel's rim, by default the largest that the allowed hoop stress "
         "permits",
-        "Khurmi and Gupta chapter 16", low=0.0, needs=("rim_largest_diameter",),
+        "Khurmi and Gupta chapter 16", low=0.0,
         make=lambda rim_largest_diameter: 1.0 * rim_largest_diameter,
     ),
     parameter(
@@ -89,7 +89,6 @@ PARAMETERS = (
     ),
 )  # fmt: skip
 
-_RING = ("flywheel_outer_diameter", "flywheel_inner_diameter")
 _TRIANGLE = ("brake_power", "speed", "wanted_delta", "period")
 
 
@@ -172,8 +171,6 @@ def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
 _ENERGY = "Khurmi and Gupta chapter 16"
 """Their definitions."""
 
-_OF_CURVES = ("torque", "load_over_angle", "crank_angle")
-
 _SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
 
 
@@ -192,7 +189,6 @@ NODES = (
         "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
         "moment of inertia of flywheel and load, referred to the crankshaft",
         "Kakaitsas eq. 3.2", when="given_inertia inertia_in_parts",
-        needs=("flywheel_inertia", "inertia_beyond_gear"),
         make=lambda flywheel_inertia, inertia_beyond_gear: flywheel_inertia + inertia_beyond_gear,
     ),
     *(
@@ -200,7 +196,6 @@ NODES = (
             "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
             "moment of inertia of flywheel and load, referred to the crankshaft",
             "Kakaitsas eq. 3.2", when=when,
-            needs=("inertia", "engine_inertia", "auxiliary_inertia"),
             make=lambda inertia, engine_inertia, auxiliary_inertia: flywheel.inertia_behind(
                 inertia, engine_inertia + auxiliary_inertia
             ),
@@ -214,7 +209,6 @@ NODES = (
         "torque in the shaft between running gear and flywheel, positive where it drives the "
         "flywheel, rigid shaft",
         "Newton's law, Kakaitsas eqs. 3.1, 3.2", kind="curve",
-        needs=("load_torque", "driver_torque", "flywheel_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, flywheel_side_inertia, angular_acceleration:
         flywheel.shaft_torque(
             load_torque - driver_torque, flywheel_side_inertia, angular_acceleration
@@ -223,13 +217,12 @@ NODES = (
     Node(
         "load_side_inertia", "", "kg m2",
         "moment of inertia of the load, referred to the crankshaft",
-        public=False, when="wanted_delta", needs=("inertia_beyond_gear",),
-        make=lambda inertia_beyond_gear: inertia_beyond_gear,
+        public=False, when="wanted_delta", make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
     Node(
         "load_side_inertia", "", "kg m2",
         "moment of inertia of the load, referred to the crankshaft",
-        public=False, when="given_inertia inertia_in_parts", needs=("inertia_beyond_gear",),
+        public=False, when="given_inertia inertia_in_parts",
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
     # Of an inertia that is given whole, the load's part is not known: scenes are refused.
@@ -246,7 +239,6 @@ NODES = (
         "torque in the shaft between flywheel and load, referred to the crankshaft, positive where "
         "it drives the load, rigid shaft",
         "Newton's law, Kakaitsas eq. 3.1", kind="curve",
-        needs=("load_torque", "driver_torque", "load_side_inertia", "angular_acceleration"),
         make=lambda load_torque, driver_torque, load_side_inertia, angular_acceleration:
         flywheel.shaft_torque(
             load_torque - driver_torque, load_side_inertia, angular_acceleration
@@ -254,7 +246,6 @@ NODES = (
     ),
     Node(
         "rim_speed", "v_f", "m s-1", "rim speed of the flywheel", "Asgari eq. 15",
-        needs=("flywheel_outer_diameter", "speed"),
         make=lambda flywheel_outer_diameter, speed: flywheel.rim_speed(
             flywheel_outer_diameter, speed
         ),
@@ -262,8 +253,7 @@ NODES = (
     Node(
         "flywheel_smallest_diameter", "D_{min}", "m",
         "smallest outer diameter of the flywheel, at which the rim has the lowest usual speed",
-        "Asgari eqs. 14, 15", needs=("rim_speed_lowest", "speed"),
-        make=lambda rim_speed_lowest, speed: 2.0 * rim_speed_lowest / speed,
+        "Asgari eqs. 14, 15", make=lambda rim_speed_lowest, speed: 2.0 * rim_speed_lowest / speed,
     ),
     _verdict(
         "rim_speed_verdict", r"\chi_v", "whether the rim speed lies within its limits",
@@ -275,12 +265,12 @@ NODES = (
     Node(
         "flywheel_largest_diameter", "D_{max}", "m",
         "largest outer diameter of the flywheel, at which the rim has the largest allowed speed",
-        "Asgari eqs. 14, 15", needs=("rim_speed_limit", "speed"),
+        "Asgari eqs. 14, 15",
         make=lambda rim_speed_limit, speed: flywheel.largest_diameter(rim_speed_limit, speed),
     ),
     Node(
         "flywheel_mean_diameter", "D_r", "m", "mean diameter of the flywheel's ring",
-        "Asgari eq. 17", needs=_RING,
+        "Asgari eq. 17",
         make=lambda flywheel_outer_diameter, flywheel_inner_diameter: flywheel.mean_diameter(
             flywheel_outer_diameter, flywheel_inner_diameter
         ),
@@ -288,7 +278,6 @@ NODES = (
     Node(
         "diameter_over_stroke", "D_r/s", "1",
         "mean diameter of the flywheel over the stroke, usually 2 to 3", "Asgari eq. 16",
-        needs=("flywheel_mean_diameter", "stroke"),
         make=lambda flywheel_mean_diameter, stroke: flywheel_mean_diameter / stroke,
     ),
     _verdict(
@@ -302,8 +291,7 @@ NODES = (
     Node(
         "cycle_rate", "n_c", "min-1",
         "number of cycles per minute of one cylinder, at nominal speed",
-        "Asgari eq. 20", si=1.0 / 60.0, needs=("speed", "period"),
-        make=lambda speed, period: speed / period,
+        "Asgari eq. 20", si=1.0 / 60.0, make=lambda speed, period: speed / period,
     ),
     _of_triangle("cycle_work", "W", "J", "work of a cycle", "Asgari eqs. 20, 21", "work"),
     _of_triangle(
@@ -337,37 +325,35 @@ NODES = (
     Node(
         "excess_energy", "E", "J",
         "work of torque less load since the cycle's mean, which the moment of inertia takes up",
-        _ENERGY, kind="curve", needs=_OF_CURVES, make=_excess_energy,
+        _ENERGY, kind="curve", make=_excess_energy,
     ),
     Node(
         "crossing_angle", r"\varphi_c", "degree",
         "crank angle at which the torque crosses the load, both about their means",
-        _ENERGY, si=DEGREE, needs=_OF_CURVES, adds=("crossing",), removes=("crank_angle",),
+        _ENERGY, si=DEGREE, adds=("crossing",), removes=("crank_angle",),
         make=_crossing(0), width=8 * energy_levels.MOST_CROSSINGS,
     ),
     Node(
         "crossing_energy", "E_c", "J", "excess energy where the torque crosses the load",
-        _ENERGY, needs=_OF_CURVES, adds=("crossing",), removes=("crank_angle",),
+        _ENERGY, adds=("crossing",), removes=("crank_angle",),
         make=_crossing(1), width=8 * energy_levels.MOST_CROSSINGS,
     ),
     Node(
         "energy_fluctuation", "C_E", "1",
         "coefficient of fluctuation of energy, energy swing over the work of a cycle",
-        _ENERGY, needs=("energy_swing", "torque_mean", "period"),
-        make=lambda energy_swing, torque_mean, period: quotient(
+        _ENERGY, make=lambda energy_swing, torque_mean, period: quotient(
             energy_swing, np.abs(torque_mean) * period
         ),
     ),
     Node(
         "delta_energy_swing", r"\delta_W", "1",
         "coefficient of speed fluctuation from the energy swing, E/(inertia omega^2)",
-        _ENERGY, needs=("energy_swing", "inertia", "speed"), make=_delta_of_swing,
+        _ENERGY, make=_delta_of_swing,
     ),
     Node(
         "swing_of_energy_fluctuation", r"\Delta E_C", "J",
         "energy swing from a given coefficient of fluctuation of energy and the rated power",
-        _ENERGY, needs=("given_energy_fluctuation", "rated_power", "speed", "period"),
-        make=_swing_of_fluctuation,
+        _ENERGY, make=_swing_of_fluctuation,
     ),
     *(
         node
@@ -381,7 +367,7 @@ NODES = (
     Node(
         "inertia_energy_swing", r"\Theta_W", "kg m2",
         "inertia for the wanted delta from the energy swing of the torque",
-        "Asgari eq. 30 with the real torque", needs=("energy_swing", "wanted_delta", "speed"),
+        "Asgari eq. 30 with the real torque",
         make=lambda energy_swing, wanted_delta, speed: flywheel.energy_swing_inertia(
             energy_swing, wanted_delta, speed
         ),
@@ -398,14 +384,12 @@ NODES = (
     Node(
         "inertia_triangular_error", r"\Theta_\triangle/\Theta_w-1", "1",
         "relative error of the inertia from the triangular torque", "this project",
-        needs=("inertia_triangular", "inertia_required"),
         make=lambda inertia_triangular, inertia_required: inertia_triangular / inertia_required
         - 1.0,
     ),
     Node(
         "inertia_energy_swing_error", r"\Theta_W/\Theta_w-1", "1",
         "relative error of the inertia from the energy swing", "this project",
-        needs=("inertia_energy_swing", "inertia_required"),
         make=lambda inertia_energy_swing, inertia_required: inertia_energy_swing
         / inertia_required - 1.0,
     ),
@@ -422,11 +406,11 @@ NODES = (
         for when, gear in (("by_pressure", ("engine_inertia",)), ("by_torque", ()))
     ),
     Node(
-        *_SIZED, public=False, when="wanted_delta", needs=("flywheel_inertia_required",),
+        *_SIZED, public=False, when="wanted_delta",
         make=lambda flywheel_inertia_required: flywheel_inertia_required,
     ),
     Node(
-        *_SIZED, public=False, when="given_inertia inertia_in_parts", needs=("flywheel_inertia",),
+        *_SIZED, public=False, when="given_inertia inertia_in_parts",
         make=lambda flywheel_inertia: flywheel_inertia,
     ),
     # Of an inertia that is given whole, the flywheel's part is not known: scenes are refused.
@@ -438,7 +422,7 @@ NODES = (
         "inertia_share", "I_F/I_T", "1",
         "share of the flywheel in the inertia of all rotating parts of the engine, usually 0.8 to "
         "0.9",
-        "Asgari eq. 18", needs=("sized_flywheel_inertia", "inertia", "inertia_beyond_gear"),
+        "Asgari eq. 18",
         make=lambda sized_flywheel_inertia, inertia, inertia_beyond_gear: sized_flywheel_inertia
         / (inertia - inertia_beyond_gear),
     ),
@@ -451,7 +435,6 @@ NODES = (
     Node(
         "flywheel_mass", "M_f", "kg",
         "mass of a ring with the inertia of the flywheel, given or required", "Asgari eq. 31",
-        needs=("sized_flywheel_inertia", *_RING),
         make=lambda sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter:
         flywheel.ring_mass(
             sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter
@@ -459,7 +442,7 @@ NODES = (
     ),
     Node(
         "flywheel_thickness", "b_f", "m", "thickness of the flywheel's ring along the shaft",
-        "Asgari, after eq. 31", needs=("flywheel_mass", *_RING, "flywheel_density"),
+        "Asgari, after eq. 31",
         make=lambda flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter,
         flywheel_density: flywheel.ring_thickness(
             flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter, flywheel_density
@@ -468,22 +451,20 @@ NODES = (
     Node(
         "rim_speed_at_stress_limit", r"v_\sigma", "m s-1",
         "largest speed of the rim's mean diameter, at the allowed hoop stress of a thin rim",
-        _ENERGY, needs=("rim_stress_limit", "flywheel_density"),
-        make=lambda rim_stress_limit, flywheel_density: flywheel.rim_speed_at_stress(
+        _ENERGY, make=lambda rim_stress_limit, flywheel_density: flywheel.rim_speed_at_stress(
             rim_stress_limit, flywheel_density
         ),
     ),
     Node(
         "rim_largest_diameter", r"D_\sigma", "m",
         "largest mean diameter of the flywheel's rim, at the allowed hoop stress", _ENERGY,
-        needs=("rim_speed_at_stress_limit", "speed"),
         make=lambda rim_speed_at_stress_limit, speed: flywheel.largest_diameter(
             rim_speed_at_stress_limit, speed
         ),
     ),
     Node(
         "rim_stress", r"\sigma_r", "MPa", "hoop stress of the flywheel's rim at nominal speed",
-        _ENERGY, si=MPA, needs=("rim_mean_diameter", "speed", "flywheel_density"),
+        _ENERGY, si=MPA,
         make=lambda rim_mean_diameter, speed, flywheel_density: flywheel.rim_stress(
             rim_mean_diameter, speed, flywheel_density
         ),
@@ -492,14 +473,13 @@ NODES = (
         "rim_mass", "m_r", "kg",
         "mass of the flywheel's rim with its share of the inertia of the flywheel, given or "
         "required",
-        _ENERGY, needs=("rim_inertia_share", "sized_flywheel_inertia", "rim_mean_diameter"),
+        _ENERGY,
         make=lambda rim_inertia_share, sized_flywheel_inertia, rim_mean_diameter: flywheel.rim_mass(
             rim_inertia_share * sized_flywheel_inertia, rim_mean_diameter
         ),
     ),
     Node(
         "rim_thickness", "t_r", "m", "radial thickness of the flywheel's rim", _ENERGY,
-        needs=("rim_mass", "rim_mean_diameter", "flywheel_density", "rim_width_over_thickness"),
         make=lambda rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness:
         flywheel.rim_thickness(
             rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness
@@ -507,7 +487,6 @@ NODES = (
     ),
     Node(
         "rim_width", "b_r", "m", "width of the flywheel's rim along the shaft", _ENERGY,
-        needs=("rim_thickness", "rim_width_over_thickness"),
         make=lambda rim_thickness, rim_width_over_thickness: rim_width_over_thickness
         * rim_thickness,
     ),

@@ -80,17 +80,16 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rubbing", "", "Pa", "friction mean effective pressure of the engine's components",
-        public=False, when="patton_nitschke_heywood", needs=("fmep_components",),
+        public=False, when="patton_nitschke_heywood",
         make=lambda fmep_components: 1.0 * fmep_components,  # a result of its own, not the same one
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
-        when="bare", needs=("rubbing",), make=lambda rubbing: rubbing,
+        when="bare", make=lambda rubbing: rubbing,
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure, with the auxiliaries",
         "Kakaitsas eq. 3.9", si=BAR, when="auxiliaries",
-        needs=("rubbing", "auxiliary_torque", "auxiliary_mean", "displacement", "period"),
         make=lambda rubbing, auxiliary_torque, auxiliary_mean, displacement, period: rubbing
         + (auxiliary_torque + auxiliary_mean) * period / displacement,
     ),
@@ -103,23 +102,22 @@ NODES: tuple[Node, ...] = (
              lambda driven, crank_angle: driven.auxiliaries(crank_angle) - driven.auxiliaries.mean),
         )
         for node in (
-            hidden(name, "N m", text, ("driven", *of_curve), make, kind=kind,
+            hidden(name, "N m", text, make, ("driven", *of_curve), kind=kind,
                    when="angle_auxiliaries"),
-            hidden(name, "N m", text, (), lambda: 0.0, kind=kind, when="steady_auxiliaries"),
+            hidden(name, "N m", text, lambda: 0.0, kind=kind, when="steady_auxiliaries"),
         )
     ),
     Node(
         "friction_torque", "M_{fr}", "N m",
         "mean friction torque, positive against the rotation, subtracted",
-        "Kakaitsas eq. 3.8", needs=("fmep", "displacement", "period"),
-        make=lambda fmep, displacement, period: friction.friction_torque(
+        "Kakaitsas eq. 3.8", make=lambda fmep, displacement, period: friction.friction_torque(
             fmep, displacement, period
         ),
     ),
     Node(
         "friction_level", "", "Pa",
         "mean friction torque of a cylinder over piston area and crank radius", public=False,
-        needs=("rubbing", *_LEVER), make=_level,
+        make=_level,
     ),
     *(
         Node(
@@ -152,7 +150,6 @@ NODES: tuple[Node, ...] = (
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
         "friction torque over crank angle, positive against the rotation, subtracted",
         "Kakaitsas eq. 3.8", kind="curve", when="uniform_friction",
-        needs=("friction_torque", "auxiliary_swing", "crank_angle"),
         make=lambda friction_torque, auxiliary_swing, crank_angle: friction_torque
         + auxiliary_swing + 0.0 * crank_angle,
     ),

@@ -50,8 +50,7 @@ PARAMETERS = (
         "main_bearings", "n_H", "1",
         "number of main bearings; by default one more than the number of "
         "throws", PATTON, whole=True, low=1.0,
-        low_included=True, high=100.0, needs=("cylinder_set", "cylinders_by_count"),
-        make=_main_bearings,
+        low_included=True, high=100.0, make=_main_bearings,
     ),
     parameter(
         "valve_train", "i_V", "1", "type of valve train", PATTON, whole=True,
@@ -142,11 +141,11 @@ def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
 
 
 NODES: tuple[Node, ...] = (
-    hidden("mean_stroke", "m", "mean stroke of the cylinders", ("stroke", "stroke_share"), product),
+    hidden("mean_stroke", "m", "mean stroke of the cylinders", product, ("stroke", "stroke_share")),
     hidden(
         "intake_ratio", "1",
         "pressure in the cylinder before compression over that of the atmosphere",
-        ("family", "row", "pressure_scale"), _intake_ratio,
+        _intake_ratio,
     ),
     _sized(
         "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
@@ -172,7 +171,6 @@ NODES: tuple[Node, ...] = (
     hidden(
         "ring_gas_pressure_unthrottled", "Pa",
         "ring friction added by gas pressure at full throttle",
-        ("geometric_compression_ratio", "mean_piston_speed"),
         lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
             geometric_compression_ratio, mean_piston_speed
         ),
@@ -194,13 +192,12 @@ NODES: tuple[Node, ...] = (
     hidden(
         "fmep_without_gas", "Pa",
         "friction mean effective pressure of all that does not depend on gas pressure",
-        _UNTHROTTLED, _in_order(_UNTHROTTLED),
+        _in_order(_UNTHROTTLED), _UNTHROTTLED,
     ),
     Node(
         "fmep_components", "p_{fr,\\Sigma}", "bar",
         "friction mean effective pressure of all components, by the law of Patton, Nitschke and "
         "Heywood", PATTON, si=BAR,
-        needs=("fmep_without_gas", "ring_gas_pressure_unthrottled", "intake_ratio"),
         make=lambda fmep_without_gas, ring_gas_pressure_unthrottled, intake_ratio:
         fmep_without_gas + ring_gas_pressure_unthrottled * intake_ratio,
     ),

@@ -43,7 +43,6 @@ PARAMETERS: tuple[Node, ...] = (
         "synchronising_torque", "c_s", "N m rad-1",
         "synchronising torque of the generator at its own shaft, per radian of its shaft; by "
         "default from synchronising_power", KUNDUR, low=0.0,
-        needs=("synchronising_power", "pole_pairs", "speed", "gear_ratio"),
         make=lambda synchronising_power, pole_pairs, speed, gear_ratio: grid.torque_from_power(
             synchronising_power, pole_pairs, gear_ratio * speed
         ),
@@ -203,7 +202,6 @@ def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: s
     ]  # fmt: skip
 
 
-_ROTOR = ("order", "speed", "inertia", "grid_stiffness", "grid_damping")
 _ANGLE = _swing(
     "grid_angle", r"\theta_g", r"\theta_{g,\nu}", "degree", DEGREE,
     "angle of the rigid rotor against the grid, from its mean",
@@ -212,36 +210,31 @@ _ANGLE = _swing(
 _GRID = (
     hidden(
         "grid_stiffness", "N m rad-1", "synchronising torque at the crank",
-        ("synchronising_torque", "gear_ratio"),
         lambda synchronising_torque, gear_ratio: gear_ratio**2 * synchronising_torque,
     ),
     hidden(
         "grid_damping", "N m s rad-1", "damping torque at the crank",
-        ("damping_torque", "gear_ratio"),
         lambda damping_torque, gear_ratio: gear_ratio**2 * damping_torque,
     ),
     Node(
         "electrical_frequency", "f", "Hz", "frequency of the generator's voltage at nominal speed",
-        "this project", needs=("pole_pairs", "gear_ratio", "speed"),
+        "this project",
         make=lambda pole_pairs, gear_ratio, speed: pole_pairs * gear_ratio * speed / (2.0 * np.pi),
     ),
     Node(
         "grid_natural_frequency", "f_0", "Hz",
         "natural frequency of the rigid rotor against the grid, without damping", KUNDUR,
-        needs=("inertia", "grid_stiffness"),
         make=lambda inertia, grid_stiffness: grid.natural_frequency(inertia, grid_stiffness)
         / (2.0 * np.pi),
     ),
     Node(
         "grid_natural_order", r"\nu_0", "1",
         "natural frequency of the rigid rotor against the grid, as an order", KUNDUR,
-        needs=("grid_natural_frequency", "speed"),
         make=lambda grid_natural_frequency, speed: 2.0 * np.pi * grid_natural_frequency / speed,
     ),
     Node(
         "grid_damping_ratio", r"\zeta_0", "1",
         "damping ratio of the rigid rotor against the grid", KUNDUR,
-        needs=("inertia", "grid_stiffness", "grid_damping"),
         make=lambda inertia, grid_stiffness, grid_damping: grid.damping_ratio(
             inertia, grid_stiffness, grid_damping
         ),
@@ -249,13 +242,13 @@ _GRID = (
     Node(
         "grid_amplification", r"V_\nu", "1",
         "amplitude of an order of the angle against the grid over that of the free rotor", SWING,
-        needs=_ROTOR, make=lambda order, speed, inertia, grid_stiffness, grid_damping:
+        make=lambda order, speed, inertia, grid_stiffness, grid_damping:
         grid.amplification(order, speed, inertia, grid_stiffness, grid_damping),
     ),
     Node(
         "grid_nearest_order", r"\nu_e", "1",
         "excited order that is nearest to the natural order against the grid", "this project",
-        needs=("grid_natural_order", "order", "torque_harmonics"), removes=("order",),
+        removes=("order",),
         make=lambda grid_natural_order, order, torque_harmonics: grid.nearest_order(
             order, grid_natural_order, torque_harmonics
         ),
@@ -264,22 +257,20 @@ _GRID = (
         "grid_resonance_nearness", r"b/|\nu_e/\nu_0-1|", "1",
         "resonance_band over the distance of the nearest excited order from the natural order "
         "against the grid, above 1 within the band", "this project",
-        needs=("resonance_band", "grid_nearest_order", "grid_natural_order"),
         make=lambda resonance_band, grid_nearest_order, grid_natural_order: grid.nearness(
             resonance_band, grid_nearest_order, grid_natural_order
         ),
     ),
     hidden(
         "grid_angle_harmonics", "rad", "harmonics of the angle against the grid",
-        ("torque_harmonics", *_ROTOR),
         lambda torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping:
         grid.angle_harmonics(
             torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping
-        ), width=16, beside=("grid_resonance_nearness",),
+        ),
+        width=16, beside=("grid_resonance_nearness",),
     ),
     hidden(
         "grid_power_harmonics", "W", "harmonics of the power to the grid",
-        ("grid_angle_harmonics", "order", "speed", "grid_stiffness", "grid_damping"),
         lambda grid_angle_harmonics, order, speed, grid_stiffness, grid_damping:
         grid.power_harmonics(grid_angle_harmonics, order, speed, grid_stiffness, grid_damping),
         width=16,
@@ -322,7 +313,7 @@ OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
 
 _DURATIONS = (
     Node(
-        "cycle_time", "T", "s", "duration of a cycle", DEVIATION, needs=("omega", "period"),
+        "cycle_time", "T", "s", "duration of a cycle", DEVIATION,
         make=lambda omega, period: time_over_angle.cycle_time(omega, period), **_TIME,
     ),
     *(
@@ -338,22 +329,21 @@ _DURATIONS = (
     Node(
         "interval_duration", "t_{ab}", "s",
         "duration from interval_begin to interval_end", DEVIATION,
-        needs=("omega", "crank_angle", "period", "curve_period", *INTERVAL), make=_interval,
+        make=_interval,
         **_TIME,
     ),
 )  # fmt: skip
 
 NODES: tuple[Node, ...] = (
     Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,
-         needs=("omega_close", "curve_period"), removes=("close_angle",), make=_extremes,
+         removes=("close_angle",), make=_extremes,
          width=_EXTREMES.itemsize),
     *_DEVIATIONS,
     *(_electrical(node) for node in _DEVIATIONS),
     Node(
         "angle_deviation_over_limit", r"p\theta_{largest}/\theta_{lim}", "1",
         "largest electrical angle to either side over its limit, above 1 where it is exceeded",
-        DEVIATION, needs=("angle_deviation_electrical_largest", "angle_deviation_limit"),
-        make=lambda angle_deviation_electrical_largest, angle_deviation_limit:
+        DEVIATION, make=lambda angle_deviation_electrical_largest, angle_deviation_limit:
         angle_deviation_electrical_largest / angle_deviation_limit,
     ),
     *_GRID,

@@ -23,8 +23,6 @@ _SHAPED = {
 }  # fmt: skip
 """When k is a factor on the torque of a table or of such a law."""
 
-_OF_MOTOR = ("synchronous_speed", "motor_breakdown_slip", "breakdown_torque")
-
 
 def load_coefficient_unit(exponent: float) -> str | None:
     """Unit of k where the exponent is a whole number, None otherwise (UDUNITS reads no other)."""
@@ -74,16 +72,15 @@ NODES: tuple[Node, ...] = (
     Node(
         "load_gear", "i", "1", "speed of a load over its own angle or speed over the crank's",
         public=False,
-        needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
+        make=lambda gear_ratio: gear_ratio,
     ),
     Node(
         "load_constant", "", "N m", "load torque independent of speed", public=False,
-        when="steady_load", needs=("load_offset",), make=lambda load_offset: load_offset,
+        when="steady_load", make=lambda load_offset: load_offset,
     ),
     Node(
         "load_constant", "", "N m", "load torque independent of speed, mean over the cycle",
         public=False, when="angle_load",
-        needs=("load_offset", "driven", "load_gear", "load_table_factor"),
         make=lambda load_offset, driven, load_gear, load_table_factor:
         driven_machine.constant_load(
             load_offset, driven.over_angle, load_gear, load_table_factor
@@ -91,14 +88,11 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
-        public=False, when="steady_load", needs=("load_offset",),
-        make=lambda load_offset: load_offset,
+        public=False, when="steady_load", make=lambda load_offset: load_offset,
     ),
     Node(
         "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
         public=False, when="angle_load",
-        needs=("load_offset", "driven", "crank_angle", "load_gear", "load_phase",
-               "load_table_factor"),
         make=lambda load_offset, driven, crank_angle, load_gear, load_phase, load_table_factor:
         load_offset + driven_machine.load_over_angle(
             crank_angle, driven.over_angle, load_gear, load_phase, load_table_factor
@@ -107,44 +101,41 @@ NODES: tuple[Node, ...] = (
     Node(
         "load_surplus", "", "N m",
         "mean torque to be balanced by the speed-dependent load or the driver",
-        public=False, when="power_mean", needs=("torque_mean", "load_constant"),
+        public=False, when="power_mean",
         make=lambda torque_mean, load_constant: torque_mean - load_constant,
     ),
     Node(
         "load_surplus", "", "N m",
         "mean torque to be balanced by the speed-dependent load or the driver",
-        public=False, when="cycle_time", needs=("torque_mean", "load_constant", "load_factor"),
+        public=False, when="cycle_time",
         make=lambda torque_mean, load_constant, load_factor: load_factor
         * (torque_mean - load_constant),
     ),
     Node(
         "synchronous_speed", "", "rad s-1",
         "driving motor: synchronous speed, referred to the crankshaft",
-        public=False, needs=("motor_synchronous_speed", "motor_gear_ratio"),
-        make=lambda motor_synchronous_speed, motor_gear_ratio: motor_synchronous_speed
+        public=False, make=lambda motor_synchronous_speed, motor_gear_ratio: motor_synchronous_speed
         / motor_gear_ratio,
     ),
     Node(
         "breakdown_torque", "", "N m",
         "driving motor: breakdown torque, referred to the crankshaft",
-        public=False, needs=("motor_breakdown_torque", "motor_gear_ratio"),
-        make=lambda motor_breakdown_torque, motor_gear_ratio: motor_gear_ratio
+        public=False, make=lambda motor_breakdown_torque, motor_gear_ratio: motor_gear_ratio
         * motor_breakdown_torque,
     ),
     Node(
         "shape_at_nominal", "", "N m", "torque of the driver's table at nominal speed",
-        public=False, when="table with_driver", needs=("driven", "speed"),
-        make=lambda driven, speed: driven.over_speed(speed),
+        public=False, when="table with_driver", make=lambda driven, speed: driven.over_speed(speed),
     ),
     Node(
         "shape_at_nominal", "", "N m",
         "torque of the load's table at nominal speed, referred to the crankshaft",
-        public=False, when="table no_driver", needs=("driven", "speed", "load_gear"),
+        public=False, when="table no_driver",
         make=lambda driven, speed, load_gear: load_gear * driven.over_speed(load_gear * speed),
     ),
     Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
-        public=False, when="motor", needs=("speed", *_OF_MOTOR),
+        public=False, when="motor",
         make=lambda speed, synchronous_speed, motor_breakdown_slip, breakdown_torque:
         driven_machine.motor_torque(
             speed, synchronous_speed, motor_breakdown_slip, breakdown_torque
@@ -152,32 +143,27 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
-        "Kakaitsas eq. 3.5",
-        needs=("torque_mean", "load_offset", "speed", "load_exponent"),
-        when="power_law steady_load power_mean",
+        "Kakaitsas eq. 3.5", when="power_law steady_load power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
         / power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
-        "Kakaitsas eq. 3.5 with the solved speed",
-        needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
-        when="power_law steady_load cycle_time",
+        "Kakaitsas eq. 3.5 with the solved speed", when="power_law steady_load cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
         * (torque_mean - load_offset) / power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
         "Kakaitsas eq. 3.5 with the mean of the load over angle",
-        needs=("load_surplus", "speed", "load_exponent"), when="power_law angle_load",
+        when="power_law angle_load",
         make=lambda load_surplus, speed, load_exponent: load_surplus
         / power(speed, load_exponent),
     ),
     *(
         Node(
             "load_coefficient", "k", "1", f"factor on the load's {what} over speed",
-            "Kakaitsas eq. 3.5 with a table", needs=("load_surplus", "shape_at_nominal"),
-            when=when,
+            "Kakaitsas eq. 3.5 with a table", when=when,
             make=lambda load_surplus, shape_at_nominal: quotient(load_surplus, shape_at_nominal),
         )
         for when, what in _SHAPED.items()
@@ -189,7 +175,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
-        "this project", needs=("load_surplus", "shape_at_nominal"), when="with_driver",
+        "this project", when="with_driver",
         make=lambda load_surplus, shape_at_nominal: -quotient(load_surplus, shape_at_nominal),
     ),
     Node(
@@ -203,13 +189,11 @@ NODES: tuple[Node, ...] = (
     Node(
         "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
         "this project", kind="curve", when="table with_driver",
-        needs=("driver_factor", "driven", "omega"),
         make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
     ),
     Node(
         "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
         "Kloss's formula", kind="curve", when="motor",
-        needs=("driver_factor", "omega", *_OF_MOTOR),
         make=lambda driver_factor, omega, synchronous_speed, motor_breakdown_slip,
         breakdown_torque: driver_factor * driven_machine.motor_torque(
             omega, synchronous_speed, motor_breakdown_slip, breakdown_torque
@@ -218,7 +202,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
         "speed-dependent part of the load torque at nominal speed", "Kakaitsas eq. 3.4",
-        needs=("load_coefficient", "speed", "load_exponent"), when="power_law",
+        when="power_law",
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
         * power(speed, load_exponent),
     ),
@@ -227,7 +211,7 @@ NODES: tuple[Node, ...] = (
             "load_torque_nominal", "k T(\\omega_n)", "N m",
             "speed-dependent part of the load torque at nominal speed",
             "Kakaitsas eq. 3.4 with a table",
-            needs=("load_coefficient", "shape_at_nominal"), when=when,
+            when=when,
             make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
         )
         for when in _SHAPED
@@ -240,29 +224,25 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
-        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
-        when="power_law steady_load",
+        kind="curve", when="power_law steady_load",
         make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
         + load_coefficient * power(omega, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
-        kind="curve", needs=("load_over_angle", "load_coefficient", "omega", "load_exponent"),
-        when="power_law angle_load",
+        kind="curve", when="power_law angle_load",
         make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
         + load_coefficient * power(omega, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", _LOAD_TORQUE,
         "Kakaitsas eq. 3.4 with a table", kind="curve", when="table no_driver",
-        needs=("load_over_angle", "load_coefficient", "omega", "driven", "load_gear"),
         make=lambda load_over_angle, load_coefficient, omega, driven, load_gear: load_over_angle
         + load_coefficient * load_gear * driven.over_speed(load_gear * omega),
     ),
     Node(
         "load_torque", "M_L", "N m",
         "load torque, positive against the rotation, independent of speed", "this project",
-        kind="curve", when="with_driver", needs=("load_over_angle",),
-        make=lambda load_over_angle: load_over_angle,
+        kind="curve", when="with_driver", make=lambda load_over_angle: load_over_angle,
     ),
 )  # fmt: skip

@@ -230,8 +230,7 @@ _REDUCED_TORQUES = (
     Node(
         "reduced_overturning_moment", r"\mu_\alpha", "bar",
         "overturning moment over the displacement, positive in the sense of rotation, cylinder 1",
-        f"{NOTES}, mu", si=BAR, kind="curve", needs=("reduced_torque",),
-        make=lambda reduced_torque: -reduced_torque,
+        f"{NOTES}, mu", si=BAR, kind="curve", make=lambda reduced_torque: -reduced_torque,
     ),
 )  # fmt: skip
 
@@ -243,7 +242,6 @@ _OVERTURNING = (
         "overturning moment on the frame, positive in the sense of rotation, all cylinders",
         "Kakaitsas eq. 2.8 (M_a = -N H)",
         kind="curve",
-        needs=("gas_torque", "inertia_torque"),
         make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
     ),
     Node(
@@ -254,7 +252,6 @@ _OVERTURNING = (
         "cylinders",
         "Kakaitsas eq. 2.8 (M_a = -N H)",
         kind="curve",
-        needs=("gas_torque",),
         make=lambda gas_torque: -gas_torque,
     ),
     Node(
@@ -266,19 +263,17 @@ _OVERTURNING = (
         "all cylinders",
         "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
         kind="curve",
-        needs=("inertia_torque",),
         make=lambda inertia_torque: -inertia_torque,
     ),
 )
 
 NODES: tuple[Node, ...] = (
     hidden(
-        "mass_of_first", "kg", "reciprocating mass of cylinder 1", ("reciprocating_mass",),
+        "mass_of_first", "kg", "reciprocating mass of cylinder 1",
         lambda reciprocating_mass: reciprocating_mass, when="equal",
     ),
     hidden(
         "mass_of_first", "kg", "reciprocating mass of cylinder 1",
-        ("reciprocating_mass", "cylinder_set", "cylinders_by_count"),
         lambda reciprocating_mass, cylinder_set, cylinders_by_count: reciprocating_mass
         * mechanism.of_cylinder(lambda m: m.mass_factor, cylinder_set, cylinders_by_count),
         when="unequal",
@@ -287,7 +282,7 @@ NODES: tuple[Node, ...] = (
         "rod_angle", r"\beta", "degree",
         "angle between rod and cylinder axis, positive with the big end on the side where the "
         "crank pin moves down",
-        "Kakaitsas eq. 1.3", si=DEGREE, kind="curve", needs=_ANGLE,
+        "Kakaitsas eq. 1.3", si=DEGREE, kind="curve",
         make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.rod_angle(
             crank_angle, crank_ratio, offset_ratio
         ),
@@ -295,28 +290,23 @@ NODES: tuple[Node, ...] = (
     Node(
         "rod_angular_velocity", r"\dot\beta", "rad s-1",
         "angular velocity of the rod at nominal speed, positive while the rod angle grows", KHURMI,
-        kind="curve", needs=(*_ANGLE, "speed"),
-        make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed
+        kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed
         * mechanism.rod_speed(crank_angle, crank_ratio, offset_ratio),
     ),
     Node(
         "rod_angular_acceleration", r"\ddot\beta", "rad s-2",
         "angular acceleration of the rod at nominal speed, positive in the sense of increasing rod "
         "angle",
-        KHURMI, kind="curve", needs=(*_ANGLE, "speed"),
-        make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed**2
+        KHURMI, kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio, speed: speed**2
         * mechanism.rod_acceleration(crank_angle, crank_ratio, offset_ratio),
     ),
     Node(
         "crank_angle_at_travel", r"\varphi_x", "degree",
         "crank angle at which the piston on its way down has the given travel, within the stroke",
-        KHURMI, si=DEGREE,
-        needs=("piston_travel", "crank_ratio", "offset_ratio", "double_radius", "stroke"),
-        make=_angle_at_travel,
+        KHURMI, si=DEGREE, make=_angle_at_travel,
     ),
     hidden(
         "direction_of_first", "rad", "direction of cylinder 1",
-        ("engine_inclination", "cylinder_set", "cylinders_by_count"),
         lambda engine_inclination, cylinder_set, cylinders_by_count: engine_inclination
         + value_of_sets(
             cylinder_set, cylinders_by_count, lambda engine: mechanism.banks_of(engine)[0]
@@ -325,8 +315,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "cylinder_direction", r"\gamma_1", "degree",
         "angle of cylinder 1 from the upward vertical, positive in the sense of rotation",
-        "this project", si=DEGREE, needs=("direction_of_first",),
-        make=lambda direction_of_first: 1.0 * direction_of_first,
+        "this project", si=DEGREE, make=lambda direction_of_first: 1.0 * direction_of_first,
     ),
     _force(
         "gas_force", "P_g", "gas force on the piston, positive towards the crank",
@@ -352,8 +341,7 @@ NODES: tuple[Node, ...] = (
         "weight_force", "P_w", "N",
         "weight of the reciprocating masses along the cylinder, positive towards the crank, "
         "cylinder 1",
-        KHURMI, needs=("mass_of_first", "direction_of_first"),
-        make=lambda mass_of_first, direction_of_first: mechanism.GRAVITY * mass_of_first
+        KHURMI, make=lambda mass_of_first, direction_of_first: mechanism.GRAVITY * mass_of_first
         * np.cos(direction_of_first),
     ),
     _force(
@@ -370,8 +358,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "rotating_force", "P_r", "N",
         "centrifugal force of the rotating mass of one cylinder, without counterweights",
-        "Kakaitsas eq. 2.14", needs=("rotating_mass", "double_radius", "speed"),
-        make=lambda rotating_mass, double_radius, speed: rotating_mass
+        "Kakaitsas eq. 2.14", make=lambda rotating_mass, double_radius, speed: rotating_mass
         * 0.5 * double_radius * speed**2,
     ),
     Node(
@@ -379,9 +366,6 @@ NODES: tuple[Node, ...] = (
         "gravity torque of the running gear, positive in the sense of rotation, including the "
         "given counterweights, all cylinders",
         f"{NOTES}, T_G", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "journal_rod_mass",
-               "journal_throw_mass", "double_radius", "cylinder_set", "cylinders_by_count",
-               "offset_ratio", "engine_inclination", "web_unbalance"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, journal_rod_mass,
         journal_throw_mass, double_radius, cylinder_set, cylinders_by_count, offset_ratio,
         engine_inclination, web_unbalance: mechanism.gravity_torque(
@@ -395,7 +379,6 @@ NODES: tuple[Node, ...] = (
         "torque of the given friction force at the pistons, positive against the rotation, all "
         "cylinders",
         KHURMI, kind="curve",
-        needs=(*_ANGLE, "piston_friction", "double_radius", "cylinder_set", "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, offset_ratio, piston_friction, double_radius,
         cylinder_set, cylinders_by_count: mechanism.piston_friction_torque(
             crank_angle, crank_ratio, piston_friction, 0.5 * double_radius, cylinder_set,
@@ -406,7 +389,7 @@ NODES: tuple[Node, ...] = (
         "net_torque", "M_n", "N m",
         "engine torque with the weights of the running gear and less the given friction at the "
         "pistons, positive in the sense of rotation",
-        KHURMI, kind="curve", needs=("torque", "gravity_torque", "piston_friction_torque"),
+        KHURMI, kind="curve",
         make=lambda torque, gravity_torque, piston_friction_torque: torque + gravity_torque
         - piston_friction_torque,
     ),
@@ -416,21 +399,19 @@ NODES: tuple[Node, ...] = (
         "tangential_pressure_mean", r"\bar p_T", "bar",
         "cycle mean of the tangential force over piston area, averaged over the cylinders",
         f"{NOTES}: p_i/pi (two-stroke), p_i/(2 pi) (four-stroke)", si=BAR,
-        needs=("mean_gas", "pressure_scale"),
         make=lambda mean_gas, pressure_scale: mean_gas * pressure_scale,
     ),
     Node(
         "reduced_torque_mean", r"\bar\mu_\sigma", "bar",
         "cycle mean of the torque over the displacement, averaged over the cylinders",
         f"{NOTES}, mu",
-        si=BAR, needs=("tangential_pressure_mean", "double_radius", "stroke"),
+        si=BAR,
         make=lambda tangential_pressure_mean, double_radius, stroke: 0.5 * tangential_pressure_mean
         * double_radius / stroke,
     ),
     Node(
         "specific_mass", "m/V_h", "kg m-3",
         "reciprocating mass per displacement of one cylinder", f"{NOTES}, p_l,nu",
-        needs=("reciprocating_mass", "bore", "stroke"),
         make=lambda reciprocating_mass, bore, stroke: reciprocating_mass
         / (torque.piston_area(bore) * stroke),
     ),
@@ -438,14 +419,13 @@ NODES: tuple[Node, ...] = (
         "inertia_pressure_order", r"p_{l,\nu}", "bar",
         "amplitude of each order of the inertia force over piston area, one cylinder",
         f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
-        needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
         make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
         mechanism.inertia_pressure(acceleration_coefficient, specific_mass, mean_piston_speed),
     ),
     Node(
         "two_mass_rod_inertia", r"\theta^*_\delta", "kg m2",
         "moment of inertia of the rod's two-mass model about the centre of gravity",
-        f"{NOTES}, third condition", needs=("rod_mass", "rod_centre_of_gravity", "rod"),
+        f"{NOTES}, third condition",
         make=lambda rod_mass, rod_centre_of_gravity, rod: mechanism.two_mass_rod_inertia(
             rod_mass, rod_centre_of_gravity, rod
         ),
@@ -454,7 +434,6 @@ NODES: tuple[Node, ...] = (
         "rod_inertia_excess", r"\theta_\delta-\theta^*_\delta", "kg m2",
         "excess of the rod's moment of inertia over that of its two-mass model",
         f"{NOTES}, third condition",
-        needs=("rod_inertia", "two_mass_rod_inertia"),
         make=lambda rod_inertia, two_mass_rod_inertia: rod_inertia - two_mass_rod_inertia,
     ),
     Node(
@@ -462,7 +441,6 @@ NODES: tuple[Node, ...] = (
         "inertia couple of the rod neglected by the two-mass model, positive in the sense of "
         "increasing rod angle",
         "Kakaitsas section 2.2, derived here", kind="curve",
-        needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
         mechanism.rod_couple(crank_angle, crank_ratio, rod_inertia_excess, speed, offset_ratio),
     ),
@@ -471,7 +449,6 @@ NODES: tuple[Node, ...] = (
         "rod torque neglected by the two-mass model, positive in the sense of rotation, one "
         "cylinder",
         "Kakaitsas section 2.2, derived here", kind="curve",
-        needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
         mechanism.rod_couple_torque(
             crank_angle, crank_ratio, rod_inertia_excess, speed, offset_ratio
@@ -482,8 +459,6 @@ NODES: tuple[Node, ...] = (
         "largest error of the two-mass model's inertia torque, over the exact rod's largest "
         "inertia torque",
         "Kakaitsas section 2.2, derived here",
-        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
-               "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
         offset_ratio:
         mechanism.rod_torque_error(
@@ -495,8 +470,6 @@ NODES: tuple[Node, ...] = (
         "largest error of the two-mass model's inertia wall thrust, over the exact rod's largest "
         "inertia wall thrust",
         "Kakaitsas section 2.2, derived here",
-        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
-               "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
         offset_ratio:
         mechanism.rod_thrust_error(

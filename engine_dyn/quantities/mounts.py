@@ -113,10 +113,10 @@ NODES: tuple[Node, ...] = (
     Node("offset_moment", "", "N m", "moment of the inertia forces about the crank's axis",
          kind="curve", public=False, when="offset", needs=("crank_angle", "period", *_OFFSET),
          make=_offset_moment),
-    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", (), lambda: 0.0,
+    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", lambda: 0.0,
            when="centred"),
-    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", ("order", *_OFFSET),
-           _offset_moment_harmonics, when="offset", width=16),
+    hidden("offset_moment_harmonics", "N m", "harmonics of that moment", _offset_moment_harmonics,
+           ("order", *_OFFSET), when="offset", width=16),
     Node(
         "roll_moment", "M_R", "N m",
         "moment of the engine on its block about the crankshaft's axis, reaction of the torque, "
@@ -126,7 +126,6 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "roll_moment_harmonics", "N m", "harmonics of the roll moment",
-        ("torque_harmonics", "offset_moment_harmonics"),
         lambda torque_harmonics, offset_moment_harmonics:
         -(torque_harmonics + offset_moment_harmonics), width=16,
     ),
@@ -149,7 +148,7 @@ NODES: tuple[Node, ...] = (
             ),
             hidden(
                 "mount_force_harmonics", "N", "harmonics of the force on each mount",
-                ("roll_moment_harmonics", "order", "mounts", "mount", *needs), _harmonics,
+                _harmonics, ("roll_moment_harmonics", "order", "mounts", "mount", *needs),
                 throws=True, when=word, width=16,
             ),
         )

@@ -65,7 +65,7 @@ class Node:
         Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
         as UDUNITS reads it; one line of meaning; author and equation.
     needs : tuple of str
-        Names of the nodes that `make` takes.
+        Names of the nodes that `make` takes; left out, they are its arguments.
     adds : tuple of str
         Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
     removes : tuple of str
@@ -158,6 +158,8 @@ class Node:
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)
+        if not self.needs and self.make is not None:
+            object.__setattr__(self, "needs", _arguments(self.make))
         if self.extreme_of is not None and self.extreme_of[1] not in EXTREMES:
             raise ValueError(f"node {self.name!r}: no extreme is called {self.extreme_of[1]!r}")
 
@@ -170,11 +172,23 @@ def parameter(
 
 
 def hidden(
-    name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Callable[..., Any],
+    name: str, unit: str, long_name: str, make: Callable[..., Any], needs: tuple[str, ...] = (),
     **more: Any,
 ) -> Node:  # fmt: skip
     """Return a node that scenes cannot ask for, made on the way to others."""
     return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)
+
+
+def _arguments(make: Any, *, optional: bool = False) -> tuple[str, ...]:
+    """Names of the nodes that a function takes: its arguments, less those that are no nodes."""
+    code = getattr(make, "__code__", None)
+    if code is None:
+        return ()
+    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    last = code.co_argcount - len(make.__defaults__ or ())
+    given = {*names[last : code.co_argcount], *(make.__kwdefaults__ or ())}
+    without = {"wanted", "threads", "progress"} | (set() if optional else given)
+    return tuple(name for name in names if name not in without)
 
 
 def check_needs(nodes: Mapping[str, Sequence[Node]]) -> None:
@@ -197,12 +211,8 @@ def check_needs(nodes: Mapping[str, Sequence[Node]]) -> None:
         code = getattr(make, "__code__", None)
         if code is None or code.co_flags & (CO_VARARGS | CO_VARKEYWORDS):
             continue
-        count = code.co_argcount + code.co_kwonlyargcount
-        taken = {*code.co_varnames[:count]} - {"wanted", "threads", "progress"}
-        defaults = {*(make.__kwdefaults__ or ())}
-        optional = code.co_argcount - len(make.__defaults__ or ())
-        defaults |= {*code.co_varnames[optional : code.co_argcount]}
-        lacking, beyond = taken - {*node.needs} - defaults, {*node.needs} - taken
+        lacking = {*_arguments(make)} - {*node.needs}
+        beyond = {*node.needs} - {*_arguments(make, optional=True)}
         if lacking or beyond:
             what = f"takes {sorted(lacking)}, not among its needs" if lacking else (
                 f"does not take {sorted(beyond)}, which are among its needs"

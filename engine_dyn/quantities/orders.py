@@ -36,7 +36,7 @@ _COUNTED = ("cylinder_set", "cylinders_by_count")
 
 def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Any,
               **more: Any) -> Node:  # fmt: skip
-    return hidden(name, unit, long_name, needs, make, width=COMPLEX, **more)
+    return hidden(name, unit, long_name, make, needs, width=COMPLEX, **more)
 
 
 def _gravity(scope: str, first_only: bool) -> Node:
@@ -278,28 +278,26 @@ _FIRST_MODE = "phase vectors in the mode of a uniform shaft, derived here"
 _ORDERS = (
     Node(
         "order_frequency", r"f_\nu", "Hz", "frequency of the orders at nominal speed",
-        f"{NOTES}, harmonics of the tangential force", needs=("order", "speed"),
+        f"{NOTES}, harmonics of the tangential force",
         make=lambda order, speed: order * speed / (2.0 * np.pi),
     ),
     Node(
         "phase_vector_sum", r"|\sum e^{i\nu\psi_k}|", "1",
         "sum of the cylinders' phase vectors, 0 where an order cancels, Z where it is major",
-        f"{NOTES}, engines with several cylinders", needs=("phase_vectors",),
+        f"{NOTES}, engines with several cylinders",
         make=lambda phase_vectors: np.abs(phase_vectors),
     ),
     Node(
         "first_mode_vector_sum", r"|\sum \beta_k e^{i\nu\psi_k}|", "1",
         "sum of the cylinders' phase vectors in the first torsional mode, equal throws on a "
         "uniform shaft fixed at the take-off, mode shape 1 at the last throw",
-        _FIRST_MODE, needs=("first_mode_phase_vectors",),
-        make=lambda first_mode_phase_vectors: np.abs(first_mode_phase_vectors),
+        _FIRST_MODE, make=lambda first_mode_phase_vectors: np.abs(first_mode_phase_vectors),
     ),
     Node(
         "first_mode_torque_order", r"M_{1,\nu}^\beta", "N m",
         "amplitude of the orders of the torque that excites the first torsional mode, equal "
         "throws on a uniform shaft fixed at the take-off",
-        _FIRST_MODE, needs=("first_mode_torque_harmonics",),
-        make=lambda first_mode_torque_harmonics: np.abs(first_mode_torque_harmonics),
+        _FIRST_MODE, make=lambda first_mode_torque_harmonics: np.abs(first_mode_torque_harmonics),
     ),
     *_polar("", "gas_torque", r"M_{g,\nu}", "gas torque, all cylinders"),
     *_polar("", "inertia_torque", r"M_{l,\nu}", "inertia torque, all cylinders"),

@@ -24,20 +24,18 @@ PARAMETERS: tuple[Node, ...] = (
     parameter(
         "reciprocating_mass", "m", "kg", "reciprocating mass per cylinder",
         source="Kakaitsas eq. 2.10", low=0.0, low_included=True,
-        needs=("piston_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
         make=lambda piston_mass, rod_mass, rod_centre_of_gravity, rod: masses.reciprocating_mass(
             piston_mass, rod_mass, rod_centre_of_gravity, rod
         ),
     ),
     parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
-        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
+        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta",
         make=lambda inertia_required: inertia_required,
     ),
     parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
         source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_in_parts",
-        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "inertia_beyond_gear"),
         make=lambda engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear:
         masses.inertia_of_parts(
             engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear
@@ -46,7 +44,7 @@ PARAMETERS: tuple[Node, ...] = (
     parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
         source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_of_shaft",
-        needs=("shaft_inertia",), make=lambda shaft_inertia: shaft_inertia,
+        make=lambda shaft_inertia: shaft_inertia,
     ),
     parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
@@ -119,7 +117,6 @@ PARAMETERS: tuple[Node, ...] = (
     parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
         source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="offset",
-        needs=("rod_length", "stroke", "pin_line"),
         make=lambda rod_length, stroke, pin_line: slider_crank.crank_radius(
             stroke, rod_length, pin_line
         ) / rod_length,
@@ -127,7 +124,6 @@ PARAMETERS: tuple[Node, ...] = (
     parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
         source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="centred",
-        needs=("rod_length", "stroke"),
         make=lambda rod_length, stroke: 0.5 * stroke / rod_length,
     ),
     parameter(
@@ -155,8 +151,7 @@ PARAMETERS: tuple[Node, ...] = (
     *(
         parameter(
             "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0,
-            source="Kakaitsas table 4.1", when=when, needs=("speed_found",),
-            make=lambda speed_found: speed_found,
+            source="Kakaitsas table 4.1", when=when, make=lambda speed_found: speed_found,
         )
         for when in ("speed_of_largest", "speed_of_smallest")
     ),
@@ -229,13 +224,12 @@ PARAMETERS: tuple[Node, ...] = (
         "rod_inertia", r"\theta_\delta", "kg m2",
         "moment of inertia of the rod about its centre of gravity; by default, that of the "
         "two-mass model",
-        low=0.0, source="Rakopoulos notes, third condition", needs=("two_mass_rod_inertia",),
+        low=0.0, source="Rakopoulos notes, third condition",
         make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
     ),
     parameter(
         "crank_mass", r"m_\sigma", "kg", "mass of each throw, reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15", when="throw_given",
-        needs=("throw_mass", "throw_radius", "double_radius"),
         make=lambda throw_mass, throw_radius, double_radius: masses.crank_mass_at_pin(
             throw_mass, throw_radius, 0.5 * double_radius
         ),

@@ -61,7 +61,7 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
         ),
         Node(
             name, "", "1", "factor on the diagram at this speed", public=False,
-            needs=("speed", "scale_table"), make=_scale,
+            make=_scale,
             when=f"given_cycles scale_over_speed {when}",
             source="diesel_105x137: curve times peak pressure over speed",
         ),
@@ -98,16 +98,16 @@ def _mean_gas_of_unequal_throws(
 _OF_BOTH_ENDS = (
     Node(
         "peak_pressure", "p_{max}", "bar", "largest absolute pressure of both ends", "this project",
-        si=BAR, when="double_acting", needs=("double_acting",), extreme_of=("pressure", "largest"),
+        si=BAR, when="double_acting", extreme_of=("pressure", "largest"),
         make=lambda double_acting: np.float64(double_acting.largest),
     ),
     hidden(
-        "mean_peak_pressure", "Pa", "largest tabulated pressure of both ends", ("double_acting",),
+        "mean_peak_pressure", "Pa", "largest tabulated pressure of both ends",
         lambda double_acting: np.float64(double_acting.peak_of_ends), when="double_acting",
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in the head end of cylinder 1", "this project",
-        si=BAR, kind="curve", when="double_acting", needs=("crank_angle", "double_acting"),
+        si=BAR, kind="curve", when="double_acting",
         make=lambda crank_angle, double_acting: double_acting.head_end(crank_angle),
     ),
     *(
@@ -132,25 +132,23 @@ _OF_BOTH_ENDS = (
 NODES: tuple[Node, ...] = (
     Node(
         "place", "", "1", "place of load and speed in the table of one family", kind="value",
-        public=False, when="over_load", needs=("load", "family"), make=_place,
+        public=False, when="over_load", make=_place,
     ),
     Node(
         "place", "", "1", "place of load and speed in the table of one family", kind="value",
-        public=False, when="over_speed", needs=("load", "speed", "family"), make=_place_at_speed,
+        public=False, when="over_speed", make=_place_at_speed,
     ),
     Node(
         "place", "", "1", "place of the recorded cycle in the table", kind="value",
-        public=False, when="over_cycles", needs=("recorded_cycle",),
-        make=lambda recorded_cycle: recorded_cycle - 1.0,
+        public=False, when="over_cycles", make=lambda recorded_cycle: recorded_cycle - 1.0,
     ),
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="given_cycles", needs=("place",), make=lambda place: place,
+        when="given_cycles", make=lambda place: place,
     ),
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="own_cycles", needs=("place", "cycle", "family"),
-        make=lambda place, cycle, family: family.row_of(cycle, place),
+        when="own_cycles", make=lambda place, cycle, family: family.row_of(cycle, place),
     ),
     Node(
         "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
@@ -158,7 +156,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
-        needs=("row", "family"), when="own_cycles", make=_cycle_known,
+        when="own_cycles", make=_cycle_known,
         width=BYTES_OF_CYCLE,
     ),
     Node(
@@ -169,7 +167,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "all_cycles_known", "", "1",
         "1, or NaN where the parameters give no valid cycle at some load",
-        public=False, needs=("cycle", "family"), when="own_cycles",
+        public=False, when="own_cycles",
         make=_all_cycles_known, width=BYTES_OF_CYCLE,
     ),
     *_scales("pressure_scale", "cycle_known", "given_load"),
@@ -178,26 +176,24 @@ NODES: tuple[Node, ...] = (
         "pressure_scale", "", "1",
         "factor on the diagram, NaN where no diagram gives the torque of the full-load "
         "curve", public=False,
-        needs=("diagram_scale", "load"), when="characteristic",
+        when="characteristic",
         make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
     ),
     Node(
         "pressure_share", "", "1",
         "factor on the cylinder pressure, averaged over the cylinders", public=False,
-        needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "all_pressure", cylinder_set, cylinders_by_count
         ),
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest tabulated pressure", public=False,
-        when="single_acting equal", needs=("row", "family", "pressure_scale"),
+        when="single_acting equal",
         make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest tabulated pressure, averaged over the cylinders",
         public=False, when="single_acting unequal",
-        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         pressure_scale * peak_of_cylinders(
             row, family, cylinder_set, cylinders_by_count, np.mean, peak_with_factor
@@ -207,7 +203,6 @@ NODES: tuple[Node, ...] = (
         "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
         "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
         when="single_acting equal",
-        needs=("row", "family", "pressure_scale"),
         make=lambda row, family, pressure_scale: pressure_scale * largest_with_factor(
             row, family, 1.0
         ),
@@ -216,7 +211,6 @@ NODES: tuple[Node, ...] = (
         "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
         "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
         when="single_acting unequal",
-        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         pressure_scale * peak_of_cylinders(
             row, family, cylinder_set, cylinders_by_count, np.max, largest_with_factor
@@ -225,7 +219,6 @@ NODES: tuple[Node, ...] = (
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="single_acting equal",
-        needs=("crank_angle", "family", "row", "pressure_scale"),
         make=lambda crank_angle, family, row, pressure_scale: torque.pressure(
             crank_angle, family, row, pressure_scale
         ),
@@ -233,8 +226,6 @@ NODES: tuple[Node, ...] = (
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="single_acting unequal",
-        needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
-               "cylinders_by_count"),
         make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
         torque.pressure_of_first(
             crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
@@ -243,39 +234,33 @@ NODES: tuple[Node, ...] = (
     *_OF_BOTH_ENDS,
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share"),
         make=_mean_gas_of_equal_throws, when="equal_throws",
     ),
     Node(
         "mean_gas", "", "Pa",
         "mean of pressure times piston velocity over the engine's crank radius and speed",
-        public=False, when="unequal_throws",
-        needs=("crank_ratio", "offset_ratio", "row", "family", "cylinder_set",
-               "cylinders_by_count"),
-        make=_mean_gas_of_unequal_throws,
+        public=False, when="unequal_throws", make=_mean_gas_of_unequal_throws,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="centred", needs=("mean_gas", "pressure_scale", "period", "stroke_share"),
+        when="centred",
         make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
         * mean_gas / stroke_share,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
         when="offset",
-        needs=("mean_gas", "pressure_scale", "period", "double_radius", "stroke", "stroke_share"),
         make=lambda mean_gas, pressure_scale, period, double_radius, stroke, stroke_share:
         0.5 * double_radius
         / (stroke * stroke_share) * period * pressure_scale * mean_gas,
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
-        needs=("imep", "fmep"), make=lambda imep, fmep: balance_of(imep, fmep),
+        make=lambda imep, fmep: balance_of(imep, fmep),
     ),
     Node(
         "mechanical_efficiency", r"\eta_m", "1",
         "mechanical efficiency, brake over indicated mean effective pressure",
-        "Kakaitsas section 3.2.3", needs=("bmep", "imep"),
-        make=lambda bmep, imep: quotient(bmep, imep),
+        "Kakaitsas section 3.2.3", make=lambda bmep, imep: quotient(bmep, imep),
     ),
 )  # fmt: skip

@@ -40,8 +40,7 @@ def _extreme(
 ) -> Node:  # fmt: skip
     return Node(
         name, symbol, unit, f"{long_name}, the worst of all cylinders", API, si=si,
-        extreme_of=extreme_of, needs=("rod_load_extremes",),
-        make=lambda rod_load_extremes: rod_load_extremes[of],
+        extreme_of=extreme_of, make=lambda rod_load_extremes: rod_load_extremes[of],
     )  # fmt: skip
 
 
@@ -49,7 +48,6 @@ NODES: tuple[Node, ...] = (
     Node(
         "gas_force", "P_g", "N", "gas force on the piston, positive towards the crank, cylinder 1",
         API, kind="curve", when="double_acting",
-        needs=("crank_angle", "double_acting", "crankcase_pressure", "bore"),
         make=lambda crank_angle, double_acting, crankcase_pressure, bore: torque.piston_area(bore)
         * (double_acting(crank_angle) - crankcase_pressure),
     ),
@@ -58,19 +56,17 @@ NODES: tuple[Node, ...] = (
         "inertia load at the crosshead pin, of piston_mass, compression of the piston rod "
         "positive, cylinder 1",
         API, kind="curve", make=_inertia,
-        needs=("piston_mass", "double_radius", "speed", "acceleration", "cylinder_set",
-               "cylinders_by_count"),
     ),
     Node(
         "combined_rod_load", "P_c", "N",
         "combined rod load, gas and inertia load at the crosshead pin, compression of the piston "
         "rod positive, cylinder 1",
-        API, kind="curve", needs=("gas_force", "crosshead_inertia_load"),
+        API, kind="curve",
         make=lambda gas_force, crosshead_inertia_load: gas_force + crosshead_inertia_load,
     ),
     hidden(
         "rod_load_extremes", "N", "extremes and reversal of the rod loads",
-        (*_OF_CYLINDERS, "family", "cylinders_by_count", "curve_period"), _extremes, width=48,
+        _extremes, (*_OF_CYLINDERS, "family", "cylinders_by_count", "curve_period"), width=48,
     ),
     _extreme("gas_load_compression", "P_{g,+}", "gas_compression",
              "largest gas load that compresses the piston rod", ("gas_force", "above")),

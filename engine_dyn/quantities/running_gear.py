@@ -42,22 +42,18 @@ def _volume(ratio: str, when: str) -> Node:
 NODES: tuple[Node, ...] = (
     Node(
         "rod", "l", "m", "connecting rod length", public=False,
-        needs=("double_radius", "crank_ratio"),
         make=lambda double_radius, crank_ratio: 0.5 * double_radius / crank_ratio,
     ),
     Node(
         "pin_line", "e", "m", "offset of the piston-pin line from the crankshaft axis",
-        public=False, needs=("pin_offset", "crank_offset"),
-        make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
+        public=False, make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
     ),
     Node(
         "double_radius", "2r", "m", "two crank radii", public=False, when="centred",
-        needs=("stroke",),
         make=lambda stroke: stroke,
     ),
     Node(
         "double_radius", "2r", "m", "two crank radii", public=False, when="offset",
-        needs=("stroke", "crank_ratio", "pin_line"),
         make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
             stroke, crank_ratio, pin_line
         ),
@@ -65,74 +61,64 @@ NODES: tuple[Node, ...] = (
     Node(
         "offset_ratio", "e/r", "1",
         "offset of the piston-pin line over the crank radius", public=False,
-        needs=("pin_line", "double_radius"),
         make=lambda pin_line, double_radius: pin_line / (0.5 * double_radius),
     ),
     Node(
         "mass_share", "", "1",
         "factor on the reciprocating mass, averaged over the cylinders", public=False,
-        needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "mass", cylinder_set, cylinders_by_count
         ),
     ),
     hidden(
         "throws_per_cylinder", "1", "number of throws over that of cylinders",
-        ("cylinder_set", "cylinders_by_count"),
         lambda cylinder_set, cylinders_by_count: throws_per_cylinder(
             cylinder_set, cylinders_by_count
         ),
         when="shared_pins",
     ),
     hidden(
-        "throws_per_cylinder", "1", "number of throws over that of cylinders", (), lambda: 1.0,
+        "throws_per_cylinder", "1", "number of throws over that of cylinders", lambda: 1.0,
         when="own_pins",
     ),
     *(
         Node(
             "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-            when=when, needs=("crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count"),
-            make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count:
+            when=when, make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count:
             mean_stroke_ratio(crank_ratio, offset_ratio, cylinder_set, cylinders_by_count),
         )
         for when in ("offset", "centred articulated_rods")
     ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-        when="centred plain_rods", needs=("cylinder_set", "cylinders_by_count"),
-        make=lambda cylinder_set, cylinders_by_count: mean_factor(
+        when="centred plain_rods", make=lambda cylinder_set, cylinders_by_count: mean_factor(
             "radius", cylinder_set, cylinders_by_count
         ),
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
-        needs=("bore", "stroke", "cylinders", "stroke_share"),
         make=lambda bore, stroke, cylinders, stroke_share: cylinders * torque.piston_area(bore)
         * stroke * stroke_share,
     ),
     Node(
         "mean_piston_speed", "c_m", "m s-1", "mean piston speed, averaged over unequal throws",
-        "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
-        make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
+        "Kakaitsas eq. 3.9", make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
             stroke * stroke_share, speed
         ),
     ),
     Node(
         "crank_mass_at_pin", "M''_c", "kg", "mass of each throw reduced to the crank radius",
-        "Asgari eq. 6, Kakaitsas eq. 2.15", needs=("crank_mass",),
-        make=lambda crank_mass: crank_mass,
+        "Asgari eq. 6, Kakaitsas eq. 2.15", make=lambda crank_mass: crank_mass,
     ),
     Node(
         "reciprocating_mass_of_cylinder", "m_1", "kg",
         "reciprocating mass per cylinder, by default piston mass and the rod's reciprocating share",
-        "Asgari eq. 10, Kakaitsas eq. 2.10", needs=("reciprocating_mass",),
-        make=lambda reciprocating_mass: reciprocating_mass,
+        "Asgari eq. 10, Kakaitsas eq. 2.10", make=lambda reciprocating_mass: reciprocating_mass,
     ),
     Node(
         "rotating_mass", "m_r", "kg",
         "rotating mass per cylinder at the crank radius, with its share of its throw",
         "Kakaitsas eq. 2.11",
-        needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod", "throws_per_cylinder"),
         make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder:
         masses.rotating_mass(
             crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder
@@ -142,8 +128,6 @@ NODES: tuple[Node, ...] = (
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="equal_throws",
-        needs=("reciprocating_mass", "rotating_mass", "double_radius", "crank_ratio", "cylinders",
-               "offset_ratio", "mass_share"),
         make=lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio, cylinders,
         offset_ratio, mass_share: masses.engine_inertia(
             mass_share * reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio,
@@ -154,8 +138,6 @@ NODES: tuple[Node, ...] = (
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="unequal_throws",
-        needs=("reciprocating_mass", "rod_mass_at_crank", "crank_mass", "double_radius",
-               "crank_ratio", "offset_ratio", "cylinders", "cylinder_set", "cylinders_by_count"),
         make=lambda reciprocating_mass, rod_mass_at_crank, crank_mass, double_radius, crank_ratio,
         offset_ratio, cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
             reciprocating_mass, rod_mass_at_crank, crank_mass, 0.5 * double_radius, crank_ratio,
@@ -165,8 +147,6 @@ NODES: tuple[Node, ...] = (
     hidden(
         "mean_reciprocating_inertia", "kg m2",
         "cycle mean of the moment of inertia of the reciprocating masses",
-        ("reciprocating_mass", "double_radius", "crank_ratio", "cylinders", "offset_ratio",
-         "mass_share"),
         lambda reciprocating_mass, double_radius, crank_ratio, cylinders, offset_ratio, mass_share:
         masses.engine_inertia(
             mass_share * reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
@@ -177,8 +157,6 @@ NODES: tuple[Node, ...] = (
     hidden(
         "mean_reciprocating_inertia", "kg m2",
         "cycle mean of the moment of inertia of the reciprocating masses",
-        ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinders",
-         "cylinder_set", "cylinders_by_count"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinders,
         cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
             reciprocating_mass, 0.0, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
@@ -189,29 +167,27 @@ NODES: tuple[Node, ...] = (
     hidden(
         "varying_inertia", "kg m2",
         "moment of inertia of the reciprocating masses minus its cycle mean",
-        ("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "cylinder_set",
-         "period", "offset_ratio", "cylinders_by_count", "mean_reciprocating_inertia"),
         lambda mean_reciprocating_inertia, **needs: _reciprocating_inertia(**needs)
         - mean_reciprocating_inertia,
+        ("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "cylinder_set",
+         "period", "offset_ratio", "cylinders_by_count", "mean_reciprocating_inertia"),
         kind="curve",
     ),
     Node(
         "instantaneous_engine_inertia", r"\Theta_{eng}(\varphi)", "kg m2",
         "moment of inertia of the running gear over crank angle", "Kakaitsas eq. 3.2",
-        kind="curve", needs=("engine_inertia", "varying_inertia"),
-        make=lambda engine_inertia, varying_inertia: engine_inertia + varying_inertia,
+        kind="curve", make=lambda engine_inertia, varying_inertia: engine_inertia + varying_inertia,
     ),
     Node(
         "instantaneous_inertia", r"\Theta(\varphi)", "kg m2",
         "moment of inertia of engine and load over crank angle",
-        "Kakaitsas eqs. 3.1, 3.2", kind="curve", needs=("inertia", "varying_inertia"),
+        "Kakaitsas eqs. 3.1, 3.2", kind="curve",
         make=lambda inertia, varying_inertia: inertia + varying_inertia,
     ),
     Node(
         "inertia_beyond_gear", "", "kg m2",
         "moment of inertia of the load, referred to the crankshaft",
         "Kakaitsas eq. 3.1", public=False, when="load_inertia",
-        needs=("load_inertia", "gear_ratio"),
         make=lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
     ),
     Node(
@@ -221,7 +197,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
-        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        "Kakaitsas eq. 1.4", kind="curve",
         make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
             crank_angle, crank_ratio, offset_ratio
         ),
@@ -230,15 +206,13 @@ NODES: tuple[Node, ...] = (
     _volume("geometric_compression_ratio", "volume_given"),
     Node(
         "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
-        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
+        kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
     Node(
         "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
-        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
+        kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
             crank_angle, crank_ratio, offset_ratio
         ),
     ),

@@ -119,14 +119,12 @@ NODES: tuple[Node, ...] = (
     Node(
         "shaft_stress_over_limit", r"\hat\tau/\tau_{lim}", "1",
         "half range of the nominal shear stress over its limit, above 1 where it is exceeded",
-        WILSON, needs=("shaft_stress_half_range", "shaft_stress_limit"),
-        make=lambda shaft_stress_half_range, shaft_stress_limit: shaft_stress_half_range
+        WILSON, make=lambda shaft_stress_half_range, shaft_stress_limit: shaft_stress_half_range
         / shaft_stress_limit,
     ),
     Node(
         "shaft_torque_over_limit", r"\hat T/T_{lim}", "1",
         "half range of the torque over its limit, above 1 where it is exceeded", WILSON,
-        needs=("shaft_torque_half_range", "shaft_torque_limit"),
         make=lambda shaft_torque_half_range, shaft_torque_limit: shaft_torque_half_range
         / shaft_torque_limit,
     ),
@@ -148,7 +146,6 @@ NODES: tuple[Node, ...] = (
         "propulsion_stress_over_limit", r"\hat\tau/\tau_C", "1",
         "half range of the nominal shear stress over its limit in continuous service, above 1 "
         "where it is exceeded", "IACS UR M68",
-        needs=("shaft_stress_half_range", "propulsion_stress_limit"),
         make=lambda shaft_stress_half_range, propulsion_stress_limit: shaft_stress_half_range
         / propulsion_stress_limit,
     ),

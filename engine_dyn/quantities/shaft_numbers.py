@@ -123,12 +123,10 @@ PARAMETERS: tuple[Node, ...] = (
     *_OF_NUMBERS,
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_of_law",
-        needs=("load_surplus", "load_slope"),
         make=lambda load_surplus, load_slope: load_surplus * load_slope,
     ),
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_by_factor",
-        needs=("load_surplus", "load_damping_factor", "speed"),
         make=lambda load_surplus, load_damping_factor, speed: np.maximum(load_surplus, 0.0)
         * load_damping_factor / speed,
     ),

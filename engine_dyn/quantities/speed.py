@@ -286,12 +286,11 @@ NODES: tuple[Node, ...] = (
         "this project", kind="value", adds=("firing_cycle",),
         removes=("close_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
         extreme_of=("omega", "of_cycles"),
-        needs=(*CLOSE_CURVES, "omega_mean", "period", "curve_period"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
     _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),
     Node(
         "status", "", "1", "outcome of the design", "this project", when="wanted_delta",
-        needs=("outcome", "search_status"), make=_both_statuses,
+        make=_both_statuses,
     ),
 )  # fmt: skip

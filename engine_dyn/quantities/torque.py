@@ -115,32 +115,27 @@ NODES: tuple[Node, ...] = (
     Node(
         "indicated_torque_mean", "", "N m",
         "mean indicated torque over the cycle, without friction",
-        public=False,
-        needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders"),
-        make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders:
+        public=False, make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders:
         cylinders * torque.piston_area(bore) * 0.5 * double_radius * pressure_scale * mean_gas,
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "Kakaitsas eq. 3.5",
-        when="by_pressure", needs=("indicated_torque_mean", "friction_torque"),
-        make=lambda indicated_torque_mean, friction_torque: balance_of(
+        when="by_pressure", make=lambda indicated_torque_mean, friction_torque: balance_of(
             indicated_torque_mean, friction_torque
         ),
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "as given",
-        when="by_torque", needs=("torque_factor", "driven", "auxiliary_mean"),
-        make=lambda torque_factor, driven, auxiliary_mean: torque_factor
+        when="by_torque", make=lambda torque_factor, driven, auxiliary_mean: torque_factor
         * driven.engine_torque.mean - auxiliary_mean,
     ),
     Node(
         "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
-        "Kakaitsas section 5.4", needs=("torque_max", "torque_min"),
-        make=lambda torque_max, torque_min: torque_max - torque_min,
+        "Kakaitsas section 5.4", make=lambda torque_max, torque_min: torque_max - torque_min,
     ),
     Node(
         "torque_ratio", "M_{max}/M_{mean}", "1", "ratio of largest to mean torque",
-        "Kakaitsas section 5.4", needs=("torque_max", "torque_mean"),
+        "Kakaitsas section 5.4",
         make=lambda torque_max, torque_mean: quotient(torque_max, torque_mean),
     ),
     Node(
@@ -155,18 +150,18 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
-        when="uniform_friction", needs=("torque_range",), make=lambda torque_range: torque_range,
+        when="uniform_friction", make=lambda torque_range: torque_range,
     ),
     Node(
         "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
-        when="stroke_friction", needs=tuple(_INDICATED),
+        when="stroke_friction",
         make=lambda indicated_torque_max, indicated_torque_min: indicated_torque_max
         - indicated_torque_min,
     ),
     Node(
         "torque_irregularity", r"\mu", "1",
         "coefficient of torque irregularity, range over mean of the indicated torque",
-        "Power units, lecture 18", needs=("indicated_torque_range", "indicated_torque_mean"),
+        "Power units, lecture 18",
         make=lambda indicated_torque_range, indicated_torque_mean: quotient(
             indicated_torque_range, indicated_torque_mean
         ),
@@ -174,13 +169,13 @@ NODES: tuple[Node, ...] = (
     Node(
         "torque_irregularity_brake", r"\mu_e", "1",
         "coefficient of torque irregularity, range over mean of the brake torque",
-        "after Power units, lecture 18", needs=("torque_range", "torque_mean"),
+        "after Power units, lecture 18",
         make=lambda torque_range, torque_mean: quotient(torque_range, torque_mean),
     ),
     Node(
         "brake_power", "P_e", "W", "brake power at nominal speed",
         "Power units, lecture 18: M = 9550 N_e/n",
-        needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
+        make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
         "gas_torque", "M_g", "N m", "gas torque, positive in the sense of rotation, all cylinders",
@@ -212,21 +207,18 @@ NODES: tuple[Node, ...] = (
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
         "Kakaitsas eq. 3.3", kind="curve", when="by_pressure uniform_friction",
-        needs=("gas_torque", "inertia_torque", "friction_torque", "auxiliary_swing"),
         make=lambda gas_torque, inertia_torque, friction_torque, auxiliary_swing: gas_torque
         + inertia_torque - friction_torque - auxiliary_swing,
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
         "Kakaitsas eq. 3.3", kind="curve", when="by_pressure stroke_friction",
-        needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
         make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
         + inertia_torque - instantaneous_friction_torque,
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",
         "as given", kind="curve", when="by_torque",
-        needs=("crank_angle", "torque_factor", "driven", "auxiliary_mean", "auxiliary_swing"),
         make=lambda crank_angle, torque_factor, driven, auxiliary_mean, auxiliary_swing:
         torque_factor * driven.engine_torque(crank_angle) - (auxiliary_mean + auxiliary_swing),
     ),
@@ -243,14 +235,14 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "shaft_torque_extremes", "N m", "extremes of the torque along the shaft",
+        _shaft_extremes,
         (*_ALONG_SHAFT, *FRICTION_NAMES, "family", "cylinders_by_count", "curve_period"),
-        _shaft_extremes, throws=True, width=shaft_torque.EXTREMES.itemsize,
+        throws=True, width=shaft_torque.EXTREMES.itemsize,
     ),
     Node(
         "torque_after_throw_range", r"\Delta T_{i,max}", "N m",
         "largest range of the torque along the shaft, after any throw",
-        "after Kakaitsas section 5.4", needs=("shaft_torque_extremes",),
-        extreme_of=("torque_after_throw", "range"),
+        "after Kakaitsas section 5.4", extreme_of=("torque_after_throw", "range"),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["range"],
     ),
     Node(
@@ -258,7 +250,6 @@ NODES: tuple[Node, ...] = (
         "root mean square of the torque that excites the first torsional mode, without its mean, "
         "equal throws on a uniform shaft fixed at the take-off",
         "phase vectors in the mode of a uniform shaft, derived here",
-        needs=("shaft_torque_extremes",),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["rms"],
     ),
 )  # fmt: skip

@@ -60,7 +60,7 @@ def _load_slope(when: str, needs: tuple[str, ...], make: Any) -> Node:
     return hidden(
         "load_slope", "s rad-1",
         "slope of the torque of load or driver over the speed, over that torque, at nominal speed",
-        needs, make, when=when,
+        make, needs, when=when,
     )  # fmt: skip
 
 
@@ -367,28 +367,24 @@ _SHAFT_TORQUE = "vibratory torque in each shaft"
 
 NODES: tuple[Node, ...] = (
     *_LOAD_SLOPES,
-    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank", (),
+    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
            lambda: 0.0, when="steady_load"),
     hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
-           ("load_gear", "load_table_factor"),
            lambda load_gear, load_table_factor: load_gear * load_table_factor, when="angle_load"),
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
-        ("throw",), lambda throw: 0.0 * throw, when="reciprocating_included",
+        lambda throw: 0.0 * throw, when="reciprocating_included",
     ),
     hidden(
         "throw_reciprocating_inertia", "kg m2",
         "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
-        ("mean_reciprocating_inertia_of_throw",),
         lambda mean_reciprocating_inertia_of_throw: mean_reciprocating_inertia_of_throw,
         when="reciprocating_added",
     ),
     hidden(
         "mean_reciprocating_inertia_of_throw", "kg m2",
         "mean inertia of the reciprocating masses of each throw",
-        ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinder_set",
-         "cylinders_by_count", "throw"),
         lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinder_set,
         cylinders_by_count, throw: reciprocating_inertia_of_throws(
             reciprocating_mass, 0.5 * double_radius, crank_ratio, offset_ratio, cylinder_set,
@@ -403,20 +399,18 @@ NODES: tuple[Node, ...] = (
                "throw_reciprocating_inertia"),
         make=_reciprocating_share,
     ),
-    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed", (), lambda: 0.0,
+    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed", lambda: 0.0,
            when="no_pendulums"),
-    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed", ("speed",),
+    hidden("speed_of_modes", "rad s-1", "speed for which modes are computed",
            lambda speed: speed, when="pendulums"),
     hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
-           ("shaft",), lambda shaft: np.nan * shaft, when="linear_couplings"),
+           lambda shaft: np.nan * shaft, when="linear_couplings"),
     hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
-           ("shaft_system", "shaft_torque_mean"),
            lambda shaft_system, shaft_torque_mean: shaft_system.of_tables(shaft_torque_mean),
            when="coupling_tables"),
-    hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank", (),
+    hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank",
            lambda: 0.0, when="given_inertia"),
     hidden("flywheel_excess", "kg m2", "what the flywheel has beyond its disc, at the crank",
-           ("inertia", "shaft_inertia"),
            lambda inertia, shaft_inertia: inertia - shaft_inertia, when="wanted_delta"),
     *(
         Node(
@@ -472,14 +466,13 @@ NODES: tuple[Node, ...] = (
     Node(
         "damped_natural_frequency", "f_d", "Hz",
         "natural frequency of each damped mode, |s| of its complex eigenvalue s: where its "
-        "response lags by a quarter", WILSON, needs=("damped_natural_omega",),
+        "response lags by a quarter", WILSON,
         make=lambda damped_natural_omega: damped_natural_omega / (2.0 * np.pi),
     ),
     Node(
         "damped_swing_frequency", "f_s", "Hz",
         "frequency at which each damped mode swings freely, Im s of its complex eigenvalue s",
-        WILSON, needs=("damped_swing_omega",),
-        make=lambda damped_swing_omega: damped_swing_omega / (2.0 * np.pi),
+        WILSON, make=lambda damped_swing_omega: damped_swing_omega / (2.0 * np.pi),
     ),
     Node(
         "damping_ratio", r"\zeta_d", "1",
@@ -489,7 +482,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "damped_critical_speed", "n_d", "rpm",
         "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, needs=("damped_natural_omega", "order"), when="no_pendulums",
+        si=RPM, when="no_pendulums",
         make=lambda damped_natural_omega, order: damped_natural_omega / order,
     ),
     Node(
@@ -505,8 +498,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency of the undamped shaft", WILSON, si=RPM, needs=("natural_frequency", "order"),
-        when="no_pendulums",
+        "frequency of the undamped shaft", WILSON, si=RPM, when="no_pendulums",
         make=lambda natural_frequency, order: 2.0 * np.pi * natural_frequency / order,
     ),
     Node(
@@ -523,7 +515,7 @@ NODES: tuple[Node, ...] = (
         "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
         "sum of the phase vectors of all throws, each times the amplitude of its disc in a mode",
         WILSON, removes=("throw", "disc"),
-        needs=("shaft_system", "mode_shape", "throw_phase_vectors"), make=_vector_sum,
+        make=_vector_sum,
     ),
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
@@ -565,8 +557,6 @@ NODES: tuple[Node, ...] = (
     hidden(
         "throw_torque_mean", "N m",
         "mean torque on each throw, less its share of the friction without auxiliaries over angle",
-        ("pressure_scale", "bore", "double_radius", "crank_ratio", "offset_ratio", "row", "family",
-         "friction_torque", "auxiliary_mean", "cylinder_set", "cylinders_by_count", "throw"),
         lambda pressure_scale, bore, double_radius, crank_ratio, offset_ratio, row, family,
         friction_torque, auxiliary_mean, cylinder_set, cylinders_by_count, throw:
         mean_torques_of_throws(
@@ -586,8 +576,6 @@ NODES: tuple[Node, ...] = (
     Node(
         "shaft_torque_min", "T_{min}", "N m",
         "least torque in each shaft, mean and vibration, in the direction of the mean: below 0 a "
-        "coupling or a mesh reverses", WILSON,
-        needs=("shaft_torque_mean", "shaft_torque_lowest", "shaft_torque_highest"),
-        make=_torque_min,
+        "coupling or a mesh reverses", WILSON, make=_torque_min,
     ),
 )  # fmt: skip

@@ -50,8 +50,8 @@ def _of_webs(
     """A vector of the counterweights of webs; nothing without them."""
     needs = (*OF_WEBS, *more)
     return [
-        hidden(name, unit, long_name, needs, make, when="weights_of_webs", width=16, throws=True),
-        *(hidden(name, unit, long_name, (), lambda: 0.0, when=word) for word in _OTHERS),
+        hidden(name, unit, long_name, make, needs, when="weights_of_webs", width=16, throws=True),
+        *(hidden(name, unit, long_name, lambda: 0.0, when=word) for word in _OTHERS),
     ]  # fmt: skip
 
 

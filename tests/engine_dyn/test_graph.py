@@ -158,3 +158,10 @@ def test_needs_that_do_not_fit_are_named(needs, make, words) -> None:
         "mine", "", "1", "what I want", needs=("load",), make=lambda load, half=0.5: half
     )
     check_needs({**NODES, "mine": (fitting,)})
+
+
+def test_needs_that_are_left_out_are_the_arguments() -> None:
+    def make(load: float, *, speed: float, threads: int, half: float = 0.5) -> float:
+        return load * speed * threads * half
+
+    assert Node("mine", "", "1", "what I want", make=make).needs == ("load", "speed")
